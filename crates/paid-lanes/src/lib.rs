@@ -1,0 +1,30 @@
+//! SIMD lanes: one numeric source for `f64` and N-lane `f32`.
+//!
+//! A simulation environment occupies one lane. Code is written once over [`Real`] and instantiated for
+//! AVX-512 (16 lanes), AVX2 (8 lanes), a portable array (8 lanes) and scalar `f64` (validation, MuJoCo).
+//! [`Isa::detect`] chooses at run time; [`Real::run`] enters a [`Kernel`] with the instruction set enabled.
+//!
+//! Kernels are fast only if everything below their `run` carries `#[inline(always)]` and uses plain loops:
+//! closures and `array::map` may stay outlined without the CPU feature and cost a factor of two.
+
+mod array;
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod dispatch;
+mod functions;
+pub mod math;
+mod ops;
+mod real;
+pub mod rng;
+mod scalar;
+
+pub use array::F32Array;
+#[cfg(target_arch = "x86_64")]
+pub use avx2::F32x8;
+#[cfg(target_arch = "x86_64")]
+pub use avx512::F32x16;
+pub use dispatch::{Isa, IsaError, IsaVisitor};
+pub use math::{Mat3, Quat, Vec3};
+pub use real::{Kernel, Mask, Real, Scalar};

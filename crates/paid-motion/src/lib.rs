@@ -1,0 +1,1 @@
+//! Motion clips and libraries: file formats, resampling, checks.

@@ -1,0 +1,162 @@
+//! What surrounds the robot: ground, ball, materials, and the numbers of the solver.
+
+use serde::{Deserialize, Serialize};
+
+/// Surface properties of a body (PhysX's material model).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Coulomb coefficient up to which a contact sticks.
+    pub static_friction: f64,
+    /// Coulomb coefficient while sliding; where it is above the static one it raises it.
+    pub dynamic_friction: f64,
+    /// Share of the normal approach speed that is returned.
+    pub restitution: f64,
+}
+
+/// How the coefficients of two touching surfaces become one. The later variant of the two surfaces' rules wins, as in PhysX.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Combine {
+    /// (a + b) / 2.
+    Average,
+    /// The smaller.
+    Min,
+    /// a b.
+    Multiply,
+    /// The larger.
+    Max,
+}
+
+/// The ball: a solid-shell sphere with measured contact behaviour.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BallParams {
+    /// Mass [kg].
+    pub mass_kg: f64,
+    /// Radius [m].
+    pub radius_m: f64,
+    /// Moment of inertia over m r^2: 2/5 solid, 2/3 thin shell.
+    pub inertia_factor: f64,
+    /// Surface.
+    pub material: Material,
+    /// Velocity is multiplied by (1 - c dt) each physics step [1/s].
+    pub linear_damping: f64,
+    /// Angular velocity is multiplied by (1 - c dt) each physics step [1/s].
+    pub angular_damping: f64,
+}
+
+/// Shape of the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Terrain {
+    /// z = 0.
+    Plane,
+    /// A square grid of uniformly random heights, bilinear between grid points, periodic in x and y.
+    Rough {
+        /// Heights are uniform within plus and minus this [m].
+        amplitude_m: f64,
+        /// Heights are rounded to multiples of this [m]; zero leaves them.
+        step_m: f64,
+        /// Grid spacing [m].
+        cell_m: f64,
+        /// Grid points a side.
+        size: usize,
+        /// Seed of the heights.
+        seed: u64,
+    },
+}
+
+/// Everything that all environments of a simulation share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneConfig {
+    /// Physics step [s].
+    pub physics_dt_s: f64,
+    /// Physics steps a control step.
+    pub substeps: usize,
+    /// Gravity along z [m/s^2], negative.
+    pub gravity: f64,
+    /// Ground shape.
+    pub terrain: Terrain,
+    /// Ground surface.
+    pub ground: Material,
+    /// The ground's rule for friction; the robot's and ball's rule is `average`.
+    pub ground_friction_combine: Combine,
+    /// The ground's rule for restitution.
+    pub ground_restitution_combine: Combine,
+    /// Approach speed below which nothing bounces [m/s].
+    pub bounce_threshold: f64,
+    /// True if the ball exists physically; else it is a marker that the task may still observe.
+    pub ball: bool,
+    /// True if legs, and hands against thighs, push each other apart.
+    pub self_collision: bool,
+    /// Sweeps of the contact solver a physics step.
+    pub solver_sweeps: usize,
+    /// Joint speeds are limited to this [rad/s] to keep diverging states finite.
+    pub max_joint_speed: f64,
+}
+
+/// What differs between environments, one lane of one group.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvParams {
+    /// Surface of the robot.
+    pub robot: Material,
+    /// Added to the base's centre of mass [m].
+    pub base_com_offset: [f64; 3],
+    /// Mass and inertia of every body are multiplied by this, model order; empty means 1.
+    pub mass_scale: Vec<f64>,
+    /// Actuator stiffness and damping are multiplied by these.
+    pub gain_scale: [f64; 2],
+    /// The ball.
+    pub ball: BallParams,
+    /// Offset into the terrain grid [m].
+    pub terrain_offset: [f64; 2],
+}
+
+impl Default for SceneConfig {
+    /// The release's scene: 5 ms steps, 50 Hz control, plane, unit ground friction.
+    fn default() -> Self {
+        Self {
+            physics_dt_s: 0.005,
+            substeps: 4,
+            gravity: -9.81,
+            terrain: Terrain::Plane,
+            ground: Material { static_friction: 1.0, dynamic_friction: 1.0, restitution: 0.0 },
+            ground_friction_combine: Combine::Average,
+            ground_restitution_combine: Combine::Average,
+            bounce_threshold: 0.2,
+            ball: true,
+            self_collision: true,
+            solver_sweeps: 4,
+            max_joint_speed: 60.0,
+        }
+    }
+}
+
+impl Default for BallParams {
+    /// A size-5 ball (FIFA: 0.42 to 0.445 kg, diameter 0.22 m) with the paper's hard-ground parameters.
+    fn default() -> Self {
+        Self {
+            mass_kg: 0.43,
+            radius_m: 0.11,
+            inertia_factor: 2.0 / 3.0,
+            material: Material { static_friction: 0.77, dynamic_friction: 0.07, restitution: 0.75 },
+            linear_damping: 0.01,
+            angular_damping: 4.28,
+        }
+    }
+}
+
+impl Default for EnvParams {
+    fn default() -> Self {
+        Self {
+            robot: Material { static_friction: 1.0, dynamic_friction: 1.0, restitution: 0.0 },
+            base_com_offset: [0.0; 3],
+            mass_scale: Vec::new(),
+            gain_scale: [1.0; 2],
+            ball: BallParams::default(),
+            terrain_offset: [0.0; 2],
+        }
+    }
+}

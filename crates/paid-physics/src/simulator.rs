@@ -1,0 +1,107 @@
+//! The border between the task and any engine.
+
+use paid_lanes::{Mat3, Real, Vec3};
+use paid_robot::RobotModel;
+
+use crate::EnvParams;
+
+/// Pose and velocity of a body, world axes, one environment a lane.
+#[derive(Clone, Copy, Debug)]
+pub struct BodyState<V> {
+    /// Origin of the body frame [m].
+    pub pos: Vec3<V>,
+    /// Body frame in the world.
+    pub rot: Mat3<V>,
+    /// Velocity of the body frame's origin [m/s].
+    pub lin_vel: Vec3<V>,
+    /// Velocity of the centre of mass [m/s] (what the motion files call `body_lin_vel_w`).
+    pub com_vel: Vec3<V>,
+    /// Angular velocity in world axes [rad/s].
+    pub ang_vel: Vec3<V>,
+}
+
+/// The ball, world axes.
+#[derive(Clone, Copy, Debug)]
+pub struct BallState<V> {
+    /// Centre [m].
+    pub pos: Vec3<V>,
+    /// Velocity of the centre [m/s].
+    pub vel: Vec3<V>,
+    /// Angular velocity [rad/s].
+    pub ang_vel: Vec3<V>,
+    /// Largest force of the robot on the ball over the last control step [N].
+    pub robot_force: V,
+    /// Largest force of the ground on the ball over the last control step [N].
+    pub ground_force: V,
+    /// Model index of the body that exerted `robot_force`; -1 if none.
+    pub touched_by: V,
+}
+
+/// What the task sees of `LANES` environments after a control step. Vectors are in model order.
+#[derive(Clone, Debug)]
+pub struct GroupState<V> {
+    /// Joint angles [rad].
+    pub joint_pos: Vec<V>,
+    /// Joint velocities [rad/s].
+    pub joint_vel: Vec<V>,
+    /// Actuator torques of the last physics step, within the effort limits [N m].
+    pub joint_torque: Vec<V>,
+    /// Bodies; index 0 is the base.
+    pub bodies: Vec<BodyState<V>>,
+    /// Magnitude of the net contact force on each body (ground, ball, other bodies), largest over the last control step [N].
+    pub contact_force: Vec<V>,
+    /// The ball.
+    pub ball: BallState<V>,
+}
+
+/// Full dynamic state of one environment: reset to it, save it, restore it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaneState {
+    /// Base origin in the world [m].
+    pub base_pos: [f64; 3],
+    /// Base orientation w, x, y, z.
+    pub base_quat: [f64; 4],
+    /// Velocity of the base origin, world axes [m/s].
+    pub base_lin_vel: [f64; 3],
+    /// Angular velocity of the base, world axes [rad/s].
+    pub base_ang_vel: [f64; 3],
+    /// Joint angles, model order [rad].
+    pub joint_pos: Vec<f64>,
+    /// Joint velocities, model order [rad/s].
+    pub joint_vel: Vec<f64>,
+    /// Ball centre [m].
+    pub ball_pos: [f64; 3],
+    /// Ball velocity [m/s].
+    pub ball_vel: [f64; 3],
+    /// Ball angular velocity, world axes [rad/s].
+    pub ball_ang_vel: [f64; 3],
+    /// Engine-private warm start (contact impulses); empty for a fresh state.
+    pub warm_start: Vec<f64>,
+}
+
+/// A batch of environments in groups of `V::LANES`.
+pub trait Simulator<V: Real>: Send {
+    /// The robot.
+    fn model(&self) -> &RobotModel;
+    /// Number of lane groups.
+    fn groups(&self) -> usize;
+    /// Duration of a control step [s].
+    fn control_dt_s(&self) -> f64;
+    /// Advances one group by one control step under PD joint targets [rad] (model order).
+    fn step(&mut self, group: usize, joint_target: &[V]);
+    /// The state after the last `step` or `refresh`.
+    fn state(&self, group: usize) -> &GroupState<V>;
+    /// Puts one environment into a state. Call [`Simulator::refresh`] on the group before reading `state`.
+    fn reset_lane(&mut self, group: usize, lane: usize, state: &LaneState);
+    /// Recomputes body poses and velocities of a group from joint and base state; contact reports of lanes reset
+    /// since the last step are cleared.
+    fn refresh(&mut self, group: usize);
+    /// The full state of one environment; restoring it continues bit for bit.
+    fn save_lane(&self, group: usize, lane: usize) -> LaneState;
+    /// Sets the physical parameters of one environment.
+    fn set_params(&mut self, group: usize, lane: usize, params: &EnvParams);
+    /// Adds to the base's linear [m/s] and angular [rad/s] velocity, world axes.
+    fn push_lane(&mut self, group: usize, lane: usize, lin_vel: [f64; 3], ang_vel: [f64; 3]);
+    /// Height of the ground at a world point of one environment [m].
+    fn ground_height(&self, group: usize, lane: usize, xy: [f64; 2]) -> f64;
+}

@@ -1,0 +1,13 @@
+//! Robot description: the tree, its inertias, joints, actuators and contact shapes, and orders by name.
+//!
+//! Inside the program bodies and joints are in *model order*: depth-first, a parent before its children, as in the
+//! MJCF. Joint `j` moves body `j + 1`; body 0 is the floating base. Other orders exist only at file borders, as
+//! permutations by name ([`order`]).
+
+pub mod model;
+pub mod order;
+pub mod spec;
+
+pub use model::{Body, Geom, Joint, RobotModel, Shape};
+pub use order::{OrderError, Permutation};
+pub use spec::{ControlSpec, RobotSpec};

@@ -1,0 +1,1 @@
+//! The MDP: references, observations, rewards, terminations, resets, ball and goal; presets.

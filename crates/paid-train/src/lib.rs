@@ -1,0 +1,1 @@
+//! Rollout workers, stages, logging, resume.
