@@ -1,2 +1,57 @@
-//! Command line of PAiD.
-fn main() {}
+//! The command line of PAiD: parse, call, print. One module a subcommand group.
+
+mod agent;
+mod bench;
+mod bench_physics;
+mod bench_train;
+mod eval;
+mod export;
+mod failure;
+mod motion;
+mod train;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Train and score a humanoid kick on a CPU.
+#[derive(Debug, Parser)]
+#[command(name = "paid", version, about, after_help = failure::EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Train a policy: both stages and the evaluation, or one stage.
+    Train(train::Args),
+    /// Score a policy.
+    Eval(eval::Args),
+    /// Look at motion files.
+    Motion(motion::Args),
+    /// Write a policy as ONNX.
+    Export(export::Args),
+    /// Measure speed.
+    Bench(bench::Args),
+    /// Run a task under a zero or random agent and print each term's mean.
+    Agent(agent::Args),
+}
+
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Train(args) => train::run(args),
+        Command::Eval(args) => eval::run(args),
+        Command::Motion(args) => motion::run(args),
+        Command::Export(args) => export::run(args),
+        Command::Bench(args) => bench::run(args),
+        Command::Agent(args) => agent::run(args),
+    };
+    match result {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("error: {failure}");
+            failure.exit_code()
+        }
+    }
+}

@@ -1,0 +1,14 @@
+//! `paid export`.
+
+use std::process::ExitCode;
+
+use crate::failure::Failure;
+
+/// Arguments of `paid export`.
+#[derive(Debug, clap::Args)]
+pub struct Args {}
+
+/// Not built yet in this commit: says so.
+pub fn run(_args: Args) -> Result<ExitCode, Failure> {
+    Err(Failure::input("'paid export' is not part of this build yet"))
+}

@@ -1,0 +1,33 @@
+//! How a command ends when it cannot do its work.
+
+use core::fmt;
+use std::process::ExitCode;
+
+/// The exit codes, as shown in the help.
+pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
+     130 stopped by Ctrl-C before the end, state saved.";
+
+/// One clear sentence for the user and the exit code that goes with it.
+#[derive(Debug)]
+pub struct Failure {
+    message: String,
+    code: u8,
+}
+
+impl Failure {
+    /// The user's input, or a file, is at fault: exit code 2.
+    pub fn input(error: impl fmt::Display) -> Self {
+        Self { message: error.to_string(), code: 2 }
+    }
+
+    /// The exit code.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
