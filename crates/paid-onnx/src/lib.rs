@@ -1,0 +1,1 @@
+//! Policy files: the self-describing contract, ONNX out and in.
