@@ -1,0 +1,68 @@
+//! What can be wrong with a motion file or folder.
+
+use std::path::PathBuf;
+
+use paid_robot::OrderError;
+use thiserror::Error;
+
+/// A motion file or folder that cannot be used; always names the path.
+#[derive(Debug, Error)]
+pub enum MotionError {
+    /// The folder or file cannot be read or written.
+    #[error("{path}: {source}")]
+    Io {
+        /// File or folder.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// The folder holds no motion.
+    #[error("{path}: expected a folder with *.npz motion files, found none")]
+    Empty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The file is not a whole NPZ archive.
+    #[error("{path}: expected an NPZ archive (a zip file of arrays), found: {problem}")]
+    Archive {
+        /// The file.
+        path: PathBuf,
+        /// What the zip reader says.
+        problem: String,
+    },
+    /// A key is missing.
+    #[error("{path}: key '{key}' is missing; found: {found}")]
+    MissingKey {
+        /// The file.
+        path: PathBuf,
+        /// The missing key.
+        key: &'static str,
+        /// The keys that are there.
+        found: String,
+    },
+    /// A key has the wrong type, shape or values.
+    #[error("{path}: key '{key}': expected {expected}, found {found}")]
+    Key {
+        /// The file.
+        path: PathBuf,
+        /// The key.
+        key: &'static str,
+        /// What the format asks for.
+        expected: String,
+        /// What is there, with its place.
+        found: String,
+    },
+    /// The names of joints or bodies do not match the robot's.
+    #[error("{path}: {list}: {source}")]
+    Order {
+        /// The file.
+        path: PathBuf,
+        /// Which list of names.
+        list: &'static str,
+        /// What does not match.
+        source: OrderError,
+    },
+    /// The control rate that clips are to be brought to makes no sense.
+    #[error("control rate: expected a positive number of hertz, found {0}")]
+    Rate(f64),
+}

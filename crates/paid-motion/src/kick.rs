@@ -1,0 +1,127 @@
+//! What a kick in a clip looks like, in numbers that a task and an evaluation share.
+
+use paid_lanes::{Quat, Vec3};
+use paid_robot::{RobotModel, RobotSpec, Shape};
+
+use crate::Clip;
+
+/// Derived quantities of a clip.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct KickFacts {
+    /// Displacement of the anchor from the first to the last frame, x forward and y left in the first frame's heading
+    /// of the anchor [m].
+    pub anchor_displacement: [f64; 2],
+    /// Largest speed of the kicking foot's centre of mass [m/s].
+    pub peak_foot_speed: f64,
+    /// The frame of that speed.
+    pub kick_frame: usize,
+    /// That frame as a share of the clip, 0 to 1.
+    pub kick_phase: f64,
+    /// How far the kicking foot's origin rises above its height in the first frame [m].
+    pub lift_m: f64,
+    /// Height of the lowest contact shape over the clip; negative below the floor [m].
+    pub lowest_point_m: f64,
+}
+
+/// `to - from` in the heading of the orientation `quat` (x forward, y left) [m].
+pub fn displacement_in_heading(quat: [f64; 4], from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
+    let forward = Quat(quat).rotate(Vec3([1.0, 0.0, 0.0]));
+    let norm = forward.x().hypot(forward.y());
+    // A torso that points straight up or down has no heading; its displacement is left in world axes.
+    let (c, s) = if norm > 1e-9 { (forward.x() / norm, forward.y() / norm) } else { (1.0, 0.0) };
+    let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+    [c * dx + s * dy, c * dy - s * dx]
+}
+
+/// The derived quantities of a clip; `None` if the robot lacks a body that its TOML names.
+pub fn kick_facts(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Option<KickFacts> {
+    let anchor = model.body_index(&spec.anchor_body)?;
+    let foot = model.body_index(&spec.feet[clip.kick_leg.index()])?;
+    let last = clip.frames - 1;
+    let (mut kick_frame, mut peak, mut top) = (0, 0.0, f64::MIN);
+    for t in 0..clip.frames {
+        let speed = Vec3(clip.body_lin_vel(t)[foot]).norm();
+        if speed > peak {
+            (kick_frame, peak) = (t, speed);
+        }
+        top = top.max(clip.body_pos(t)[foot][2]);
+    }
+    Some(KickFacts {
+        anchor_displacement: displacement_in_heading(
+            clip.body_quat(0)[anchor],
+            clip.body_pos(0)[anchor],
+            clip.body_pos(last)[anchor],
+        ),
+        peak_foot_speed: peak,
+        kick_frame,
+        kick_phase: kick_frame as f64 / last.max(1) as f64,
+        lift_m: top - clip.body_pos(0)[foot][2],
+        lowest_point_m: (0..clip.frames)
+            .map(|t| lowest_point(model, clip.body_pos(t), clip.body_quat(t)))
+            .fold(f64::INFINITY, f64::min),
+    })
+}
+
+/// Height of the lowest point of all contact shapes that the robot trains with (of the body origins if it has none) [m].
+/// Poses are in model order.
+pub fn lowest_point(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]]) -> f64 {
+    let mut lowest = f64::INFINITY;
+    for (i, body) in model.bodies.iter().enumerate() {
+        let height = |p: [f64; 3]| (Quat(quat[i]).rotate(Vec3(p)) + Vec3(pos[i])).z();
+        for geom in body.geoms.iter().filter(|g| g.class != "referee") {
+            let bottom = match geom.shape {
+                Shape::Sphere { center, radius } => height(center) - radius,
+                Shape::Capsule { ends, radius } => height(ends[0]).min(height(ends[1])) - radius,
+                Shape::Box { center, half_size, quat: tilt } => {
+                    // The support of a box along -z: the sum of its half extents' heights.
+                    let rot = Quat(quat[i]).mul(Quat(tilt)).to_mat();
+                    height(center) - (0..3).map(|k| (rot.0[2][k] * half_size[k]).abs()).sum::<f64>()
+                }
+            };
+            lowest = lowest.min(bottom);
+        }
+    }
+    if lowest.is_finite() { lowest } else { pos.iter().map(|p| p[2]).fold(lowest, f64::min) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{model, spec, steady_clip};
+
+    #[test]
+    fn displacement_is_seen_from_the_first_heading() {
+        // Facing -y, two metres towards -y is two metres forward; one towards +x is one metre to the left.
+        let facing_minus_y = [0.5_f64.sqrt(), 0.0, 0.0, -(0.5_f64.sqrt())];
+        let d = displacement_in_heading(facing_minus_y, [1.0, 1.0, 0.0], [2.0, -1.0, 5.0]);
+        assert!((d[0] - 2.0).abs() < 1e-12 && (d[1] - 1.0).abs() < 1e-12, "{d:?}");
+    }
+
+    #[test]
+    fn the_kick_is_where_the_labelled_foot_is_fastest() {
+        let mut clip = steady_clip(11, 50.0, 0.0);
+        let foot = 2; // spec().feet[1], the label is right
+        for t in 0..11 {
+            clip.body_lin_vel[t * clip.bodies + foot] = [0.0, -(t as f64) * (10 - t) as f64, 0.0];
+            clip.body_pos[t * clip.bodies + foot][2] = 0.05 + 0.03 * (t % 7) as f64;
+        }
+        let facts = kick_facts(&clip, &model(), &spec()).expect("bodies exist");
+        assert_eq!(facts.kick_frame, 5);
+        assert_eq!(facts.peak_foot_speed, 25.0);
+        assert_eq!(facts.kick_phase, 0.5);
+        assert!((facts.lift_m - 0.18).abs() < 1e-12);
+        assert!((facts.anchor_displacement[0] - 0.2).abs() < 1e-12, "1 m/s for 0.2 s");
+    }
+
+    #[test]
+    fn the_lowest_point_of_a_tilted_box_is_its_corner() {
+        let mut robot = model();
+        for body in &mut robot.bodies {
+            body.geoms.retain(|g| matches!(g.shape, Shape::Box { .. }));
+        }
+        let tilt = [(0.125 * std::f64::consts::PI).cos(), (0.125 * std::f64::consts::PI).sin(), 0.0, 0.0];
+        let low = lowest_point(&robot, &[[0.0, 0.0, 1.0]; 3], &[tilt; 3]);
+        // Half sizes 0.1, 0.2, 0.3 turned by 45 degrees about x reach (0.2 + 0.3) / sqrt 2 down.
+        assert!((low - (1.0 - 0.5 * 0.5_f64.sqrt())).abs() < 1e-12, "{low}");
+    }
+}

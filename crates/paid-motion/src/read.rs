@@ -1,0 +1,175 @@
+//! One NPZ motion file to a clip.
+
+use std::path::Path;
+
+use paid_robot::{Permutation, RobotModel, RobotSpec};
+
+use crate::npz::Npz;
+use crate::{Clip, KickLeg, MotionError};
+
+/// How far a stored quaternion's norm may be from one (single precision with room).
+const UNIT_TOLERANCE: f64 = 1e-3;
+/// Frame rates outside of this are taken for a mistake [Hz].
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
+
+/// Reads and checks a motion file at its own frame rate.
+///
+/// Keys: `fps` (one number), `joint_pos`, `joint_vel` `[T, J]`, `body_pos_w`, `body_lin_vel_w`, `body_ang_vel_w`
+/// `[T, B, 3]`, `body_quat_w` `[T, B, 4]` (w, x, y, z), `kick_leg` (`left` or `right`); optionally `joint_names`,
+/// `body_names` (text lists; without them the orders of [`RobotSpec`] hold) and `licence` (text).
+///
+/// # Errors
+/// Names the file, the key, what was expected and what was found.
+pub fn read_clip(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Clip, MotionError> {
+    let mut npz = Npz::open(path)?;
+    let fps = frame_rate(&mut npz)?;
+    let kick_leg = label(&mut npz)?;
+    let joints = order(&mut npz, path, "joint_names", &spec.policy_joint_order, &model.joint_names())?;
+    let bodies = order(&mut npz, path, "body_names", &spec.motion_body_order, &model.body_names())?;
+
+    let pos = npz.numbers("joint_pos")?;
+    let frames = pos.shape.first().copied().unwrap_or(0);
+    if frames < 2 {
+        return Err(npz.error("joint_pos", "at least 2 frames", format!("shape {:?}", pos.shape)));
+    }
+    let mut reader = Reader { npz: &mut npz, frames };
+    let joint_pos = reader.rows("joint_pos", &joints)?;
+    let joint_vel = reader.rows("joint_vel", &joints)?;
+    let body_pos = reader.vectors::<3>("body_pos_w", &bodies)?;
+    let body_quat = reader.unit_quaternions("body_quat_w", &bodies)?;
+    let body_lin_vel = reader.vectors::<3>("body_lin_vel_w", &bodies)?;
+    let body_ang_vel = reader.vectors::<3>("body_ang_vel_w", &bodies)?;
+    let licence = match npz.has("licence") {
+        true => npz.texts("licence")?.into_iter().next(),
+        false => None,
+    };
+    Ok(Clip {
+        name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
+        path: path.to_owned(),
+        fps,
+        kick_leg,
+        licence,
+        frames,
+        joints: model.joints.len(),
+        bodies: model.bodies.len(),
+        joint_pos,
+        joint_vel,
+        body_pos,
+        body_quat,
+        body_lin_vel,
+        body_ang_vel,
+    })
+}
+
+fn frame_rate(npz: &mut Npz) -> Result<f64, MotionError> {
+    let fps = npz.numbers("fps")?;
+    match fps.values[..] {
+        [rate] if RATES_HZ.contains(&rate) => Ok(rate),
+        [rate] => Err(npz.error(
+            "fps",
+            format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end()),
+            rate.to_string(),
+        )),
+        _ => Err(npz.error("fps", "one number", format!("shape {:?}", fps.shape))),
+    }
+}
+
+fn label(npz: &mut Npz) -> Result<KickLeg, MotionError> {
+    let texts = npz.texts("kick_leg")?;
+    match &texts[..] {
+        [text] => text.parse().map_err(|found: String| npz.error("kick_leg", "'left' or 'right'", found)),
+        _ => Err(npz.error("kick_leg", "one text", format!("{} texts", texts.len()))),
+    }
+}
+
+/// The permutation from the file's order (its own names, else the robot's convention) to the model's.
+fn order(
+    npz: &mut Npz,
+    path: &Path,
+    key: &'static str,
+    convention: &[String],
+    model: &[String],
+) -> Result<Permutation, MotionError> {
+    let own = if npz.has(key) { Some(npz.texts(key)?) } else { None };
+    Permutation::between(own.as_deref().unwrap_or(convention), model).map_err(|source| MotionError::Order {
+        path: path.to_owned(),
+        list: key,
+        source,
+    })
+}
+
+struct Reader<'a> {
+    npz: &'a mut Npz,
+    frames: usize,
+}
+
+impl Reader<'_> {
+    /// Numbers of shape `[T, items]` or `[T, items, width]`, all finite.
+    fn checked(&mut self, key: &'static str, tail: &[usize]) -> Result<Vec<f64>, MotionError> {
+        let array = self.npz.numbers(key)?;
+        let mut expected = vec![self.frames];
+        expected.extend(tail);
+        if array.shape != expected {
+            return Err(self.npz.error(key, format!("shape {expected:?}"), format!("{:?}", array.shape)));
+        }
+        match array.values.iter().position(|v| !v.is_finite()) {
+            None => Ok(array.values),
+            Some(i) => {
+                let found = format!("{} at {:?}", array.values[i], place(i, &expected));
+                Err(self.npz.error(key, "finite numbers", found))
+            }
+        }
+    }
+
+    /// `[T, J]` in model order.
+    fn rows(&mut self, key: &'static str, order: &Permutation) -> Result<Vec<f64>, MotionError> {
+        let n = order.indices().len();
+        let values = self.checked(key, &[n])?;
+        Ok(values.chunks_exact(n).flat_map(|row| order.apply(row)).collect())
+    }
+
+    /// `[T, B, N]` in model order.
+    fn vectors<const N: usize>(
+        &mut self,
+        key: &'static str,
+        order: &Permutation,
+    ) -> Result<Vec<[f64; N]>, MotionError> {
+        let n = order.indices().len();
+        let values = self.checked(key, &[n, N])?;
+        let (vectors, _) = values.as_chunks::<N>();
+        Ok(vectors.chunks_exact(n).flat_map(|row| order.apply(row)).collect())
+    }
+
+    fn unit_quaternions(
+        &mut self,
+        key: &'static str,
+        order: &Permutation,
+    ) -> Result<Vec<[f64; 4]>, MotionError> {
+        let mut quats = self.vectors::<4>(key, order)?;
+        let bodies = order.indices().len();
+        for (i, q) in quats.iter_mut().enumerate() {
+            let norm = q.iter().map(|c| c * c).sum::<f64>().sqrt();
+            if (norm - 1.0).abs() > UNIT_TOLERANCE {
+                let found = format!("norm {norm} at {:?}", [i / bodies, order.indices()[i % bodies]]);
+                return Err(self.npz.error(key, "unit quaternions w, x, y, z", found));
+            }
+            *q = q.map(|c| c / norm);
+        }
+        Ok(quats)
+    }
+}
+
+/// The index of flat element `i` of a row-major array.
+fn place(mut i: usize, shape: &[usize]) -> Vec<usize> {
+    let mut index: Vec<usize> = shape
+        .iter()
+        .rev()
+        .map(|&n| {
+            let k = i % n;
+            i /= n;
+            k
+        })
+        .collect();
+    index.reverse();
+    index
+}
