@@ -1,1 +1,30 @@
-//! The MDP: references, observations, rewards, terminations, resets, ball and goal; presets.
+//! The task: what the robot observes, what it is paid for, how its episodes begin and end.
+//!
+//! A [`TaskPreset`] (TOML) holds every constant, a [`ReferenceLibrary`] the motions, and a [`TaskShard`] steps a number of
+//! environments, one a SIMD lane.
+
+mod agent;
+mod error;
+mod eval_control;
+mod layout;
+mod library;
+mod metrics;
+mod overrides;
+pub mod preset;
+mod reward_preset;
+mod sampler;
+mod shard;
+
+pub use agent::{Agent, run_agent};
+pub use error::TaskError;
+pub use eval_control::{BodySample, EnvSample, EvalControl, EvalOptions, ForcedStart, KickEvent};
+pub use layout::{ObservationLayout, ObservationTerm};
+pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary};
+pub use metrics::{END_CAUSES, END_NAMES, EndCause, KickStatistics, TRACKING_NAMES, TaskMetrics};
+pub use overrides::{OverrideError, apply_override};
+pub use preset::TaskPreset;
+pub use reward_preset::{
+    BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset,
+};
+pub use sampler::SamplerState;
+pub use shard::{TaskShard, build_shard};

@@ -1,0 +1,148 @@
+//! Deterministic episodes for evaluation, without a second implementation of the task.
+
+use crate::TaskError;
+
+/// How an environment's next episodes begin.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForcedStart {
+    /// Index of the motion in the library.
+    pub motion: usize,
+    /// Frame of the motion; 0 is its start.
+    pub frame: usize,
+    /// Ball centre (x, y) in the motion's start frame (origin: the anchor's horizontal position at frame 0; x along its
+    /// heading, y left) [m]; `None`: the motion's nominal place.
+    pub ball_xy: Option<[f64; 2]>,
+    /// Initial ball velocity in the same axes [m/s].
+    pub ball_velocity: [f64; 2],
+    /// Goal centre (x, y) in the same frame [m]; `None`: the centre of the preset's rectangle.
+    pub goal_xy: Option<[f64; 2]>,
+    /// Displacement (x, y) of the robot from the reference in the same axes [m].
+    pub displacement: [f64; 2],
+    /// True: the preset's reset noise is added.
+    pub noise: bool,
+}
+
+impl ForcedStart {
+    /// The unperturbed first frame of a motion with ball and goal at their nominal places.
+    pub fn nominal(motion: usize) -> Self {
+        Self {
+            motion,
+            frame: 0,
+            ball_xy: None,
+            ball_velocity: [0.0; 2],
+            goal_xy: None,
+            displacement: [0.0; 2],
+            noise: false,
+        }
+    }
+}
+
+/// What differs between evaluation and training.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EvalOptions {
+    /// Beyond the motion's end the reference holds its last pose at rest, instead of ending the episode.
+    pub hold_last_frame: bool,
+    /// Failed tracking ends the episode (as in training); else only the time limit and non-finite states do.
+    pub end_on_failure: bool,
+    /// Time limit [control steps]; `None`: the preset's.
+    pub max_steps: Option<u32>,
+    /// Environments whose episode ended begin a new one at once; else they go on and keep reporting their end.
+    pub auto_reset: bool,
+    /// Observation noise, perception errors, pushes and randomisation stay as in the preset; else all are off.
+    pub disturbances: bool,
+}
+
+impl Default for EvalOptions {
+    /// An undisturbed episode that goes on after the motion and after failures, for the evaluator to judge.
+    fn default() -> Self {
+        Self {
+            hold_last_frame: true,
+            end_on_failure: false,
+            max_steps: None,
+            auto_reset: false,
+            disturbances: false,
+        }
+    }
+}
+
+/// The first contact of an episode between robot and ball.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KickEvent {
+    /// Control steps since the episode began, the contact's own counted.
+    pub step: u32,
+    /// The foot nearer to the ball: 0 left, 1 right.
+    pub foot: usize,
+    /// True if that is the labelled foot.
+    pub correct: bool,
+    /// Model index of the body that the engine says touched the ball; `None` if it does not say.
+    pub body: Option<usize>,
+    /// Velocity of that foot's centre of mass just after the contact step, world axes [m/s].
+    pub foot_vel: [f64; 3],
+    /// Ball velocity 5 control steps after the contact, world axes [m/s]; `None` before then.
+    pub ball_vel_after: Option<[f64; 3]>,
+}
+
+/// Pose and velocity of a body, world axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodySample {
+    /// Origin of the body frame [m].
+    pub pos: [f64; 3],
+    /// Body frame in the world, row-major.
+    pub rot: [[f64; 3]; 3],
+    /// Velocity of the centre of mass [m/s].
+    pub com_vel: [f64; 3],
+    /// Angular velocity [rad/s].
+    pub ang_vel: [f64; 3],
+}
+
+/// Everything measurable of one environment after a step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvSample {
+    /// Motion index.
+    pub motion: usize,
+    /// Frame of the reference that this state was scored against (the state's own frame after a reset). Beyond the
+    /// motion's end it stays at the last frame.
+    pub frame: usize,
+    /// Control steps since the episode began.
+    pub step: u32,
+    /// True once the reference is past its last frame.
+    pub motion_ended: bool,
+    /// Bodies, model order.
+    pub bodies: Vec<BodySample>,
+    /// Joint angles, model order [rad].
+    pub joint_pos: Vec<f64>,
+    /// Joint velocities, model order [rad/s].
+    pub joint_vel: Vec<f64>,
+    /// Actuator torques, model order [N m].
+    pub joint_torque: Vec<f64>,
+    /// Net contact force on each body, model order [N].
+    pub contact_force: Vec<f64>,
+    /// Ball centre [m].
+    pub ball_pos: [f64; 3],
+    /// Ball velocity [m/s].
+    pub ball_vel: [f64; 3],
+    /// Force of the robot on the ball [N].
+    pub ball_force: f64,
+    /// Goal centre [m].
+    pub goal_pos: [f64; 3],
+    /// Heading of the motion's first frame in the world [rad]: the goal plane is perpendicular to it.
+    pub heading: f64,
+    /// The first kick of the episode.
+    pub kick: Option<KickEvent>,
+}
+
+/// Control of single environments. Environments are indexed within their shard.
+pub trait EvalControl {
+    /// Switches evaluation on (and the given disturbances off) for the whole shard, or back to training with `None`.
+    fn set_eval(&mut self, options: Option<EvalOptions>);
+    /// Resets environment `env` to `start` now; later resets of it begin there too, until another start is forced.
+    ///
+    /// # Errors
+    /// If the environment, motion or frame does not exist or a number is not finite.
+    fn force_start(&mut self, env: usize, start: &ForcedStart) -> Result<(), TaskError>;
+    /// The state of an environment.
+    ///
+    /// # Errors
+    /// If the environment does not exist.
+    fn sample(&self, env: usize) -> Result<EnvSample, TaskError>;
+}

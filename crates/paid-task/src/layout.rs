@@ -1,0 +1,99 @@
+//! What the numbers of an observation mean: the contract of a policy file.
+
+use paid_robot::RobotSpec;
+use serde::{Deserialize, Serialize};
+
+/// A named slice of an observation vector.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservationTerm {
+    /// Name, unique within its group.
+    pub name: String,
+    /// First index in the vector.
+    pub offset: usize,
+    /// Number of values.
+    pub size: usize,
+    /// Axes or order in which it is expressed.
+    pub frame: String,
+    /// SI unit; empty for pure numbers.
+    pub unit: String,
+    /// Factor on the physical value before normalisation.
+    pub scale: f64,
+}
+
+/// Terms of the policy's and the critic's observation, in order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservationLayout {
+    /// The policy's terms.
+    pub policy: Vec<ObservationTerm>,
+    /// The critic's terms.
+    pub critic: Vec<ObservationTerm>,
+}
+
+fn terms(list: &[(&str, usize, &str, &str)]) -> Vec<ObservationTerm> {
+    let mut offset = 0;
+    list.iter()
+        .map(|&(name, size, frame, unit)| {
+            let term = ObservationTerm {
+                name: name.into(),
+                offset,
+                size,
+                frame: frame.into(),
+                unit: unit.into(),
+                scale: 1.0,
+            };
+            offset += size;
+            term
+        })
+        .collect()
+}
+
+impl ObservationLayout {
+    /// The layout for a robot: policy 160 and critic 292 numbers for 29 joints and 14 tracked bodies. Joint vectors are in
+    /// the policy's joint order; `base` is body 0, `anchor` the robot's anchor body.
+    pub fn new(spec: &RobotSpec) -> Self {
+        let joints = spec.policy_joint_order.len();
+        let bodies = spec.tracked_bodies.len();
+        let order = "policy joint order";
+        Self {
+            policy: terms(&[
+                ("reference_joint_pos", joints, order, "rad"),
+                ("reference_joint_vel", joints, order, "rad/s"),
+                ("projected_gravity", 3, "base", ""),
+                ("reference_anchor_ang_vel", 3, "world", "rad/s"),
+                ("base_ang_vel", 3, "base", "rad/s"),
+                ("joint_pos_rel", joints, order, "rad"),
+                ("joint_vel", joints, order, "rad/s"),
+                ("last_action", joints, order, ""),
+                ("ball_pos", 3, "base", "m"),
+                ("goal_pos", 3, "base", "m"),
+            ]),
+            critic: terms(&[
+                ("reference_joint_pos", joints, order, "rad"),
+                ("reference_joint_vel", joints, order, "rad/s"),
+                ("anchor_pos_error", 3, "anchor", "m"),
+                ("anchor_ori_error", 6, "anchor; first two columns, row by row", ""),
+                ("body_pos", 3 * bodies, "anchor; tracked bodies", "m"),
+                ("body_ori", 6 * bodies, "anchor; tracked bodies, first two columns, row by row", ""),
+                ("base_lin_vel", 3, "base", "m/s"),
+                ("base_ang_vel", 3, "base", "rad/s"),
+                ("joint_pos_rel", joints, order, "rad"),
+                ("joint_vel", joints, order, "rad/s"),
+                ("last_action", joints, order, ""),
+                ("ball_pos", 3, "base", "m"),
+                ("goal_pos", 3, "base", "m"),
+            ]),
+        }
+    }
+
+    /// Length of the policy's observation.
+    pub fn policy_dim(&self) -> usize {
+        self.policy.iter().map(|t| t.size).sum()
+    }
+
+    /// Length of the critic's observation.
+    pub fn critic_dim(&self) -> usize {
+        self.critic.iter().map(|t| t.size).sum()
+    }
+}

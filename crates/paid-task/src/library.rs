@@ -1,0 +1,257 @@
+//! Reference motions, packed for gathering one frame a lane.
+
+use paid_robot::{Permutation, RobotModel, RobotSpec};
+
+use crate::TaskError;
+
+/// One motion at the control rate, in model order. Row `t` of a `[T, N]` array is at `t * N ..`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceClip {
+    /// Name.
+    pub name: String,
+    /// Frames a second; must be the control rate.
+    pub fps: f64,
+    /// Labelled kicking foot: 0 left, 1 right.
+    pub kick_foot: usize,
+    /// Number of frames T.
+    pub frames: usize,
+    /// Joint angles `[T, J]` [rad].
+    pub joint_pos: Vec<f64>,
+    /// Joint velocities `[T, J]` [rad/s].
+    pub joint_vel: Vec<f64>,
+    /// Body origins `[T, B]`, world [m].
+    pub body_pos: Vec<[f64; 3]>,
+    /// Body orientations `[T, B]`, w, x, y, z.
+    pub body_quat: Vec<[f64; 4]>,
+    /// Velocities of the bodies' centres of mass `[T, B]`, world [m/s].
+    pub body_com_vel: Vec<[f64; 3]>,
+    /// Angular velocities `[T, B]`, world [rad/s].
+    pub body_ang_vel: Vec<[f64; 3]>,
+}
+
+/// What the task derives from a motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionFacts {
+    /// Name.
+    pub name: String,
+    /// Number of frames.
+    pub frames: usize,
+    /// Labelled kicking foot: 0 left, 1 right.
+    pub kick_foot: usize,
+    /// Frame in which the kicking foot's centre of mass is fastest.
+    pub strike_frame: usize,
+    /// That speed [m/s].
+    pub strike_speed: f64,
+    /// Anchor position (x, y) in the first frame, world [m].
+    pub start_xy: [f64; 2],
+    /// Base position (x, y) in the first frame, world [m].
+    pub base_xy: [f64; 2],
+    /// Heading of the anchor's x axis in the first frame [rad].
+    pub heading: f64,
+    /// Anchor displacement from the first to the last frame, world axes [m]: from `start_xy` to the nominal ball.
+    pub displacement: [f64; 2],
+}
+
+/// Positions of values in a packed frame: joint angles, joint velocities (policy order), then 13 numbers a followed body: position,
+/// quaternion, centre-of-mass velocity, angular velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameLayout {
+    /// Number of joints.
+    pub joints: usize,
+    /// Number of followed bodies.
+    pub bodies: usize,
+}
+
+impl FrameLayout {
+    /// Numbers a followed body.
+    pub const BODY: usize = 13;
+    /// Numbers a frame.
+    pub fn len(self) -> usize {
+        2 * self.joints + Self::BODY * self.bodies
+    }
+    /// True if a frame holds nothing.
+    pub fn is_empty(self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// The motions of a task. Each has one frame more than its clip: the last pose at rest, for holding it.
+#[derive(Clone, Debug)]
+pub struct ReferenceLibrary {
+    clips: Vec<ReferenceClip>,
+    facts: Vec<MotionFacts>,
+    layout: FrameLayout,
+    /// Model index of each followed body: the tracked bodies, then what else anchor, feet and end effectors add.
+    followed: Vec<usize>,
+    first_frame: Vec<usize>,
+    packed: Vec<f32>,
+}
+
+/// Model index of a body.
+pub(crate) fn body_index(robot: &RobotModel, role: &'static str, name: &str) -> Result<usize, TaskError> {
+    robot.body_index(name).ok_or_else(|| TaskError::Name { role, name: name.to_owned() })
+}
+
+/// Model indices of the followed bodies: tracked bodies first, in the specification's order.
+pub(crate) fn followed_bodies(robot: &RobotModel, spec: &RobotSpec) -> Result<Vec<usize>, TaskError> {
+    let mut followed = Vec::new();
+    for name in &spec.tracked_bodies {
+        followed.push(body_index(robot, "tracked body", name)?);
+    }
+    let anchor = [("anchor body", &spec.anchor_body)];
+    let feet = spec.feet.iter().map(|n| ("foot", n));
+    let ends = spec.end_effectors.iter().map(|n| ("end effector", n));
+    for (role, name) in anchor.into_iter().chain(feet).chain(ends) {
+        let body = body_index(robot, role, name)?;
+        if !followed.contains(&body) {
+            followed.push(body);
+        }
+    }
+    Ok(followed)
+}
+
+impl ReferenceLibrary {
+    /// Packs clips for a robot.
+    ///
+    /// # Errors
+    /// If there is no clip, an array has the wrong length or holds a number that is not finite, or a name of `spec` is
+    /// not in `robot`.
+    pub fn new(clips: Vec<ReferenceClip>, robot: &RobotModel, spec: &RobotSpec) -> Result<Self, TaskError> {
+        if clips.is_empty() {
+            return Err(TaskError::Library("expected at least one motion, found none".into()));
+        }
+        let followed = followed_bodies(robot, spec)?;
+        let anchor = body_index(robot, "anchor body", &spec.anchor_body)?;
+        let feet = [body_index(robot, "foot", &spec.feet[0])?, body_index(robot, "foot", &spec.feet[1])?];
+        let to_policy = Permutation::between(&robot.joint_names(), &spec.policy_joint_order)
+            .map_err(|e| TaskError::Robot(format!("policy_joint_order: {e}")))?;
+        let layout = FrameLayout { joints: robot.joints.len(), bodies: followed.len() };
+        let mut library = Self {
+            facts: Vec::new(),
+            layout,
+            followed,
+            first_frame: Vec::new(),
+            packed: Vec::new(),
+            clips: Vec::new(),
+        };
+        for clip in clips {
+            check(&clip, robot)?;
+            library.first_frame.push(library.packed.len() / layout.len());
+            for t in 0..=clip.frames {
+                library.pack(&clip, t.min(clip.frames - 1), t == clip.frames, to_policy.indices());
+            }
+            library.facts.push(facts(&clip, robot.bodies.len(), anchor, feet[clip.kick_foot]));
+            library.clips.push(clip);
+        }
+        Ok(library)
+    }
+
+    fn pack(&mut self, clip: &ReferenceClip, t: usize, at_rest: bool, to_policy: &[usize]) {
+        let joints = self.layout.joints;
+        let bodies = clip.body_pos.len() / clip.frames;
+        let speed = if at_rest { 0.0 } else { 1.0 };
+        for &j in to_policy {
+            self.packed.push(clip.joint_pos[t * joints + j] as f32);
+        }
+        for &j in to_policy {
+            self.packed.push((clip.joint_vel[t * joints + j] * speed) as f32);
+        }
+        for &b in &self.followed {
+            let row = t * bodies + b;
+            self.packed.extend(clip.body_pos[row].map(|x| x as f32));
+            self.packed.extend(clip.body_quat[row].map(|x| x as f32));
+            self.packed.extend(clip.body_com_vel[row].map(|x| (x * speed) as f32));
+            self.packed.extend(clip.body_ang_vel[row].map(|x| (x * speed) as f32));
+        }
+    }
+
+    /// Number of motions.
+    pub fn len(&self) -> usize {
+        self.facts.len()
+    }
+    /// Never true: an empty library cannot be built.
+    pub fn is_empty(&self) -> bool {
+        self.facts.is_empty()
+    }
+    /// What is known of each motion.
+    pub fn facts(&self) -> &[MotionFacts] {
+        &self.facts
+    }
+    /// The clips as given.
+    pub fn clips(&self) -> &[ReferenceClip] {
+        &self.clips
+    }
+    /// Layout of a packed frame.
+    pub fn layout(&self) -> FrameLayout {
+        self.layout
+    }
+    /// Model indices of the followed bodies; the tracked ones come first.
+    pub fn followed(&self) -> &[usize] {
+        &self.followed
+    }
+    /// The packed frame `t` of a motion; beyond the last frame the last pose at rest.
+    #[inline(always)]
+    pub fn frame(&self, motion: usize, t: usize) -> &[f32] {
+        let row = self.first_frame[motion] + t.min(self.facts[motion].frames);
+        &self.packed[row * self.layout.len()..][..self.layout.len()]
+    }
+    /// Phase bins a motion: whole seconds of the longest clip, plus 1 (release).
+    pub fn bins(&self) -> usize {
+        let seconds = self.clips.iter().map(|c| (c.frames as f64 / c.fps) as usize).max();
+        seconds.unwrap_or(0) + 1
+    }
+}
+
+fn check(clip: &ReferenceClip, robot: &RobotModel) -> Result<(), TaskError> {
+    let (t, joints, bodies) = (clip.frames, robot.joints.len(), robot.bodies.len());
+    let fail = |what: String| Err(TaskError::Library(format!("motion '{}': {what}", clip.name)));
+    if t < 2 || clip.kick_foot > 1 || !(clip.fps > 0.0 && clip.fps.is_finite()) {
+        return fail(format!(
+            "expected at least 2 frames, a positive rate and kick foot 0 or 1, found {t}, {}, {}",
+            clip.fps, clip.kick_foot
+        ));
+    }
+    let lengths = [
+        ("joint_pos", clip.joint_pos.len(), t * joints),
+        ("joint_vel", clip.joint_vel.len(), t * joints),
+        ("body_pos", clip.body_pos.len(), t * bodies),
+        ("body_quat", clip.body_quat.len(), t * bodies),
+        ("body_com_vel", clip.body_com_vel.len(), t * bodies),
+        ("body_ang_vel", clip.body_ang_vel.len(), t * bodies),
+    ];
+    for (key, found, expected) in lengths {
+        if found != expected {
+            return fail(format!("'{key}' has {found} rows, expected {expected}"));
+        }
+    }
+    let finite = clip.joint_pos.iter().chain(&clip.joint_vel).all(|x| x.is_finite())
+        && clip.body_quat.iter().flatten().all(|x| x.is_finite())
+        && [&clip.body_pos, &clip.body_com_vel, &clip.body_ang_vel]
+            .iter()
+            .all(|rows| rows.iter().flatten().all(|x| x.is_finite()));
+    if finite { Ok(()) } else { fail("a value is not finite".into()) }
+}
+
+fn facts(clip: &ReferenceClip, bodies: usize, anchor: usize, foot: usize) -> MotionFacts {
+    let speed = |t: usize| clip.body_com_vel[t * bodies + foot].iter().map(|v| v * v).sum::<f64>().sqrt();
+    let mut strike = 0;
+    for t in 1..clip.frames {
+        if speed(t) > speed(strike) {
+            strike = t;
+        }
+    }
+    let start = clip.body_pos[anchor];
+    let end = clip.body_pos[(clip.frames - 1) * bodies + anchor];
+    let [w, x, y, z] = clip.body_quat[anchor];
+    MotionFacts {
+        name: clip.name.clone(),
+        frames: clip.frames,
+        kick_foot: clip.kick_foot,
+        strike_frame: strike,
+        strike_speed: speed(strike),
+        start_xy: [start[0], start[1]],
+        base_xy: [clip.body_pos[0][0], clip.body_pos[0][1]],
+        heading: (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)),
+        displacement: [end[0] - start[0], end[1] - start[1]],
+    }
+}

@@ -1,0 +1,190 @@
+//! Sums and counts of what happened in a shard since they were last taken.
+
+use crate::reward_preset::{REWARD_NAMES, REWARD_TERMS};
+
+/// Why an episode ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum EndCause {
+    /// The anchor's height left the reference's.
+    AnchorHeight = 0,
+    /// The anchor tilted away from the reference.
+    Gravity = 1,
+    /// An end effector's height left the reference's.
+    EndEffector = 2,
+    /// A number of the state was not finite; counted as a failure.
+    NotFinite = 3,
+    /// The motion ended; a truncation.
+    MotionEnd = 4,
+    /// The time limit; a truncation.
+    TimeOut = 5,
+}
+
+/// Number of causes.
+pub const END_CAUSES: usize = 6;
+
+/// Names of the causes, in the order of [`EndCause`].
+pub const END_NAMES: [&str; END_CAUSES] =
+    ["anchor_height", "gravity", "end_effector", "not_finite", "motion_end", "time_out"];
+
+/// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position [m] and orientation [rad],
+/// mean body position [m] and orientation [rad] (yaw-aligned), mean body linear [m/s] and angular [rad/s] velocity,
+/// norm of the joint angle [rad] and joint velocity [rad/s] errors.
+pub const TRACKING_NAMES: [&str; 8] = [
+    "error_anchor_pos",
+    "error_anchor_ori",
+    "error_body_pos",
+    "error_body_ori",
+    "error_body_lin_vel",
+    "error_body_ang_vel",
+    "error_joint_pos",
+    "error_joint_vel",
+];
+
+/// What happened with the ball in the episodes that ended.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KickStatistics {
+    /// Episodes that ended while the scene had a ball.
+    pub episodes: u64,
+    /// Of these, with a contact.
+    pub contacts: u64,
+    /// Of these, with the labelled foot first.
+    pub correct_foot: u64,
+    /// Sum over contacts of the ball's horizontal speed, the largest of the outcome window [m/s].
+    pub ball_speed_sum: f64,
+    /// Sum over contacts of the cosine between the ball's horizontal velocity (at that largest speed) and the goal's
+    /// direction.
+    pub ball_cosine_sum: f64,
+    /// Episodes in which the ball crossed the goal plane inside the goal before they ended.
+    pub goals: u64,
+    /// Episodes whose ball, at its largest outcome speed, was heading into the goal mouth along a straight line.
+    pub on_target: u64,
+}
+
+/// Sums and counts over a number of environment steps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TaskMetrics {
+    /// Environment steps.
+    pub steps: u64,
+    /// Sum over steps of each term times weight times control period, order of [`REWARD_NAMES`].
+    pub reward_terms: [f64; REWARD_TERMS],
+    /// Sums over steps of the tracking errors, order of [`TRACKING_NAMES`].
+    pub tracking: [f64; TRACKING_NAMES.len()],
+    /// Largest speed of the labelled kicking foot's centre of mass, summed over episodes that ended [m/s].
+    pub kick_foot_peak_sum: f64,
+    /// The same of the reference over the same frames.
+    pub reference_foot_peak_sum: f64,
+    /// Episodes that ended.
+    pub episodes: u64,
+    /// Their steps.
+    pub episode_steps: u64,
+    /// Their returns (undiscounted).
+    pub episode_return_sum: f64,
+    /// How they ended, order of [`END_NAMES`].
+    pub ends: [u64; END_CAUSES],
+    /// The ball.
+    pub kick: KickStatistics,
+}
+
+impl Default for TaskMetrics {
+    fn default() -> Self {
+        Self {
+            steps: 0,
+            reward_terms: [0.0; REWARD_TERMS],
+            tracking: [0.0; TRACKING_NAMES.len()],
+            kick_foot_peak_sum: 0.0,
+            reference_foot_peak_sum: 0.0,
+            episodes: 0,
+            episode_steps: 0,
+            episode_return_sum: 0.0,
+            ends: [0; END_CAUSES],
+            kick: KickStatistics::default(),
+        }
+    }
+}
+
+fn ratio(sum: f64, count: u64) -> f64 {
+    if count == 0 { 0.0 } else { sum / count as f64 }
+}
+
+impl TaskMetrics {
+    /// Adds another shard's or another iteration's sums. Merge in a fixed order for repeatable rounding.
+    pub fn merge(&mut self, other: &Self) {
+        self.steps += other.steps;
+        for (a, b) in self.reward_terms.iter_mut().zip(other.reward_terms) {
+            *a += b;
+        }
+        for (a, b) in self.tracking.iter_mut().zip(other.tracking) {
+            *a += b;
+        }
+        self.kick_foot_peak_sum += other.kick_foot_peak_sum;
+        self.reference_foot_peak_sum += other.reference_foot_peak_sum;
+        self.episodes += other.episodes;
+        self.episode_steps += other.episode_steps;
+        self.episode_return_sum += other.episode_return_sum;
+        for (a, b) in self.ends.iter_mut().zip(other.ends) {
+            *a += b;
+        }
+        self.kick.episodes += other.kick.episodes;
+        self.kick.contacts += other.kick.contacts;
+        self.kick.correct_foot += other.kick.correct_foot;
+        self.kick.ball_speed_sum += other.kick.ball_speed_sum;
+        self.kick.ball_cosine_sum += other.kick.ball_cosine_sum;
+        self.kick.goals += other.kick.goals;
+        self.kick.on_target += other.kick.on_target;
+    }
+
+    /// Every figure by name, ready for a log: `reward/<term>` and `tracking/<error>` are means per step, `episode/*` means per
+    /// ended episode, `end/<cause>` shares of the ended episodes, `kick/*` shares of episodes or means per contact. A
+    /// mean over nothing is 0.
+    pub fn summary(&self) -> Vec<(String, f64)> {
+        let mut out = Vec::new();
+        for (name, sum) in REWARD_NAMES.iter().zip(self.reward_terms) {
+            out.push((format!("reward/{name}"), ratio(sum, self.steps)));
+        }
+        out.push(("reward/total".into(), ratio(self.reward_terms.iter().sum(), self.steps)));
+        for (name, sum) in TRACKING_NAMES.iter().zip(self.tracking) {
+            out.push((format!("tracking/{name}"), ratio(sum, self.steps)));
+        }
+        out.push(("episode/length".into(), ratio(self.episode_steps as f64, self.episodes)));
+        out.push(("episode/return".into(), ratio(self.episode_return_sum, self.episodes)));
+        let peak = ratio(self.kick_foot_peak_sum, self.episodes);
+        out.push(("episode/kick_foot_peak".into(), peak));
+        out.push((
+            "episode/kick_foot_peak_reference".into(),
+            ratio(self.reference_foot_peak_sum, self.episodes),
+        ));
+        for (name, count) in END_NAMES.iter().zip(self.ends) {
+            out.push((format!("end/{name}"), ratio(count as f64, self.episodes)));
+        }
+        let kick = &self.kick;
+        out.push(("kick/contact".into(), ratio(kick.contacts as f64, kick.episodes)));
+        out.push(("kick/correct_foot".into(), ratio(kick.correct_foot as f64, kick.contacts)));
+        out.push(("kick/ball_speed".into(), ratio(kick.ball_speed_sum, kick.contacts)));
+        out.push(("kick/ball_cosine".into(), ratio(kick.ball_cosine_sum, kick.contacts)));
+        out.push(("kick/goal".into(), ratio(kick.goals as f64, kick.episodes)));
+        out.push(("kick/on_target".into(), ratio(kick.on_target as f64, kick.episodes)));
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn merged_metrics_average_over_all_steps() {
+        let mut a = TaskMetrics { steps: 10, ..TaskMetrics::default() };
+        a.reward_terms[0] = 5.0;
+        let mut b = TaskMetrics { steps: 30, episodes: 2, episode_steps: 100, ..TaskMetrics::default() };
+        b.reward_terms[0] = 3.0;
+        b.ends[EndCause::MotionEnd as usize] = 1;
+        a.merge(&b);
+        let summary = a.summary();
+        let get = |name: &str| summary.iter().find(|(n, _)| n == name).expect("present").1;
+        assert_eq!(get("reward/anchor_pos"), 0.2);
+        assert_eq!(get("episode/length"), 50.0);
+        assert_eq!(get("end/motion_end"), 0.5);
+        assert_eq!(get("kick/contact"), 0.0);
+    }
+}

@@ -1,0 +1,78 @@
+//! A shard: environments that one worker owns. The trainer's and evaluator's view of a task.
+
+use std::sync::Arc;
+
+use paid_lanes::Isa;
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::{
+    EvalControl, ObservationLayout, ReferenceLibrary, SamplerState, TaskError, TaskMetrics, TaskPreset,
+};
+
+/// Environments that one worker steps together. Matrices are feature-major `[features, num_envs]`.
+pub trait TaskShard: Send {
+    /// Number of environments.
+    fn num_envs(&self) -> usize;
+    /// Length of the policy's observation.
+    fn policy_obs_dim(&self) -> usize;
+    /// Length of the critic's observation.
+    fn critic_obs_dim(&self) -> usize;
+    /// Length of an action.
+    fn action_dim(&self) -> usize;
+    /// Meaning of the observations.
+    fn layout(&self) -> &ObservationLayout;
+    /// Writes the current observations: `policy` `[policy_obs_dim, num_envs]` with noise (drawn anew at each call), `critic`
+    /// `[critic_obs_dim, num_envs]` without.
+    ///
+    /// # Panics
+    /// If a slice has another length.
+    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]);
+    /// Advances all environments by one control step under `actions` `[action_dim, num_envs]`, policy joint order. Episodes
+    /// that ended have begun anew when this returns: 1 in `terminated` for a failure (no value follows), in `truncated`
+    /// for the end of the motion or the time limit (bootstrap). Never both.
+    ///
+    /// # Panics
+    /// If a slice has another length.
+    fn step(&mut self, actions: &[f32], reward: &mut [f32], terminated: &mut [u8], truncated: &mut [u8]);
+    /// Sums and counts since the last call.
+    fn take_metrics(&mut self) -> TaskMetrics;
+    /// Failures since the last call, `[motion][bin]` flattened: for [`SamplerState::update`].
+    fn take_failures(&mut self) -> Vec<f32>;
+    /// A fresh (uniform) sampler of this library's size.
+    fn new_sampler(&self) -> SamplerState;
+    /// From now on resets draw from these probabilities.
+    fn set_sampler(&mut self, sampler: &SamplerState);
+    /// Everything that the next steps depend on: physics, references, kick state, random positions, sampler, metrics.
+    fn save(&self) -> Vec<u8>;
+    /// Continues from what `save` wrote, bit for bit.
+    ///
+    /// # Errors
+    /// A plain sentence if the bytes are damaged or of another shard.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String>;
+    /// Control of single environments for evaluation.
+    fn eval(&mut self) -> &mut dyn EvalControl;
+}
+
+/// Builds a shard on the built-in engine with the lane type of `isa`. Environments are numbered from `first_env` over all shards;
+/// an environment's random numbers depend on `seed` and its number only.
+///
+/// # Errors
+/// If `num_envs` does not fill lane groups, or preset, robot and library do not fit together.
+#[allow(clippy::too_many_arguments)]
+pub fn build_shard(
+    isa: Isa,
+    robot: &RobotModel,
+    spec: &RobotSpec,
+    library: &Arc<ReferenceLibrary>,
+    preset: &TaskPreset,
+    num_envs: usize,
+    first_env: usize,
+    seed: u64,
+) -> Result<Box<dyn TaskShard>, TaskError> {
+    let _ = (robot, spec, library, first_env, seed);
+    preset.validate()?;
+    if num_envs == 0 || !num_envs.is_multiple_of(isa.lanes()) {
+        return Err(TaskError::Lanes { num_envs, lanes: isa.lanes() });
+    }
+    Err(TaskError::Simulator("the built-in engine has not landed yet".into()))
+}
