@@ -1,0 +1,39 @@
+//! MuJoCo, the referee: the built-in engine trains, MuJoCo decides.
+//!
+//! [`mjcf_scene`] writes robot, floor, ball and goal as an MJCF file that MuJoCo and its viewer open. With the feature
+//! `mujoco` (default), [`MujocoSim`] runs it behind [`paid_physics::Simulator`], and [`World`] gives safe access to a MuJoCo
+//! model with its data for tests and golden values.
+//!
+//! The library is opened at run time ([`Library`]): nothing is linked or downloaded at build time, one binary serves
+//! with and without MuJoCo, and a missing library is an error that names the command that fetches it. (The bindings of
+//! the crate `mujoco-rs` 7.0 link at build time: with them the workspace would not build, and the binary not start, where
+//! the library is missing.)
+
+pub mod scene;
+
+#[cfg(feature = "mujoco")]
+mod layout;
+#[cfg(feature = "mujoco")]
+mod layout_check;
+#[cfg(feature = "mujoco")]
+pub mod library;
+#[cfg(feature = "mujoco")]
+pub mod reference;
+#[cfg(feature = "mujoco")]
+mod reports;
+#[cfg(feature = "mujoco")]
+pub mod sim;
+#[cfg(feature = "mujoco")]
+pub mod testing;
+#[cfg(feature = "mujoco")]
+pub mod world;
+
+#[cfg(feature = "mujoco")]
+pub use library::{Library, LibraryError, MUJOCO_VERSION};
+pub use scene::{
+    BallOptions, Cone, FloorOptions, FootShapes, GoalMarker, PdControl, SceneOptions, mjcf_scene,
+};
+#[cfg(feature = "mujoco")]
+pub use sim::MujocoSim;
+#[cfg(feature = "mujoco")]
+pub use world::{MujocoError, World};

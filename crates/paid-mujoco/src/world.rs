@@ -1,0 +1,419 @@
+//! Safe access to one MuJoCo model with its own data.
+
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::ptr::NonNull;
+
+use thiserror::Error;
+
+use crate::layout::{contact, data, model};
+use crate::library::{Library, LibraryError};
+
+/// `mjOBJ_XBODY`: a body with its regular frame.
+const OBJECT_XBODY: c_int = 2;
+/// `mjOBJ_GEOM`.
+const OBJECT_GEOM: c_int = 5;
+
+/// Why a scene cannot be simulated.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum MujocoError {
+    /// No library.
+    #[error(transparent)]
+    Library(#[from] LibraryError),
+    /// MuJoCo refuses the scene.
+    #[error("MuJoCo refuses the scene: {0}")]
+    Scene(String),
+    /// MuJoCo numbers the bodies of the robot otherwise.
+    #[error("body '{body}': expected number {expected} in MuJoCo, found {found}")]
+    BodyOrder {
+        /// The body.
+        body: String,
+        /// Number by the model order.
+        expected: usize,
+        /// Number in MuJoCo.
+        found: String,
+    },
+    /// A vector of the control numbers does not fit the robot.
+    #[error("{name}: expected {expected} entries, found {found}")]
+    Length {
+        /// Which.
+        name: &'static str,
+        /// The robot's number.
+        expected: usize,
+        /// The given number.
+        found: usize,
+    },
+}
+
+/// A point of contact between two geoms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Numbers of the geoms.
+    pub geoms: [usize; 2],
+    /// Distance of the surfaces, negative in penetration [m].
+    pub dist: f64,
+    /// Midpoint between the surfaces, world axes [m].
+    pub pos: [f64; 3],
+    /// Rows: normal from the first to the second geom, two tangents; world axes.
+    pub frame: [[f64; 3]; 3],
+}
+
+/// A compiled scene and its state. Every world owns its model, so parameters may differ between worlds.
+pub struct World {
+    library: &'static Library,
+    model: NonNull<c_void>,
+    data: NonNull<c_void>,
+}
+
+// SAFETY: model and data belong to this value alone, and MuJoCo keeps no thread-local state for them.
+unsafe impl Send for World {}
+
+impl std::fmt::Debug for World {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "World {{ nq: {}, nv: {}, nu: {}, time: {} }}",
+            self.nq(),
+            self.nv(),
+            self.nu(),
+            self.time()
+        )
+    }
+}
+
+impl Drop for World {
+    fn drop(&mut self) {
+        // SAFETY: both were made by this library and are not used afterwards.
+        unsafe {
+            (self.library.functions.mj_deleteData)(self.data.as_ptr());
+            (self.library.functions.mj_deleteModel)(self.model.as_ptr());
+        }
+    }
+}
+
+/// Number of elements of the arrays by entity.
+macro_rules! slices {
+    ($($(#[$doc:meta])* $get:ident $(, $get_mut:ident)?: $home:ident $offset:path, |$world:ident| $len:expr;)*) => {
+        $(
+            $(#[$doc])*
+            pub fn $get(&self) -> &[f64] {
+                let $world = self;
+                // SAFETY: the offset is that of an array of so many `mjtNum`, owned by self for its whole life.
+                unsafe { std::slice::from_raw_parts(read(self.$home, $offset), $len) }
+            }
+            $(
+                /// The same, writable.
+                pub fn $get_mut(&mut self) -> &mut [f64] {
+                    let $world = &*self;
+                    // SAFETY: as for reading; the exclusive borrow keeps every other access out.
+                    unsafe { std::slice::from_raw_parts_mut(read(self.$home, $offset), $len) }
+                }
+            )?
+        )*
+    };
+}
+
+/// The field at `offset` bytes from `base`.
+///
+/// # Safety
+/// There must be a field of type `T` at this place.
+unsafe fn read<T: Copy>(base: NonNull<c_void>, offset: usize) -> T {
+    // SAFETY: the caller vouches for the field; MuJoCo aligns structures as C does.
+    unsafe { base.as_ptr().cast::<u8>().add(offset).cast::<T>().read() }
+}
+
+impl World {
+    /// Compiles an MJCF text.
+    ///
+    /// # Errors
+    /// If MuJoCo is missing or refuses the text.
+    pub fn from_xml(xml: &str) -> Result<Self, MujocoError> {
+        Self::compile(Library::get()?, xml)
+    }
+
+    pub(crate) fn compile(library: &'static Library, xml: &str) -> Result<Self, MujocoError> {
+        let f = &library.functions;
+        let text = CString::new(xml).map_err(|e| MujocoError::Scene(e.to_string()))?;
+        let mut error = [0 as c_char; 1024];
+        // SAFETY: text and buffer are valid for the call, the buffer's size is given, and what is returned is deleted once.
+        unsafe {
+            let spec = (f.mj_parseXMLString)(
+                text.as_ptr(),
+                std::ptr::null(),
+                error.as_mut_ptr(),
+                error.len() as c_int,
+            );
+            if spec.is_null() {
+                return Err(MujocoError::Scene(
+                    CStr::from_ptr(error.as_ptr()).to_string_lossy().into_owned(),
+                ));
+            }
+            let model = (f.mj_compile)(spec, std::ptr::null());
+            let refusal = if model.is_null() {
+                CStr::from_ptr((f.mjs_getError)(spec)).to_string_lossy().into_owned()
+            } else {
+                String::new()
+            };
+            (f.mj_deleteSpec)(spec);
+            let model = NonNull::new(model).ok_or(MujocoError::Scene(refusal))?;
+            Self::with_model(library, model)
+        }
+    }
+
+    /// Takes over `model`.
+    ///
+    /// # Safety
+    /// `model` must be a model of this library that nobody else uses.
+    unsafe fn with_model(library: &'static Library, model: NonNull<c_void>) -> Result<Self, MujocoError> {
+        // SAFETY: the model is valid; the data is deleted in `drop`.
+        let data = unsafe { (library.functions.mj_makeData)(model.as_ptr()) };
+        match NonNull::new(data) {
+            Some(data) => Ok(Self { library, model, data }),
+            None => {
+                // SAFETY: the model is not used any more.
+                unsafe { (library.functions.mj_deleteModel)(model.as_ptr()) };
+                Err(MujocoError::Scene("no memory for the simulation state".to_owned()))
+            }
+        }
+    }
+
+    /// A second world with a copy of the model and a fresh state.
+    ///
+    /// # Errors
+    /// If memory is short.
+    pub fn duplicate(&self) -> Result<Self, MujocoError> {
+        // SAFETY: the source model is valid; null asks for a new copy, which the new world owns.
+        unsafe {
+            let copy = (self.library.functions.mj_copyModel)(std::ptr::null_mut(), self.model.as_ptr());
+            let copy =
+                NonNull::new(copy).ok_or_else(|| MujocoError::Scene("no memory for the model".to_owned()))?;
+            Self::with_model(self.library, copy)
+        }
+    }
+
+    fn count(&self, offset: usize) -> usize {
+        // SAFETY: the offset is that of an `mjtSize` of the model, never negative.
+        unsafe { read::<i64>(self.model, offset) as usize }
+    }
+
+    /// Number of position coordinates.
+    pub fn nq(&self) -> usize {
+        self.count(model::NQ)
+    }
+    /// Number of velocity coordinates.
+    pub fn nv(&self) -> usize {
+        self.count(model::NV)
+    }
+    /// Number of controls.
+    pub fn nu(&self) -> usize {
+        self.count(model::NU)
+    }
+    /// Number of bodies with the world, which is number 0.
+    pub fn nbody(&self) -> usize {
+        self.count(model::NBODY)
+    }
+    /// Number of geoms.
+    pub fn ngeom(&self) -> usize {
+        self.count(model::NGEOM)
+    }
+    /// Physics step [s].
+    pub fn timestep(&self) -> f64 {
+        // SAFETY: the offset is that of a `double`.
+        unsafe { read(self.model, model::TIMESTEP) }
+    }
+    /// Simulated time [s].
+    pub fn time(&self) -> f64 {
+        // SAFETY: the offset is that of a `double`.
+        unsafe { read(self.data, data::TIME) }
+    }
+
+    slices! {
+        /// Body masses [nbody], kg.
+        body_mass, body_mass_mut: model model::BODY_MASS, |w| w.nbody();
+        /// Principal inertias [nbody * 3], kg m^2.
+        body_inertia, body_inertia_mut: model model::BODY_INERTIA, |w| w.nbody() * 3;
+        /// Centres of mass in body frames [nbody * 3], m.
+        body_ipos, body_ipos_mut: model model::BODY_IPOS, |w| w.nbody() * 3;
+        /// Passive damping of the velocity coordinates [nv].
+        dof_damping, dof_damping_mut: model model::DOF_DAMPING, |w| w.nv();
+        /// Geom sizes [ngeom * 3], m.
+        geom_size, geom_size_mut: model model::GEOM_SIZE, |w| w.ngeom() * 3;
+        /// Sliding, torsional and rolling friction [ngeom * 3].
+        geom_friction, geom_friction_mut: model model::GEOM_FRICTION, |w| w.ngeom() * 3;
+        /// Time constant and damping ratio of contacts [ngeom * 2].
+        geom_solref, geom_solref_mut: model model::GEOM_SOLREF, |w| w.ngeom() * 2;
+        /// Gain parameters of the actuators [nu * 10]; the first is the stiffness of a position actuator.
+        actuator_gainprm, actuator_gainprm_mut: model model::ACTUATOR_GAINPRM, |w| w.nu() * model::ACTUATOR_PARAMETERS;
+        /// Bias parameters of the actuators [nu * 10]; of a position actuator 0, -stiffness, -damping.
+        actuator_biasprm, actuator_biasprm_mut: model model::ACTUATOR_BIASPRM, |w| w.nu() * model::ACTUATOR_PARAMETERS;
+        /// Positions [nq].
+        qpos, qpos_mut: data data::QPOS, |w| w.nq();
+        /// Velocities [nv].
+        qvel, qvel_mut: data data::QVEL, |w| w.nv();
+        /// Controls [nu].
+        ctrl, ctrl_mut: data data::CTRL, |w| w.nu();
+        /// Start of the next solve [nv].
+        qacc_warmstart, qacc_warmstart_mut: data data::QACC_WARMSTART, |w| w.nv();
+        /// Accelerations of the last forward computation [nv].
+        qacc: data data::QACC, |w| w.nv();
+        /// Forces of the actuators in the last step [nu].
+        actuator_force: data data::ACTUATOR_FORCE, |w| w.nu();
+        /// Accelerations without constraints (contact, limits, friction loss) [nv].
+        qacc_smooth: data data::QACC_SMOOTH, |w| w.nv();
+        /// Bias forces: gravity, Coriolis, centrifugal [nv].
+        qfrc_bias: data data::QFRC_BIAS, |w| w.nv();
+        /// Body origins in the world [nbody * 3], m.
+        xpos: data data::XPOS, |w| w.nbody() * 3;
+        /// Body frames in the world, row-major [nbody * 9].
+        xmat: data data::XMAT, |w| w.nbody() * 9;
+        /// Centres of mass in the world [nbody * 3], m.
+        xipos: data data::XIPOS, |w| w.nbody() * 3;
+    }
+
+    /// Body of a geom.
+    pub fn geom_body(&self, geom: usize) -> usize {
+        assert!(geom < self.ngeom(), "geom {geom} of {}", self.ngeom());
+        // SAFETY: the array has `ngeom` entries of type int, none negative.
+        unsafe { read::<*const c_int>(self.model, model::GEOM_BODYID).add(geom).read() as usize }
+    }
+
+    fn number(&self, kind: c_int, name: &str) -> Option<usize> {
+        let name = CString::new(name).ok()?;
+        // SAFETY: model and string are valid.
+        let id = unsafe { (self.library.functions.mj_name2id)(self.model.as_ptr(), kind, name.as_ptr()) };
+        usize::try_from(id).ok()
+    }
+    /// Number of a body by name.
+    pub fn body(&self, name: &str) -> Option<usize> {
+        self.number(OBJECT_XBODY, name)
+    }
+    /// Number of a geom by name.
+    pub fn geom(&self, name: &str) -> Option<usize> {
+        self.number(OBJECT_GEOM, name)
+    }
+
+    /// Back to the initial state.
+    pub fn reset(&mut self) {
+        // SAFETY: model and data belong together.
+        unsafe { (self.library.functions.mj_resetData)(self.model.as_ptr(), self.data.as_ptr()) }
+    }
+    /// Recomputes what follows from changed masses, inertias and sizes. The state is kept.
+    pub fn refresh_constants(&mut self) {
+        let state = (self.qpos().to_vec(), self.qvel().to_vec(), self.qacc_warmstart().to_vec());
+        // SAFETY: model and data belong together.
+        unsafe { (self.library.functions.mj_setConst)(self.model.as_ptr(), self.data.as_ptr()) }
+        self.qpos_mut().copy_from_slice(&state.0);
+        self.qvel_mut().copy_from_slice(&state.1);
+        self.qacc_warmstart_mut().copy_from_slice(&state.2);
+    }
+    /// Advances by one physics step.
+    pub fn step(&mut self) {
+        // SAFETY: model and data belong together.
+        unsafe { (self.library.functions.mj_step)(self.model.as_ptr(), self.data.as_ptr()) }
+    }
+    /// Computes everything for the present state without advancing.
+    pub fn forward(&mut self) {
+        // SAFETY: model and data belong together.
+        unsafe { (self.library.functions.mj_forward)(self.model.as_ptr(), self.data.as_ptr()) }
+    }
+    /// Computes poses and velocities of the bodies for the present state; contacts stay as they are.
+    pub fn kinematics(&mut self) {
+        let f = &self.library.functions;
+        // SAFETY: model and data belong together; the order is that of mj_forward.
+        unsafe {
+            (f.mj_kinematics)(self.model.as_ptr(), self.data.as_ptr());
+            (f.mj_comPos)(self.model.as_ptr(), self.data.as_ptr());
+            (f.mj_comVel)(self.model.as_ptr(), self.data.as_ptr());
+        }
+    }
+
+    /// The mass matrix [nv * nv], row-major.
+    pub fn mass_matrix(&self) -> Vec<f64> {
+        let mut out = vec![0.0; self.nv() * self.nv()];
+        // SAFETY: the buffer has nv * nv entries.
+        unsafe {
+            (self.library.functions.mj_fullM)(self.model.as_ptr(), self.data.as_ptr(), out.as_mut_ptr());
+        }
+        out
+    }
+
+    /// Angular [rad/s] and linear [m/s] velocity of a body's frame, world axes.
+    pub fn body_velocity(&self, body: usize) -> ([f64; 3], [f64; 3]) {
+        assert!(body < self.nbody(), "body {body} of {}", self.nbody());
+        let mut out = [0.0; 6];
+        // SAFETY: the body exists and the buffer has six entries; 0 asks for world axes.
+        unsafe {
+            (self.library.functions.mj_objectVelocity)(
+                self.model.as_ptr(),
+                self.data.as_ptr(),
+                OBJECT_XBODY,
+                body as c_int,
+                out.as_mut_ptr(),
+                0,
+            );
+        }
+        ([out[0], out[1], out[2]], [out[3], out[4], out[5]])
+    }
+
+    /// Number of contacts of the last step or forward computation.
+    pub fn contact_count(&self) -> usize {
+        // SAFETY: the offset is that of an `int` that is never negative.
+        unsafe { read::<c_int>(self.data, data::NCON) as usize }
+    }
+
+    /// A contact. The force at it is [`World::contact_force`].
+    pub fn contact(&self, index: usize) -> Contact {
+        assert!(index < self.contact_count(), "contact {index} of {}", self.contact_count());
+        // SAFETY: the array has `ncon` structures of this size with fields at these offsets.
+        unsafe {
+            let base = read::<*const u8>(self.data, data::CONTACT).add(index * contact::SIZE);
+            let geoms = base.add(contact::GEOM).cast::<[c_int; 2]>().read_unaligned();
+            Contact {
+                geoms: [geoms[0] as usize, geoms[1] as usize],
+                dist: base.add(contact::DIST).cast::<f64>().read(),
+                pos: base.add(contact::POS).cast::<[f64; 3]>().read(),
+                frame: base.add(contact::FRAME).cast::<[[f64; 3]; 3]>().read(),
+            }
+        }
+    }
+
+    /// Force on the second geom of a contact, world axes [N].
+    pub fn contact_force(&self, index: usize) -> [f64; 3] {
+        let frame = self.contact(index).frame;
+        let mut out = [0.0; 6];
+        // SAFETY: the contact exists and the buffer has six entries.
+        unsafe {
+            let (model, data) = (self.model.as_ptr(), self.data.as_ptr());
+            (self.library.functions.mj_contactForce)(model, data, index as c_int, out.as_mut_ptr());
+        }
+        std::array::from_fn(|k| frame[0][k] * out[0] + frame[1][k] * out[1] + frame[2][k] * out[2])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::mujoco_or_skip;
+
+    #[test]
+    fn a_wrong_scene_is_refused_with_mujocos_own_words() {
+        let Some(_) = mujoco_or_skip("a_wrong_scene_is_refused_with_mujocos_own_words") else { return };
+        let error =
+            World::from_xml("<mujoco><worldbody><geom type='cube'/></worldbody></mujoco>").unwrap_err();
+        assert!(error.to_string().contains("geom"), "{error}");
+        assert!(World::from_xml("no xml").is_err());
+    }
+
+    #[test]
+    fn a_duplicate_has_its_own_model_and_state() {
+        let Some(_) = mujoco_or_skip("a_duplicate_has_its_own_model_and_state") else { return };
+        let xml =
+            "<mujoco><worldbody><body><freejoint/><geom size='0.1' mass='2'/></body></worldbody></mujoco>";
+        let mut first = World::from_xml(xml).unwrap();
+        let mut second = first.duplicate().unwrap();
+        second.body_mass_mut()[1] = 3.0;
+        second.step();
+        assert_eq!((first.body_mass()[1], second.body_mass()[1]), (2.0, 3.0));
+        assert_eq!((first.time(), second.time()), (0.0, 0.002));
+        first.reset();
+    }
+}
