@@ -1,0 +1,235 @@
+//! The run folder: preset, metrics, checkpoints. Files appear whole or not at all.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::record::Record;
+use crate::{EventWriter, TrainError};
+
+/// Name of the resolved preset in a run folder.
+pub const PRESET_FILE: &str = "preset.toml";
+/// Name of the metrics file in a run folder: one JSON object a line.
+pub const METRICS_FILE: &str = "metrics.jsonl";
+
+/// Writes a file to a temporary name beside it and renames it, so that an earlier file stays whole if this fails.
+///
+/// # Errors
+/// [`TrainError::Write`] with the final path.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
+    let mut temporary = path.as_os_str().to_owned();
+    temporary.push(".tmp");
+    let temporary = PathBuf::from(temporary);
+    let write = || {
+        let mut file = File::create(&temporary)?;
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&temporary, path)
+    };
+    write().map_err(|source| {
+        // Nothing more can be done if the leftover cannot be removed either.
+        let _ = fs::remove_file(&temporary);
+        TrainError::Write { path: path.to_owned(), source }
+    })
+}
+
+/// A folder that belongs to one stage of one run.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    metrics: File,
+    events: EventWriter,
+}
+
+impl RunFolder {
+    /// Starts a new run: makes the folder, refuses one that holds a run already, saves the resolved preset.
+    ///
+    /// # Errors
+    /// If the folder is taken or cannot be written.
+    pub fn create(path: &Path, preset: &str) -> Result<Self, TrainError> {
+        fs::create_dir_all(path).map_err(TrainError::write(path))?;
+        if path.join(PRESET_FILE).exists() || !checkpoints(path)?.is_empty() {
+            return Err(TrainError::Folder {
+                path: path.to_owned(),
+                message:
+                    "expected no earlier run, found one; continue it with --resume or choose another --out"
+                        .to_owned(),
+            });
+        }
+        write_whole(&path.join(PRESET_FILE), preset.as_bytes())?;
+        Self::open(path, 0)
+    }
+
+    /// Continues a run after `iteration`: later lines of the metrics file are dropped, a new event file voids later events.
+    ///
+    /// # Errors
+    /// If the folder cannot be read or written.
+    pub fn resume(path: &Path, iteration: u64) -> Result<Self, TrainError> {
+        let metrics = path.join(METRICS_FILE);
+        let text = match fs::read_to_string(&metrics) {
+            Ok(text) => text,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => String::new(),
+            Err(source) => return Err(TrainError::Read { path: metrics, source }),
+        };
+        let kept: String = text
+            .split_inclusive('\n')
+            .filter(|line| line.ends_with('\n') && line_iteration(line).is_some_and(|i| i <= iteration))
+            .collect();
+        if kept != text {
+            write_whole(&metrics, kept.as_bytes())?;
+        }
+        Self::open(path, iteration + 1)
+    }
+
+    fn open(path: &Path, first_step: u64) -> Result<Self, TrainError> {
+        let metrics_path = path.join(METRICS_FILE);
+        let metrics = File::options()
+            .append(true)
+            .create(true)
+            .open(&metrics_path)
+            .map_err(TrainError::write(&metrics_path))?;
+        let events = EventWriter::create(path, first_step)?;
+        Ok(Self { path: path.to_owned(), metrics, events })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Appends an iteration to the metrics and the event file.
+    ///
+    /// # Errors
+    /// If either cannot be written.
+    pub fn log(&mut self, record: &Record) -> Result<(), TrainError> {
+        let path = self.path.join(METRICS_FILE);
+        let mut line = serde_json::to_string(record).map_err(|error| {
+            TrainError::Setup(format!("metrics of iteration {}: {error}", record.iteration))
+        })?;
+        line.push('\n');
+        self.metrics.write_all(line.as_bytes()).map_err(TrainError::write(&path))?;
+        self.events.scalars(record.iteration, &record.scalars())
+    }
+
+    /// Removes all but the last `keep` checkpoints.
+    ///
+    /// # Errors
+    /// If the folder cannot be read or a file not be removed.
+    pub fn prune(&self, keep: usize) -> Result<(), TrainError> {
+        let all = checkpoints(&self.path)?;
+        for (_, path) in &all[..all.len().saturating_sub(keep.max(1))] {
+            fs::remove_file(path).map_err(TrainError::write(path))?;
+        }
+        Ok(())
+    }
+}
+
+fn line_iteration(line: &str) -> Option<u64> {
+    serde_json::from_str::<serde_json::Value>(line).ok()?.get("iteration")?.as_u64()
+}
+
+/// File name of the checkpoint after `iteration` iterations.
+pub fn checkpoint_name(iteration: u64) -> String {
+    format!("model_{iteration}.safetensors")
+}
+
+/// The checkpoints of a run folder, oldest first, with their iterations.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn checkpoints(folder: &Path) -> Result<Vec<(u64, PathBuf)>, TrainError> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).map_err(TrainError::read(folder))? {
+        let path = entry.map_err(TrainError::read(folder))?.path();
+        let iteration = path
+            .file_name()
+            .and_then(|name| name.to_str())
+            .and_then(|name| name.strip_prefix("model_")?.strip_suffix(".safetensors")?.parse().ok());
+        if let Some(iteration) = iteration {
+            found.push((iteration, path));
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// The newest checkpoint of a run folder, or the file itself if `path` is one.
+///
+/// # Errors
+/// If there is none.
+pub fn latest_checkpoint(path: &Path) -> Result<PathBuf, TrainError> {
+    if path.is_file() {
+        return Ok(path.to_owned());
+    }
+    match checkpoints(path)?.pop() {
+        Some((_, checkpoint)) => Ok(checkpoint),
+        None => Err(TrainError::Folder {
+            path: path.to_owned(),
+            message: "expected a checkpoint model_<iteration>.safetensors, found none".to_owned(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(iteration: u64) -> Record {
+        Record { iteration, ..Record::default() }
+    }
+
+    #[test]
+    fn a_taken_folder_is_refused_and_left_alone() {
+        let dir = tempfile::tempdir().expect("folder");
+        let path = dir.path().join("run");
+        let mut folder = RunFolder::create(&path, "a = 1\n").expect("create");
+        folder.log(&record(1)).expect("log");
+        let error = RunFolder::create(&path, "a = 2\n").expect_err("taken").to_string();
+        assert!(error.contains("--resume"), "{error}");
+        assert_eq!(fs::read_to_string(path.join(PRESET_FILE)).expect("preset"), "a = 1\n");
+    }
+
+    #[test]
+    fn resume_drops_lines_after_the_checkpoint_and_a_cut_line() {
+        let dir = tempfile::tempdir().expect("folder");
+        let mut folder = RunFolder::create(dir.path(), "").expect("create");
+        for i in 1..=4 {
+            folder.log(&record(i)).expect("log");
+        }
+        let path = dir.path().join(METRICS_FILE);
+        let mut text = fs::read_to_string(&path).expect("metrics");
+        text.push_str("{\"iteration\": 2, \"cu");
+        fs::write(&path, text).expect("cut line");
+        let mut folder = RunFolder::resume(dir.path(), 2).expect("resume");
+        folder.log(&record(3)).expect("log");
+        let text = fs::read_to_string(&path).expect("metrics");
+        let iterations: Vec<_> = text.lines().map(|l| line_iteration(l).expect("whole line")).collect();
+        assert_eq!(iterations, [1, 2, 3]);
+    }
+
+    #[test]
+    fn prune_keeps_the_newest_by_number() {
+        let dir = tempfile::tempdir().expect("folder");
+        let folder = RunFolder::create(dir.path(), "").expect("create");
+        for i in [5, 10, 9, 100] {
+            write_whole(&dir.path().join(checkpoint_name(i)), b"x").expect("write");
+        }
+        folder.prune(2).expect("prune");
+        let left: Vec<u64> = checkpoints(dir.path()).expect("list").iter().map(|c| c.0).collect();
+        assert_eq!(left, [10, 100]);
+        assert_eq!(latest_checkpoint(dir.path()).expect("latest"), dir.path().join("model_100.safetensors"));
+    }
+
+    #[test]
+    fn a_failed_write_names_the_path_and_leaves_the_old_file() {
+        let dir = tempfile::tempdir().expect("folder");
+        let path = dir.path().join("model_1.safetensors");
+        write_whole(&path, b"old").expect("write");
+        // A folder in the way of the temporary name stands for any refusal of the operating system.
+        fs::create_dir(dir.path().join("model_1.safetensors.tmp")).expect("folder in the way");
+        let error = write_whole(&path, b"new").expect_err("refused").to_string();
+        assert!(error.contains("model_1.safetensors"), "{error}");
+        assert_eq!(fs::read(&path).expect("old file"), b"old");
+        assert!(RunFolder::create(&path.join("below_a_file"), "").is_err());
+    }
+}
