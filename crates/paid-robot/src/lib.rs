@@ -4,10 +4,17 @@
 //! MJCF. Joint `j` moves body `j + 1`; body 0 is the floating base. Other orders exist only at file borders, as
 //! permutations by name ([`order`]).
 
+pub mod control;
+pub mod indices;
+pub mod mjcf;
 pub mod model;
+pub mod names;
 pub mod order;
 pub mod spec;
 
+pub use control::ControlSpec;
+pub use indices::RobotIndices;
+pub use mjcf::{MjcfError, MjcfProblem};
 pub use model::{Body, Geom, Joint, RobotModel, Shape};
 pub use order::{OrderError, Permutation};
-pub use spec::{ControlSpec, RobotSpec};
+pub use spec::{JointValue, RobotSpec, SpecError};

@@ -51,12 +51,29 @@ impl Permutation {
         }
     }
 
+    /// From positions that are known to be all of `0..n`, once each.
+    pub(crate) fn from_unique(index: Vec<usize>) -> Self {
+        Self(index)
+    }
+
+    /// The permutation back.
+    pub fn inverse(&self) -> Self {
+        let mut back = vec![0; self.0.len()];
+        for (target, &source) in self.0.iter().enumerate() {
+            back[source] = target;
+        }
+        Self(back)
+    }
+
     /// For each target position, the source position.
     pub fn indices(&self) -> &[usize] {
         &self.0
     }
 
     /// Reorders `values` from the source into the target order.
+    ///
+    /// # Panics
+    /// If `values` is shorter than the permutation.
     pub fn apply<T: Copy>(&self, values: &[T]) -> Vec<T> {
         self.0.iter().map(|&i| values[i]).collect()
     }
