@@ -17,8 +17,6 @@ pub struct ControlSpec {
     pub damping: Vec<f64>,
     /// Radians of target per unit of action: factor times effort limit over stiffness.
     pub action_scale: Vec<f64>,
-    /// Largest torque [N m].
-    pub effort_limit: Vec<f64>,
     /// Velocity limit [rad/s].
     pub velocity_limit: Vec<f64>,
     /// Soft lower and upper limit [rad]: the inner share of the range.
@@ -40,7 +38,6 @@ impl RobotSpec {
             stiffness: Vec::new(),
             damping: Vec::new(),
             action_scale: Vec::new(),
-            effort_limit: Vec::new(),
             velocity_limit: Vec::new(),
             soft_range: Vec::new(),
         };
@@ -67,7 +64,6 @@ impl RobotSpec {
             control.stiffness.push(stiffness);
             control.damping.push(2.0 * self.damping_ratio * joint.armature * omega);
             control.action_scale.push(self.action_scale_factor * joint.effort_limit / stiffness);
-            control.effort_limit.push(joint.effort_limit);
             control
                 .velocity_limit
                 .push(velocity_limit[j].ok_or_else(|| missing("velocity_limit", "the limit"))?);
