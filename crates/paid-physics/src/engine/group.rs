@@ -1,0 +1,143 @@
+//! The state and parameters of one group of lanes, and the scratch memory of a step.
+
+use paid_lanes::{Quat, Real, Vec3};
+
+use super::ball::{BallTouch, BallWork};
+use super::feet::{Foot, Sole};
+use super::pairs::PairTouch;
+use super::params::GroupParams;
+use super::plan::Plan;
+use super::spatial::{Articulated, BaseFactor, Kin, Motion, Rigid};
+use crate::GroupState;
+
+/// Dynamic state of `LANES` environments.
+#[derive(Clone, Debug)]
+pub(crate) struct Group<V: Real> {
+    pub pos: Vec3<V>,
+    pub quat: Quat<V>,
+    /// Velocity of the base origin, and angular velocity, world axes.
+    pub vel: Vec3<V>,
+    pub omega: Vec3<V>,
+    pub q: Vec<V>,
+    pub qd: Vec<V>,
+    pub ball_pos: Vec3<V>,
+    pub ball_vel: Vec3<V>,
+    pub ball_omega: Vec3<V>,
+    /// Sole impulses in the contact frames of the last step, per point, left and right.
+    pub warm: Vec<[[V; 3]; 2]>,
+    pub params: GroupParams<V>,
+    pub state: GroupState<V>,
+    /// Bit a lane: reset since the last step.
+    pub reset: u32,
+}
+
+/// What the inward pass leaves of a joint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct JointWork<V> {
+    pub axis: Motion<V>,
+    /// `I S / D`, six numbers, angular first.
+    pub gain: [V; 6],
+    /// `1 / D`, the joint's reciprocal articulated inertia.
+    pub inv: V,
+    /// Joint torque less bias [N m].
+    pub torque: V,
+    /// Half-solved impulse on this joint of all contacts but the soles' (at the end of the step: of all).
+    pub impulse: V,
+    /// The part of it that the feet's velocities do not yet contain.
+    pub pending: V,
+    /// Half-solved impulse of the soles, while other contacts need it.
+    pub sole_impulse: V,
+}
+
+/// Scratch memory of one physics step; one for all groups.
+#[derive(Clone, Debug)]
+pub(crate) struct Work<V: Real> {
+    pub base: Kin<V>,
+    /// Of each chain's last link.
+    pub kin: Vec<Kin<V>>,
+    pub joints: Vec<JointWork<V>>,
+    pub rigid: Vec<Rigid<V>>,
+    pub art: Vec<Articulated<V>>,
+    pub base_art: Articulated<V>,
+    pub factor: BaseFactor<V>,
+    /// Half-solved free impulse of the base.
+    pub base_free: [V; 6],
+    /// Half-solved contact impulses of the base, see [`JointWork::impulse`].
+    pub base_impulse: [V; 6],
+    /// See [`JointWork::pending`].
+    pub base_pending: [V; 6],
+    /// See [`JointWork::sole_impulse`].
+    pub base_sole_impulse: [V; 6],
+    /// Base acceleration change from turning axes, times the step: added to the base's linear velocity.
+    pub gyro: Vec3<V>,
+    /// Velocity change of each chain's last link over the step.
+    pub change: Vec<Motion<V>>,
+    /// Velocity of each body.
+    pub vel: Vec<Motion<V>>,
+    /// Ends of the capsules, relative to the base.
+    pub ends: Vec<[Vec3<V>; 2]>,
+    pub feet: [Foot<V>; 2],
+    /// Velocity of foot 1 (columns) per impulse on foot 0 (rows).
+    pub cross: [[V; 6]; 6],
+    pub soles: Vec<[Sole<V>; 2]>,
+    /// The ball's velocity under way to the end of the step.
+    pub ball: BallWork<V>,
+    /// Contacts of the ball with the base, then one a chain.
+    pub touches: Vec<BallTouch<V>>,
+    pub pairs: Vec<PairTouch<V>>,
+    /// Net contact force on each body over the physics step [N].
+    pub force: Vec<Vec3<V>>,
+}
+
+impl<V: Real> Work<V> {
+    pub fn new(plan: &Plan<V::Scalar>) -> Self {
+        let joint = JointWork {
+            axis: Motion::zero(),
+            gain: [V::zero(); 6],
+            inv: V::zero(),
+            torque: V::zero(),
+            impulse: V::zero(),
+            pending: V::zero(),
+            sole_impulse: V::zero(),
+        };
+        let z = V::zero();
+        let rigid = Rigid {
+            mass: z,
+            first: Vec3::zero(),
+            second: super::spatial::Sym3([z; 6]),
+            bias: super::spatial::Force::zero(),
+        };
+        let n = plan.links.len();
+        let foot = |f: usize| Foot::new(plan.paths[plan.legs[f]].len());
+        let mut touches = vec![BallTouch::new(0)];
+        touches.extend(plan.paths.iter().map(|p| BallTouch::new(p.len())));
+        Self {
+            base: Kin::zero(),
+            kin: vec![Kin::zero(); plan.chains.len()],
+            joints: vec![joint; n],
+            rigid: vec![rigid; n],
+            art: vec![Articulated::zero(); plan.chains.len()],
+            base_art: Articulated::zero(),
+            factor: BaseFactor::zero(),
+            base_free: [z; 6],
+            base_impulse: [z; 6],
+            base_pending: [z; 6],
+            base_sole_impulse: [z; 6],
+            gyro: Vec3::zero(),
+            change: vec![Motion::zero(); plan.chains.len()],
+            vel: vec![Motion::zero(); n + 1],
+            ends: vec![[Vec3::zero(); 2]; plan.capsules.len()],
+            feet: [foot(0), foot(1)],
+            cross: [[z; 6]; 6],
+            soles: vec![[Sole::new(), Sole::new()]; plan.soles.len()],
+            ball: BallWork::new(),
+            touches,
+            pairs: plan
+                .pairs
+                .iter()
+                .map(|g| PairTouch::new(plan.paths[g.chains[0]].len(), plan.paths[g.chains[1]].len()))
+                .collect(),
+            force: vec![Vec3::zero(); n + 1],
+        }
+    }
+}

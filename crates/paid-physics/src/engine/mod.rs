@@ -1,0 +1,267 @@
+//! The built-in engine: articulated-body dynamics with implicit joint controllers, contacts at velocity level.
+//!
+//! A physics step, for all lanes of a group at once:
+//! 1. [`outward`]: poses, velocities, rigid inertias, bias forces, contact shapes.
+//! 2. [`inward`]: articulated inertias with controllers, joint stops, friction loss and [`soft`] ground contacts implicit.
+//! 3. [`feet`], [`ball`], [`pairs`]: contacts at velocity level by projected Gauss-Seidel, warm-started at the soles.
+//! 4. [`step`]: new velocities and positions, semi-implicit Euler.
+//!
+//! Everything spatial is in world axes about the base's origin. A lane never influences another one: where a branch
+//! skips work, the work would have added exact zeros.
+
+mod ball;
+mod block;
+mod error;
+mod feet;
+mod ground;
+mod group;
+mod inward;
+mod outward;
+mod pairs;
+mod params;
+mod plan;
+mod report;
+mod rows;
+mod shapes;
+mod soft;
+mod spatial;
+mod step;
+mod validate;
+
+use paid_lanes::{Kernel, Quat, Real, Vec3};
+use paid_robot::RobotModel;
+
+pub use error::PhysicsError;
+pub use plan::EngineSpec;
+
+use ground::Ground;
+use group::{Group, Work};
+use params::GroupParams;
+use plan::Plan;
+use step::{Constants, physics_step};
+
+use crate::{EnvParams, GroupState, LaneState, SceneConfig, Simulator};
+
+/// A batch of environments on the built-in engine, `V::LANES` a group.
+pub struct Engine<V: Real> {
+    model: RobotModel,
+    scene: SceneConfig,
+    plan: Plan<V::Scalar>,
+    ground: Ground<V::Scalar>,
+    groups: Vec<Group<V>>,
+    work: Work<V>,
+}
+
+fn check_scene(scene: &SceneConfig) -> Result<(), PhysicsError> {
+    let bad = |what: &str, expected, found: String| {
+        Err(PhysicsError::Value { what: what.to_owned(), expected, found })
+    };
+    if !(scene.physics_dt_s > 0.0 && scene.physics_dt_s <= 0.05) {
+        return bad("physics_dt_s", "above 0, at most 0.05 s", scene.physics_dt_s.to_string());
+    }
+    if scene.substeps == 0 {
+        return bad("substeps", "at least 1", scene.substeps.to_string());
+    }
+    if scene.solver_sweeps == 0 {
+        return bad("solver_sweeps", "at least 1", scene.solver_sweeps.to_string());
+    }
+    if !(scene.gravity <= 0.0 && scene.gravity.is_finite()) {
+        return bad("gravity", "along z, at most 0 m/s^2", scene.gravity.to_string());
+    }
+    if scene.max_joint_speed.is_nan() || scene.max_joint_speed <= 0.0 {
+        return bad("max_joint_speed", "a positive number", scene.max_joint_speed.to_string());
+    }
+    Ok(())
+}
+
+impl<V: Real> Engine<V> {
+    /// Builds `groups` groups of environments, all with the base at the model's height, joints at zero, and the ball 2 m
+    /// ahead; reset each lane before use.
+    ///
+    /// # Errors
+    /// If the model is no biped of hinge joints in model order, a contact shape is unknown, or a number is out of range.
+    pub fn new(
+        model: &RobotModel,
+        spec: EngineSpec,
+        scene: &SceneConfig,
+        groups: usize,
+    ) -> Result<Self, PhysicsError> {
+        check_scene(scene)?;
+        let plan = Plan::new(model, &spec, scene)?;
+        let ground = Ground::new(&scene.terrain)?;
+        let joints = model.joints.len();
+        let radius = EnvParams::default().ball.radius_m;
+        let group = Group {
+            pos: Vec3::c([0.0, 0.0, model.bodies[0].pos[2]]),
+            quat: Quat::identity(),
+            vel: Vec3::zero(),
+            omega: Vec3::zero(),
+            q: vec![V::zero(); joints],
+            qd: vec![V::zero(); joints],
+            ball_pos: Vec3::c([2.0, 0.0, radius]),
+            ball_vel: Vec3::zero(),
+            ball_omega: Vec3::zero(),
+            warm: vec![[[V::zero(); 3]; 2]; plan.soles.len()],
+            params: GroupParams::new(scene, joints + 1),
+            state: report::empty(joints),
+            reset: 0,
+        };
+        let mut engine = Self {
+            model: model.clone(),
+            scene: scene.clone(),
+            work: Work::new(&plan),
+            plan,
+            ground,
+            groups: vec![group; groups],
+        };
+        for g in 0..groups {
+            engine.refresh(g);
+        }
+        Ok(engine)
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &SceneConfig {
+        &self.scene
+    }
+}
+
+struct StepKernel<'a, V: Real> {
+    engine: &'a mut Engine<V>,
+    group: usize,
+    targets: &'a [V],
+}
+
+impl<V: Real> Kernel for StepKernel<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Engine { scene, plan, ground, groups, work, .. } = self.engine;
+        let g = &mut groups[self.group];
+        let constants = Constants::new(scene, ground);
+        report::start(g);
+        for _ in 0..scene.substeps {
+            if ground.is_plane() {
+                physics_step::<V, true>(plan, &constants, g, work, self.targets);
+            } else {
+                physics_step::<V, false>(plan, &constants, g, work, self.targets);
+            }
+            report::forces(g, work);
+        }
+        report::torques(plan, g, self.targets);
+        report::poses(plan, g, work);
+    }
+}
+
+struct RefreshKernel<'a, V: Real> {
+    engine: &'a mut Engine<V>,
+    group: usize,
+}
+
+impl<V: Real> Kernel for RefreshKernel<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let g = &mut self.engine.groups[self.group];
+        report::poses(&self.engine.plan, g, &mut self.engine.work);
+    }
+}
+
+impl<V: Real> Simulator<V> for Engine<V> {
+    fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    fn groups(&self) -> usize {
+        self.groups.len()
+    }
+
+    fn control_dt_s(&self) -> f64 {
+        self.scene.physics_dt_s * self.scene.substeps as f64
+    }
+
+    fn step(&mut self, group: usize, joint_target: &[V]) {
+        let joints = self.plan.links.len();
+        assert_eq!(joint_target.len(), joints, "one target a joint");
+        self.groups[group].reset = 0;
+        V::run(StepKernel { engine: self, group, targets: joint_target });
+    }
+
+    fn state(&self, group: usize) -> &GroupState<V> {
+        &self.groups[group].state
+    }
+
+    fn reset_lane(&mut self, group: usize, lane: usize, state: &LaneState) {
+        let g = &mut self.groups[group];
+        assert_eq!(state.joint_pos.len(), g.q.len(), "one angle a joint");
+        assert_eq!(state.joint_vel.len(), g.q.len(), "one velocity a joint");
+        let warm = g.warm.len() * 6;
+        assert!(
+            state.warm_start.is_empty() || state.warm_start.len() == warm,
+            "warm_start: expected 0 or {warm} values, found {}",
+            state.warm_start.len()
+        );
+        g.pos.set_lane(lane, state.base_pos);
+        g.quat.set_lane(lane, state.base_quat);
+        g.vel.set_lane(lane, state.base_lin_vel);
+        g.omega.set_lane(lane, state.base_ang_vel);
+        for j in 0..g.q.len() {
+            g.q[j].set_lane(lane, state.joint_pos[j]);
+            g.qd[j].set_lane(lane, state.joint_vel[j]);
+        }
+        g.ball_pos.set_lane(lane, state.ball_pos);
+        g.ball_vel.set_lane(lane, state.ball_vel);
+        g.ball_omega.set_lane(lane, state.ball_ang_vel);
+        for (i, x) in g.warm.as_flattened_mut().as_flattened_mut().iter_mut().enumerate() {
+            x.set_lane(lane, state.warm_start.get(i).copied().unwrap_or(0.0));
+        }
+        g.reset |= 1 << lane;
+    }
+
+    fn refresh(&mut self, group: usize) {
+        let g = &mut self.groups[group];
+        for lane in 0..V::LANES {
+            if g.reset >> lane & 1 == 1 {
+                report::clear_lane(&mut g.state, lane);
+            }
+        }
+        g.reset = 0;
+        V::run(RefreshKernel { engine: self, group });
+    }
+
+    fn save_lane(&self, group: usize, lane: usize) -> LaneState {
+        let g = &self.groups[group];
+        LaneState {
+            base_pos: g.pos.lane(lane),
+            base_quat: g.quat.lane(lane),
+            base_lin_vel: g.vel.lane(lane),
+            base_ang_vel: g.omega.lane(lane),
+            joint_pos: g.q.iter().map(|x| x.lane(lane)).collect(),
+            joint_vel: g.qd.iter().map(|x| x.lane(lane)).collect(),
+            ball_pos: g.ball_pos.lane(lane),
+            ball_vel: g.ball_vel.lane(lane),
+            ball_ang_vel: g.ball_omega.lane(lane),
+            warm_start: g.warm.as_flattened().as_flattened().iter().map(|x| x.lane(lane)).collect(),
+        }
+    }
+
+    fn set_params(&mut self, group: usize, lane: usize, params: &EnvParams) {
+        let bodies = self.model.bodies.len();
+        self.groups[group].params.set_lane(lane, params, &self.scene, bodies);
+    }
+
+    fn push_lane(&mut self, group: usize, lane: usize, lin_vel: [f64; 3], ang_vel: [f64; 3]) {
+        let g = &mut self.groups[group];
+        for k in 0..3 {
+            g.vel.0[k].set_lane(lane, g.vel.0[k].lane(lane) + lin_vel[k]);
+            g.omega.0[k].set_lane(lane, g.omega.0[k].lane(lane) + ang_vel[k]);
+        }
+    }
+
+    fn ground_height(&self, group: usize, lane: usize, xy: [f64; 2]) -> f64 {
+        let params = &self.groups[group].params;
+        self.ground.at(V::c(xy[0]), V::c(xy[1]), params).0.lane(lane)
+    }
+}

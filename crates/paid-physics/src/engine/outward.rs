@@ -1,0 +1,107 @@
+//! First pass, base to tips: poses, velocities, rigid inertias and bias forces.
+
+use paid_lanes::{Real, Vec3};
+
+use super::group::{Group, Work};
+use super::plan::{Link, Plan};
+use super::spatial::{Kin, Motion, Rigid, splat_sym, splat3};
+
+/// Pose and motion of the base; gravity enters as an upward acceleration of the world.
+#[inline(always)]
+pub(crate) fn base_kin<V: Real>(g: &Group<V>, gravity: V) -> Kin<V> {
+    Kin {
+        rot: g.quat.to_mat(),
+        pos: Vec3::zero(),
+        vel: Motion { ang: g.omega, lin: g.vel },
+        acc: Motion { ang: Vec3::zero(), lin: Vec3::new(V::zero(), V::zero(), -gravity) },
+    }
+}
+
+/// Inertia of the base with each lane's mass scale and shift of the centre of mass.
+#[inline(always)]
+pub(crate) fn base_rigid<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, kin: &Kin<V>) -> Rigid<V> {
+    let b = &plan.base;
+    let com = splat3(&b.com) + g.params.base_com_offset;
+    let mut rigid = Rigid::new(V::splat(b.mass), com, splat_sym(&b.inertia), kin);
+    if let Some(scale) = &g.params.mass_scale {
+        rigid.scale(scale[0]);
+    }
+    rigid
+}
+
+/// Steps over joint `link`: turns `kin` from the parent into the link's and returns the joint's motion axis.
+#[inline(always)]
+fn advance<V: Real, const AXIS: usize>(link: &Link<V::Scalar>, kin: &mut Kin<V>, q: V, qd: V) -> Motion<V> {
+    kin.pos = kin.rot.mul_vec(splat3(&link.pos)) + kin.pos;
+    if link.turned {
+        let m = [splat3(&link.rot[0]).0, splat3(&link.rot[1]).0, splat3(&link.rot[2]).0];
+        kin.rot = kin.rot.mul_mat(&paid_lanes::Mat3(m));
+    }
+    let (s, c) = q.sin_cos();
+    let (a, b) = ((AXIS + 1) % 3, (AXIS + 2) % 3);
+    for r in 0..3 {
+        let (x, y) = (kin.rot.0[r][a], kin.rot.0[r][b]);
+        kin.rot.0[r][a] = s.mul_add(y, c * x);
+        kin.rot.0[r][b] = s.neg_mul_add(x, c * y);
+    }
+    let ang = kin.rot.col(AXIS);
+    let axis = Motion { ang, lin: kin.pos.cross(ang) };
+    let (ang, lin) = (ang.scale(qd), axis.lin.scale(qd));
+    let v = kin.vel;
+    kin.acc.ang = v.ang.cross_add(ang, kin.acc.ang);
+    kin.acc.lin = v.lin.cross_add(ang, v.ang.cross_add(lin, kin.acc.lin));
+    kin.vel.ang += ang;
+    kin.vel.lin += lin;
+    axis
+}
+
+/// [`advance`] for the link's own axis.
+#[inline(always)]
+pub(crate) fn over_joint<V: Real>(link: &Link<V::Scalar>, kin: &mut Kin<V>, q: V, qd: V) -> Motion<V> {
+    match link.axis {
+        0 => advance::<V, 0>(link, kin, q, qd),
+        1 => advance::<V, 1>(link, kin, q, qd),
+        _ => advance::<V, 2>(link, kin, q, qd),
+    }
+}
+
+/// Where the shapes of a body are.
+#[inline(always)]
+fn place_capsules<V: Real>(
+    plan: &Plan<V::Scalar>,
+    range: [usize; 2],
+    kin: &Kin<V>,
+    ends: &mut [[Vec3<V>; 2]],
+) {
+    for i in range[0]..range[1] {
+        let capsule = &plan.capsules[i];
+        let first = kin.place(splat3(&capsule.ends[0]));
+        let second = if capsule.sphere { first } else { kin.place(splat3(&capsule.ends[1])) };
+        ends[i] = [first, second];
+    }
+}
+
+/// The pass over the whole tree.
+#[inline(always)]
+pub(crate) fn outward<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut Work<V>, gravity: V) {
+    w.base = base_kin(g, gravity);
+    w.vel[0] = w.base.vel;
+    place_capsules(plan, plan.base_capsules, &w.base, &mut w.ends);
+    for c in 0..plan.chains.len() {
+        let chain = plan.chains[c];
+        let mut kin = chain.parent.map_or(w.base, |p| w.kin[p]);
+        for j in chain.first..chain.end {
+            let link = &plan.links[j];
+            w.joints[j].axis = over_joint(link, &mut kin, g.q[j], g.qd[j]);
+            let b = &link.inertial;
+            let mut rigid = Rigid::new(V::splat(b.mass), splat3(&b.com), splat_sym(&b.inertia), &kin);
+            if let Some(scale) = &g.params.mass_scale {
+                rigid.scale(scale[j + 1]);
+            }
+            w.rigid[j] = rigid;
+            w.vel[j + 1] = kin.vel;
+            place_capsules(plan, link.capsules, &kin, &mut w.ends);
+        }
+        w.kin[c] = kin;
+    }
+}

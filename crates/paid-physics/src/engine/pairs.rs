@@ -1,0 +1,208 @@
+//! Robot against itself: the deepest pair of shapes of two chains, pushed apart without friction at velocity level.
+
+use paid_lanes::{Mask, Real, Vec3};
+
+use super::group::Work;
+use super::plan::Plan;
+use super::rows::{Rows, is_body};
+use super::shapes::Capsule;
+use super::spatial::Motion;
+use super::step::Constants;
+
+/// Contacts are prepared when the gap closes to this within the step [m].
+const MARGIN: f64 = 0.005;
+/// Overlap that is not corrected [m].
+const SLOP: f64 = 0.001;
+/// Fastest correction of an overlap [m/s]: motion references overlap by up to 3 cm, which must not kick.
+const MAX_PUSH: f64 = 0.5;
+/// Relative inflation of the inverse mass.
+const REGULARISATION: f64 = 1.001;
+
+/// Contact between two chains.
+#[derive(Clone, Debug)]
+pub(crate) struct PairTouch<V: Real> {
+    /// Half-solved unit impulses: +n on the first chain, -n on the second (its `base` is unused).
+    rows: [Rows<V, 1>; 2],
+    pub active: bool,
+    bodies: [V; 2],
+    normal: Vec3<V>,
+    inv_mass: V,
+    target: V,
+    on: V,
+    free: V,
+    impulse: V,
+}
+
+impl<V: Real> PairTouch<V> {
+    pub fn new(first: usize, second: usize) -> Self {
+        let z = V::zero();
+        Self {
+            rows: [Rows::new(first), Rows::new(second)],
+            active: false,
+            bodies: [z; 2],
+            normal: Vec3::zero(),
+            inv_mass: z,
+            target: z,
+            on: z,
+            free: z,
+            impulse: z,
+        }
+    }
+}
+
+/// Nearest points of two segments (Ericson, "Real-Time Collision Detection", 5.1.9).
+#[inline(always)]
+fn nearest<V: Real>(
+    a: &Capsule<V::Scalar>,
+    b: &Capsule<V::Scalar>,
+    ends_a: &[Vec3<V>; 2],
+    ends_b: &[Vec3<V>; 2],
+) -> [Vec3<V>; 2] {
+    let (zero, one) = (V::zero(), V::one());
+    let along_a = ends_a[1] - ends_a[0];
+    let along_b = ends_b[1] - ends_b[0];
+    let apart = ends_a[0] - ends_b[0];
+    let (length_a, length_b) = (V::splat(a.length2), V::splat(b.length2));
+    let mixed = along_a.dot(along_b);
+    let (c, f) = (along_a.dot(apart), along_b.dot(apart));
+    let det = mixed.neg_mul_add(mixed, length_a * length_b);
+    let parallel = det.le(length_a * length_b * V::c(1e-5));
+    let s = mixed.mul_add(f, -(c * length_b)) / V::select(parallel, one, det);
+    let s = V::select(parallel, V::c(0.5), s).clamp(zero, one);
+    let t = (mixed.mul_add(s, f) * V::splat(b.inv_length2)).clamp(zero, one);
+    let s = (mixed.mul_add(t, -c) * V::splat(a.inv_length2)).clamp(zero, one);
+    [along_a.scale_add(s, ends_a[0]), along_b.scale_add(t, ends_b[0])]
+}
+
+/// Finds and prepares the contacts; true if there is one.
+#[inline(always)]
+pub(crate) fn prepare<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>, w: &mut Work<V>) -> bool {
+    let mut found = false;
+    let mut touches = core::mem::take(&mut w.pairs);
+    for i in 0..touches.len() {
+        let touch = &mut touches[i];
+        touch.active = prepare_touch(plan, constants, w, i, touch);
+        found |= touch.active;
+    }
+    w.pairs = touches;
+    found
+}
+
+/// Finds and prepares the contact of one pair of chains; false if no lane touches.
+#[inline(always)]
+fn prepare_touch<V: Real>(
+    plan: &Plan<V::Scalar>,
+    constants: &Constants<V>,
+    w: &Work<V>,
+    index: usize,
+    touch: &mut PairTouch<V>,
+) -> bool {
+    let zero = V::zero();
+    let group = &plan.pairs[index];
+    let mut gap = V::c(1e3);
+    let mut bodies = [zero; 2];
+    let mut apart = Vec3::zero();
+    let mut surface = Vec3::zero();
+    let mut vel = [Motion::zero(); 2];
+    for p in 0..group.capsules.len() {
+        let [i, j] = group.capsules[p];
+        let (a, b) = (&plan.capsules[i], &plan.capsules[j]);
+        let [on_a, on_b] = nearest(a, b, &w.ends[i], &w.ends[j]);
+        let d = on_a - on_b;
+        let (radius_a, radius_b) = (V::splat(a.radius), V::splat(b.radius));
+        let this = d.norm2().sqrt() - (radius_a + radius_b);
+        let closer = this.lt(gap.min(V::c(0.1)));
+        // Every step passes here for all pairs: what only contacts need is behind the branch.
+        if !closer.any() {
+            continue;
+        }
+        gap = V::select(closer, this, gap);
+        apart = Vec3::select(closer, d, apart);
+        // Halfway between the surfaces, weighted by the radii.
+        let share = V::c(0.5) * (radius_a - radius_b) * (radius_a + radius_b).recip() + V::c(0.5);
+        surface = Vec3::select(closer, d.scale_add(V::one() - share, on_b), surface);
+        bodies[0] = V::select(closer, V::c(a.body as f64), bodies[0]);
+        bodies[1] = V::select(closer, V::c(b.body as f64), bodies[1]);
+        for side in 0..2 {
+            let v = w.vel[if side == 0 { a.body } else { b.body }];
+            vel[side].ang = Vec3::select(closer, v.ang, vel[side].ang);
+            vel[side].lin = Vec3::select(closer, v.lin, vel[side].lin);
+        }
+    }
+    if !gap.lt(V::c(0.1)).any() {
+        return false;
+    }
+    let n = apart.scale((apart.norm2() + V::c(1e-12)).rsqrt());
+    let speed = (vel[0].at(surface) - vel[1].at(surface)).dot(n);
+    let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(MARGIN));
+    if !on.any() {
+        return false;
+    }
+    touch.on = V::select(on, V::one(), zero);
+    touch.bodies = bodies;
+    touch.normal = n;
+    touch.impulse = zero;
+    touch.target = constants.approach.target(gap, SLOP, zero, zero, MAX_PUSH);
+    let [first, second] = &mut touch.rows;
+    let paths = [&plan.paths[group.chains[0]][..], &plan.paths[group.chains[1]][..]];
+    first.carry_to_base(w, paths[0], bodies[0], surface, &[n]);
+    second.carry_to_base(w, paths[1], bodies[1], surface, &[-n]);
+    for r in 0..6 {
+        first.base[r][0] += second.base[r][0];
+    }
+    first.solve_base(w);
+    let k = first.coupling(w, paths[0], 0, 0) + second.joint_coupling(w, paths[1], 0, 0);
+    touch.inv_mass = k.mul_add(V::c(REGULARISATION), V::c(1e-6)).recip();
+    let mut free = [speed];
+    first.free_joints(w, paths[0], constants.dt, &mut free);
+    second.free_joints(w, paths[1], constants.dt, &mut free);
+    first.free_base(w, &mut free);
+    touch.free = free[0];
+    true
+}
+
+/// One improvement of every contact.
+#[inline(always)]
+pub(crate) fn sweep<V: Real>(plan: &Plan<V::Scalar>, w: &mut Work<V>) {
+    let mut touches = core::mem::take(&mut w.pairs);
+    for i in 0..touches.len() {
+        let touch = &mut touches[i];
+        if !touch.active {
+            continue;
+        }
+        let [a, b] = plan.pairs[i].chains;
+        let paths = [&plan.paths[a][..], &plan.paths[b][..]];
+        let [first, second] = &touch.rows;
+        let mut v = [touch.free];
+        first.pushed_joints(w, paths[0], &mut v);
+        second.pushed_joints(w, paths[1], &mut v);
+        first.pushed_base(w, &mut v);
+        let before = touch.impulse;
+        let after = (touch.target - v[0]).mul_add(touch.inv_mass, before).max(V::zero()) * touch.on;
+        let change = [after - before];
+        first.push_joints(w, paths[0], &change);
+        second.push_joints(w, paths[1], &change);
+        first.push_base(w, &change);
+        touch.impulse = after;
+    }
+    w.pairs = touches;
+}
+
+/// Reports the contact forces.
+#[inline(always)]
+pub(crate) fn finish<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>, w: &mut Work<V>) {
+    for i in 0..w.pairs.len() {
+        let touch = &w.pairs[i];
+        if !touch.active {
+            continue;
+        }
+        let force = touch.normal.scale(touch.impulse * constants.inv_dt);
+        for side in 0..2 {
+            let chain = plan.chains[plan.pairs[i].chains[side]];
+            let f = if side == 0 { force } else { -force };
+            for b in chain.first + 1..chain.end + 1 {
+                w.force[b] = f.scale_add(is_body(touch.bodies[side], b), w.force[b]);
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What the task sees after a control step.
+
+use paid_lanes::{Mat3, Real, Vec3};
+
+use super::group::{Group, Work};
+use super::inward::actuator_torque;
+use super::outward::{base_kin, over_joint};
+use super::plan::Plan;
+use super::spatial::{Kin, splat3};
+use crate::{BallState, BodyState, GroupState};
+
+/// An empty report.
+pub(crate) fn empty<V: Real>(joints: usize) -> GroupState<V> {
+    let z = V::zero();
+    let body = BodyState {
+        pos: Vec3::zero(),
+        rot: Mat3::identity(),
+        lin_vel: Vec3::zero(),
+        com_vel: Vec3::zero(),
+        ang_vel: Vec3::zero(),
+    };
+    let ball = BallState {
+        pos: Vec3::zero(),
+        vel: Vec3::zero(),
+        ang_vel: Vec3::zero(),
+        robot_force: z,
+        ground_force: z,
+        touched_by: V::c(-1.0),
+    };
+    GroupState {
+        joint_pos: vec![z; joints],
+        joint_vel: vec![z; joints],
+        joint_torque: vec![z; joints],
+        bodies: vec![body; joints + 1],
+        contact_force: vec![z; joints + 1],
+        ball,
+    }
+}
+
+#[inline(always)]
+fn body_state<V: Real>(kin: &Kin<V>, origin: Vec3<V>, com: Vec3<V>, frame: Option<Mat3<V>>) -> BodyState<V> {
+    let lin_vel = kin.vel.at(kin.pos);
+    let arm = kin.rot.mul_vec(com);
+    BodyState {
+        pos: kin.pos + origin,
+        rot: match frame {
+            Some(f) => kin.rot.mul_mat(&f.transpose()),
+            None => kin.rot,
+        },
+        lin_vel,
+        com_vel: kin.vel.ang.cross_add(arm, lin_vel),
+        ang_vel: kin.vel.ang,
+    }
+}
+
+/// Writes joints, bodies and ball from the state.
+#[inline(always)]
+pub(crate) fn poses<V: Real>(plan: &Plan<V::Scalar>, g: &mut Group<V>, w: &mut Work<V>) {
+    let base = base_kin(g, V::zero());
+    let com = splat3(&plan.base.com) + g.params.base_com_offset;
+    g.state.bodies[0] = body_state(&base, g.pos, com, None);
+    for c in 0..plan.chains.len() {
+        let chain = plan.chains[c];
+        let mut kin = chain.parent.map_or(base, |p| w.kin[p]);
+        for j in chain.first..chain.end {
+            let link = &plan.links[j];
+            over_joint(link, &mut kin, g.q[j], g.qd[j]);
+            let frame = link.report.map(|f| Mat3([splat3(&f[0]).0, splat3(&f[1]).0, splat3(&f[2]).0]));
+            g.state.bodies[j + 1] = body_state(&kin, g.pos, splat3(&link.inertial.com), frame);
+            g.state.joint_pos[j] = g.q[j];
+            g.state.joint_vel[j] = g.qd[j];
+        }
+        w.kin[c] = kin;
+    }
+    let ball = &mut g.state.ball;
+    ball.pos = g.ball_pos;
+    ball.vel = g.ball_vel;
+    ball.ang_vel = g.ball_omega;
+}
+
+/// Actuator torques at the end of the last physics step.
+#[inline(always)]
+pub(crate) fn torques<V: Real>(plan: &Plan<V::Scalar>, g: &mut Group<V>, targets: &[V]) {
+    for j in 0..plan.links.len() {
+        g.state.joint_torque[j] = actuator_torque(&plan.links[j], &g.params, g.q[j], g.qd[j], targets[j]);
+    }
+}
+
+/// Clears what is a maximum over the control step.
+#[inline(always)]
+pub(crate) fn start<V: Real>(g: &mut Group<V>) {
+    for force in &mut g.state.contact_force {
+        *force = V::zero();
+    }
+    let ball = &mut g.state.ball;
+    ball.robot_force = V::zero();
+    ball.ground_force = V::zero();
+    ball.touched_by = V::c(-1.0);
+}
+
+/// Takes the forces of a physics step into the maxima.
+#[inline(always)]
+pub(crate) fn forces<V: Real>(g: &mut Group<V>, w: &Work<V>) {
+    for b in 0..w.force.len() {
+        let contact = &mut g.state.contact_force[b];
+        *contact = contact.max(w.force[b].norm());
+    }
+}
+
+/// Clears the contact reports of reset lanes.
+pub(crate) fn clear_lane<V: Real>(state: &mut GroupState<V>, lane: usize) {
+    for x in state.contact_force.iter_mut().chain(&mut state.joint_torque) {
+        x.set_lane(lane, 0.0);
+    }
+    state.ball.robot_force.set_lane(lane, 0.0);
+    state.ball.ground_force.set_lane(lane, 0.0);
+    state.ball.touched_by.set_lane(lane, -1.0);
+}

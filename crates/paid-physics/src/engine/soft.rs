@@ -1,0 +1,69 @@
+//! Ground under everything but the soles: implicit springs and dampers for falls and for lying.
+
+use paid_lanes::{Mask, Real, Vec3};
+
+use super::group::Group;
+use super::plan::Plan;
+use super::spatial::{Articulated, Motion};
+use super::step::Constants;
+
+/// A 33 kg robot that lies on four points sinks 4 mm.
+const STIFFNESS: f64 = 2.0e4;
+/// Near critical for the 5 to 10 kg that a point carries [N s/m].
+const DAMPING: f64 = 400.0;
+/// Bound on the viscosity that stands for friction at low speed [N s/m].
+const MAX_VISCOSITY: f64 = 500.0;
+/// Speed below which friction is viscous [m/s].
+const SLIDE_SPEED: f64 = 0.01;
+
+/// Adds the ground's reaction on a body's shapes to its articulated inertia, and the estimated force to `force`.
+#[allow(clippy::too_many_arguments)]
+#[inline(always)]
+pub(crate) fn ground_contact<V: Real>(
+    plan: &Plan<V::Scalar>,
+    constants: &Constants<V>,
+    g: &Group<V>,
+    range: [usize; 2],
+    ends: &[[Vec3<V>; 2]],
+    vel: Motion<V>,
+    art: &mut Articulated<V>,
+    force: &mut Vec3<V>,
+) {
+    let zero = V::zero();
+    let h = constants.dt;
+    for i in range[0]..range[1] {
+        let capsule = &plan.capsules[i];
+        let radius = V::splat(capsule.radius);
+        let count = if capsule.sphere { 1 } else { 2 };
+        for end in 0..count {
+            let center = ends[i][end];
+            let lowest = g.pos.0[2] + center.0[2] - radius;
+            let low = lowest.lt(constants.highest_ground);
+            if !low.any() {
+                continue;
+            }
+            let (height, n) =
+                constants.ground.at(center.0[0] + g.pos.0[0], center.0[1] + g.pos.0[1], &g.params);
+            let depth = radius - (g.pos.0[2] + center.0[2] - height) * n.0[2];
+            let touching = low.and(zero.lt(depth));
+            if !touching.any() {
+                continue;
+            }
+            let p = center - n.scale(radius);
+            let v = vel.at(p);
+            let vn = v.dot(n);
+            let ahead = V::c(STIFFNESS).mul_add(h, V::c(DAMPING));
+            let normal = ahead.neg_mul_add(vn, V::c(STIFFNESS) * depth).max(zero);
+            let pressed = touching.and(zero.lt(normal));
+            let normal = V::select(pressed, normal, zero);
+            let slide = v - n.scale(vn);
+            let speed2 = slide.norm2() + V::c(SLIDE_SPEED * SLIDE_SPEED);
+            let viscosity =
+                (g.params.robot_ground.dynamic_friction * normal * speed2.rsqrt()).min(V::c(MAX_VISCOSITY));
+            let f = n.scale(normal) - slide.scale(viscosity);
+            let along = V::select(pressed, ahead * h, zero);
+            art.add_point(p, n, along, viscosity * h, f);
+            *force += f;
+        }
+    }
+}

@@ -1,0 +1,362 @@
+//! Six-dimensional motions, forces and inertias in world axes about one common origin (the base's origin).
+//!
+//! Using one frame for the whole tree, nothing has to be transformed between links (Featherstone, "Rigid Body
+//! Dynamics Algorithms", 2008, for the algebra).
+
+use paid_lanes::{Mat3, Real, Vec3};
+
+/// Angular and linear velocity (or acceleration) of the body-fixed point at the origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Motion<V> {
+    pub ang: Vec3<V>,
+    pub lin: Vec3<V>,
+}
+
+/// Moment about the origin and force (or their impulses).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Force<V> {
+    pub ang: Vec3<V>,
+    pub lin: Vec3<V>,
+}
+
+macro_rules! six {
+    ($t:ident) => {
+        impl<V: Real> $t<V> {
+            #[inline(always)]
+            pub fn zero() -> Self {
+                Self { ang: Vec3::zero(), lin: Vec3::zero() }
+            }
+            #[inline(always)]
+            pub fn array(&self) -> [V; 6] {
+                let (a, l) = (self.ang.0, self.lin.0);
+                [a[0], a[1], a[2], l[0], l[1], l[2]]
+            }
+            #[inline(always)]
+            pub fn from_array(x: [V; 6]) -> Self {
+                Self { ang: Vec3([x[0], x[1], x[2]]), lin: Vec3([x[3], x[4], x[5]]) }
+            }
+            /// `self + other * k`.
+            #[inline(always)]
+            pub fn plus(self, other: Self, k: V) -> Self {
+                Self { ang: other.ang.scale_add(k, self.ang), lin: other.lin.scale_add(k, self.lin) }
+            }
+        }
+    };
+}
+six!(Motion);
+six!(Force);
+
+impl<V: Real> Motion<V> {
+    /// Power of a force under this motion.
+    #[inline(always)]
+    pub fn dot(self, f: Force<V>) -> V {
+        self.ang.dot(f.ang) + self.lin.dot(f.lin)
+    }
+    /// Velocity of the body-fixed point at `p`.
+    #[inline(always)]
+    pub fn at(self, p: Vec3<V>) -> Vec3<V> {
+        self.ang.cross_add(p, self.lin)
+    }
+}
+
+/// Symmetric 3x3: xx, yy, zz, xy, xz, yz.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sym3<V>(pub [V; 6]);
+
+impl<V: Real> Sym3<V> {
+    #[inline(always)]
+    pub fn mul(&self, v: Vec3<V>) -> Vec3<V> {
+        let a = &self.0;
+        Vec3([
+            Vec3([a[0], a[3], a[4]]).dot(v),
+            Vec3([a[3], a[1], a[5]]).dot(v),
+            Vec3([a[4], a[5], a[2]]).dot(v),
+        ])
+    }
+    #[inline(always)]
+    pub fn at(&self, r: usize, c: usize) -> V {
+        const INDEX: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
+        self.0[INDEX[r][c]]
+    }
+    /// `self - x y^T` where the product is known to be symmetric.
+    #[inline(always)]
+    pub fn minus_outer(&mut self, x: Vec3<V>, y: Vec3<V>) {
+        let (a, x, y) = (&mut self.0, x.0, y.0);
+        a[0] = x[0].neg_mul_add(y[0], a[0]);
+        a[1] = x[1].neg_mul_add(y[1], a[1]);
+        a[2] = x[2].neg_mul_add(y[2], a[2]);
+        a[3] = x[0].neg_mul_add(y[1], a[3]);
+        a[4] = x[0].neg_mul_add(y[2], a[4]);
+        a[5] = x[1].neg_mul_add(y[2], a[5]);
+    }
+}
+
+/// Inertia of one rigid body about the origin, and the force that its velocity and gravity need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rigid<V> {
+    pub mass: V,
+    /// Mass times centre of mass.
+    pub first: Vec3<V>,
+    /// Rotational inertia about the origin.
+    pub second: Sym3<V>,
+    /// `I a + v x* I v`, with `a` the velocity-product acceleration less gravity.
+    pub bias: Force<V>,
+}
+
+impl<V: Real> Rigid<V> {
+    /// `com` in the body frame; `inertia` about the centre of mass in body axes; `pos`, `rot` place the body frame.
+    #[inline(always)]
+    pub fn new(mass: V, com: Vec3<V>, inertia: Sym3<V>, kin: &Kin<V>) -> Self {
+        let c = kin.rot.mul_vec(com) + kin.pos;
+        let h = c.scale(mass);
+        let rows = [Vec3(kin.rot.0[0]), Vec3(kin.rot.0[1]), Vec3(kin.rot.0[2])];
+        let turned = [inertia.mul(rows[0]), inertia.mul(rows[1]), inertia.mul(rows[2])];
+        let (c0, h0) = (c.0, h.0);
+        let (xx, yy, zz) = (c0[0] * h0[0], c0[1] * h0[1], c0[2] * h0[2]);
+        let second = Sym3([
+            turned[0].dot(rows[0]) + (yy + zz),
+            turned[1].dot(rows[1]) + (xx + zz),
+            turned[2].dot(rows[2]) + (xx + yy),
+            c0[0].neg_mul_add(h0[1], turned[0].dot(rows[1])),
+            c0[0].neg_mul_add(h0[2], turned[0].dot(rows[2])),
+            c0[1].neg_mul_add(h0[2], turned[1].dot(rows[2])),
+        ]);
+        let (v, a) = (kin.vel, kin.acc);
+        let spin = h.cross_add(v.lin, second.mul(v.ang));
+        let momentum = v.ang.cross_add(h, v.lin.scale(mass));
+        let moment = h.cross_add(a.lin, second.mul(a.ang));
+        let force = a.ang.cross_add(h, a.lin.scale(mass));
+        let moment = v.lin.cross_add(momentum, v.ang.cross_add(spin, moment));
+        let force = v.ang.cross_add(momentum, force);
+        Self { mass, first: h, second, bias: Force { ang: moment, lin: force } }
+    }
+
+    /// Mass and inertia, and with them the bias, multiplied by `k`.
+    #[inline(always)]
+    pub fn scale(&mut self, k: V) {
+        self.mass *= k;
+        self.first = self.first.scale(k);
+        for x in &mut self.second.0 {
+            *x *= k;
+        }
+        self.bias = Force { ang: self.bias.ang.scale(k), lin: self.bias.lin.scale(k) };
+    }
+}
+
+/// Pose and motion of a link; positions are relative to the base's origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kin<V> {
+    pub rot: Mat3<V>,
+    pub pos: Vec3<V>,
+    pub vel: Motion<V>,
+    /// Velocity-product acceleration less gravity, accumulated from the base.
+    pub acc: Motion<V>,
+}
+
+impl<V: Real> Kin<V> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { rot: Mat3::identity(), pos: Vec3::zero(), vel: Motion::zero(), acc: Motion::zero() }
+    }
+    /// A body-fixed point, relative to the base's origin.
+    #[inline(always)]
+    pub fn place(&self, point: Vec3<V>) -> Vec3<V> {
+        self.rot.mul_vec(point) + self.pos
+    }
+}
+
+/// Articulated inertia `[[a, b], [b^T, m]]` (angular first) and its bias force.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Articulated<V> {
+    pub a: Sym3<V>,
+    pub b: Mat3<V>,
+    pub m: Sym3<V>,
+    pub bias: Force<V>,
+}
+
+impl<V: Real> Articulated<V> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        let z = V::zero();
+        Self { a: Sym3([z; 6]), b: Mat3([[z; 3]; 3]), m: Sym3([z; 6]), bias: Force::zero() }
+    }
+
+    #[inline(always)]
+    pub fn add(&mut self, other: &Self) {
+        for i in 0..6 {
+            self.a.0[i] += other.a.0[i];
+            self.m.0[i] += other.m.0[i];
+        }
+        for r in 0..3 {
+            for c in 0..3 {
+                self.b.0[r][c] += other.b.0[r][c];
+            }
+        }
+        self.bias.ang += other.bias.ang;
+        self.bias.lin += other.bias.lin;
+    }
+
+    #[inline(always)]
+    pub fn add_rigid(&mut self, r: &Rigid<V>) {
+        for i in 0..6 {
+            self.a.0[i] += r.second.0[i];
+        }
+        for i in 0..3 {
+            self.m.0[i] += r.mass;
+        }
+        let [x, y, z] = r.first.0;
+        let b = &mut self.b.0;
+        b[0][1] -= z;
+        b[0][2] += y;
+        b[1][0] += z;
+        b[1][2] -= x;
+        b[2][0] -= y;
+        b[2][1] += x;
+        self.bias.ang += r.bias.ang;
+        self.bias.lin += r.bias.lin;
+    }
+
+    /// Adds a point at `p` that resists motion along the unit vectors `n` with mass `along` and across with `across`
+    /// (an implicit contact), and the force `f` that acts on it.
+    #[inline(always)]
+    pub fn add_point(&mut self, p: Vec3<V>, n: Vec3<V>, along: V, across: V, f: Vec3<V>) {
+        // K = across 1 + (along - across) n n^T; with w = p x n the inertia is a = across (p.p 1 - p p^T) + d w w^T,
+        // b = [p]x K, m = K.
+        let d = along - across;
+        let w = p.cross(n);
+        let [x, y, z] = p.0;
+        let (wd, nd) = (w.scale(d), n.scale(d));
+        let (xx, yy, zz) = (x * x, y * y, z * z);
+        let (w, n) = (w.0, n.0);
+        let a = &mut self.a.0;
+        a[0] += across.mul_add(yy + zz, wd.0[0] * w[0]);
+        a[1] += across.mul_add(xx + zz, wd.0[1] * w[1]);
+        a[2] += across.mul_add(xx + yy, wd.0[2] * w[2]);
+        a[3] += wd.0[0] * w[1] - across * x * y;
+        a[4] += wd.0[0] * w[2] - across * x * z;
+        a[5] += wd.0[1] * w[2] - across * y * z;
+        let cross = [[V::zero(), -z, y], [z, V::zero(), -x], [-y, x, V::zero()]];
+        for r in 0..3 {
+            for c in 0..3 {
+                self.b.0[r][c] += across.mul_add(cross[r][c], wd.0[r] * n[c]);
+            }
+        }
+        let m = &mut self.m.0;
+        for i in 0..3 {
+            m[i] += across.mul_add(V::one(), nd.0[i] * n[i]);
+        }
+        m[3] += nd.0[0] * n[1];
+        m[4] += nd.0[0] * n[2];
+        m[5] += nd.0[1] * n[2];
+        self.bias.ang = self.bias.ang - p.cross(f);
+        self.bias.lin = self.bias.lin - f;
+    }
+
+    /// `I m`, the force that the acceleration `m` needs.
+    #[inline(always)]
+    pub fn mul(&self, m: Motion<V>) -> Force<V> {
+        let ang = self.a.mul(m.ang) + self.b.mul_vec(m.lin);
+        let lin = self.m.mul(m.lin) + self.b.tr_mul_vec(m.ang);
+        Force { ang, lin }
+    }
+
+    /// Element of the 6x6 matrix.
+    #[inline(always)]
+    pub fn at(&self, r: usize, c: usize) -> V {
+        if r < 3 && c < 3 {
+            self.a.at(r, c)
+        } else if r >= 3 && c >= 3 {
+            self.m.at(r - 3, c - 3)
+        } else if r < 3 {
+            self.b.0[r][c - 3]
+        } else {
+            self.b.0[c][r - 3]
+        }
+    }
+}
+
+/// `L D L^T` of the base's articulated inertia.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BaseFactor<V> {
+    /// Strictly lower triangle, row by row.
+    pub lower: [V; 15],
+    /// Reciprocals of D.
+    pub inv: [V; 6],
+}
+
+impl<V: Real> BaseFactor<V> {
+    #[inline(always)]
+    pub fn zero() -> Self {
+        Self { lower: [V::zero(); 15], inv: [V::zero(); 6] }
+    }
+
+    #[inline(always)]
+    pub fn new(art: &Articulated<V>) -> Self {
+        let mut l = [[V::zero(); 6]; 6];
+        let mut d = [V::zero(); 6];
+        let mut out = Self::zero();
+        for c in 0..6 {
+            d[c] = art.at(c, c);
+            for k in 0..c {
+                d[c] = (l[c][k] * l[c][k]).neg_mul_add(d[k], d[c]);
+            }
+            out.inv[c] = d[c].recip();
+            for r in c + 1..6 {
+                let mut x = art.at(r, c);
+                for k in 0..c {
+                    x = (l[r][k] * d[k]).neg_mul_add(l[c][k], x);
+                }
+                l[r][c] = x * out.inv[c];
+            }
+        }
+        let mut n = 0;
+        for r in 1..6 {
+            for c in 0..r {
+                out.lower[n] = l[r][c];
+                n += 1;
+            }
+        }
+        out
+    }
+
+    /// `L^-1 x`.
+    #[inline(always)]
+    pub fn half_solve(&self, x: &mut [V; 6]) {
+        let mut n = 0;
+        for r in 1..6 {
+            for c in 0..r {
+                x[r] = self.lower[n].neg_mul_add(x[c], x[r]);
+                n += 1;
+            }
+        }
+    }
+
+    /// `L^-T D^-1 x`.
+    #[inline(always)]
+    pub fn finish(&self, x: &mut [V; 6]) {
+        for i in 0..6 {
+            x[i] *= self.inv[i];
+        }
+        for r in (0..6).rev() {
+            for c in 0..r {
+                x[c] = self.lower[r * (r - 1) / 2 + c].neg_mul_add(x[r], x[c]);
+            }
+        }
+    }
+}
+
+/// A constant vector in every lane.
+#[inline(always)]
+pub(crate) fn splat3<V: Real>(x: &[V::Scalar; 3]) -> Vec3<V> {
+    Vec3([V::splat(x[0]), V::splat(x[1]), V::splat(x[2])])
+}
+
+/// A constant symmetric matrix in every lane.
+#[inline(always)]
+pub(crate) fn splat_sym<V: Real>(x: &[V::Scalar; 6]) -> Sym3<V> {
+    let mut out = [V::zero(); 6];
+    for i in 0..6 {
+        out[i] = V::splat(x[i]);
+    }
+    Sym3(out)
+}

@@ -1,0 +1,119 @@
+//! One physics step of a group.
+
+use paid_lanes::{Real, Vec3};
+
+use super::block::Approach;
+use super::ground::Ground;
+use super::group::{Group, Work};
+use super::inward::{Drive, inward};
+use super::outward::outward;
+use super::plan::Plan;
+use super::spatial::Motion;
+use super::{ball, feet, pairs, rows};
+use crate::SceneConfig;
+
+/// The scene's numbers in lane form.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Constants<'a, V: Real> {
+    pub dt: V,
+    pub inv_dt: V,
+    pub gravity: V,
+    pub max_joint_speed: V,
+    pub highest_ground: V,
+    pub approach: Approach<V>,
+    pub ground: &'a Ground<V::Scalar>,
+    pub sweeps: usize,
+    pub ball: bool,
+}
+
+impl<'a, V: Real> Constants<'a, V> {
+    #[inline(always)]
+    pub fn new(scene: &SceneConfig, ground: &'a Ground<V::Scalar>) -> Self {
+        let dt = V::c(scene.physics_dt_s);
+        let inv_dt = V::c(1.0 / scene.physics_dt_s);
+        Self {
+            dt,
+            inv_dt,
+            gravity: V::c(scene.gravity),
+            max_joint_speed: V::c(scene.max_joint_speed),
+            highest_ground: V::c(ground.highest()),
+            approach: Approach { inv_dt, dt, bounce_threshold: V::c(scene.bounce_threshold) },
+            ground,
+            sweeps: scene.solver_sweeps,
+            ball: scene.ball,
+        }
+    }
+}
+
+/// Advances a group by one physics step towards the joint targets.
+#[inline(always)]
+pub(crate) fn physics_step<V: Real, const PLANE: bool>(
+    plan: &Plan<V::Scalar>,
+    constants: &Constants<'_, V>,
+    g: &mut Group<V>,
+    w: &mut Work<V>,
+    targets: &[V],
+) {
+    for force in &mut w.force {
+        *force = Vec3::zero();
+    }
+    outward(plan, g, w, constants.gravity);
+    inward(plan, constants, g, w, Drive::Targets(targets));
+    // The base's linear velocity is that of its origin, which moves: spatial to classical acceleration.
+    w.gyro = g.omega.cross(g.vel).scale(constants.dt);
+    feet::prepare::<V, PLANE>(plan, constants, g, w);
+    let mut others = pairs::prepare(plan, constants, w);
+    if constants.ball {
+        ball::prepare_ground(constants, g, w);
+        others |= ball::prepare_robot(plan, constants, g, w);
+    }
+    for _ in 0..constants.sweeps {
+        feet::sweep::<V, PLANE>(g, w);
+        if others {
+            rows::spread_soles(plan, w);
+            pairs::sweep(plan, w);
+            ball::sweep_robot(plan, g, w);
+            rows::push_feet(plan, w);
+        }
+        if constants.ball {
+            ball::sweep_ground(g, w);
+        }
+    }
+    feet::finish(plan, constants, g, w);
+    pairs::finish(plan, constants, w);
+    if constants.ball {
+        ball::finish(plan, constants, g, w);
+    }
+    advance(plan, constants, g, w);
+}
+
+/// Third pass, base to tips: new velocities and positions from bias, torques and contact impulses.
+#[inline(always)]
+fn advance<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<'_, V>, g: &mut Group<V>, w: &mut Work<V>) {
+    let h = constants.dt;
+    let mut change = w.base_free;
+    for i in 0..6 {
+        change[i] += w.base_impulse[i];
+    }
+    w.factor.finish(&mut change);
+    let base = Motion::from_array(change);
+    g.omega += base.ang;
+    g.vel += base.lin + w.gyro;
+    let limit = constants.max_joint_speed;
+    for c in 0..plan.chains.len() {
+        let chain = plan.chains[c];
+        let mut change = chain.parent.map_or(base, |p| w.change[p]);
+        for j in chain.first..chain.end {
+            let joint = &w.joints[j];
+            let own = joint.torque.mul_add(h, joint.impulse) * joint.inv;
+            let qd = own - feet::dot6(&joint.gain, &change.array());
+            change = change.plus(joint.axis, qd);
+            let qd = (g.qd[j] + qd).min(limit).max(-limit);
+            g.qd[j] = qd;
+            g.q[j] = qd.mul_add(h, g.q[j]);
+        }
+        w.change[c] = change;
+    }
+    g.pos = g.vel.scale_add(h, g.pos);
+    g.quat = g.quat.integrate(g.omega, h);
+}
