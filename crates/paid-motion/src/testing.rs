@@ -64,6 +64,7 @@ pub(crate) fn spec() -> RobotSpec {
         damping_ratio: 2.0,
         action_scale_factor: 0.25,
         velocity_limit: vec![],
+        file: "twig.toml".to_owned(),
     }
 }
 
