@@ -1,0 +1,88 @@
+//! Writing a policy file.
+
+use std::io::Write as _;
+use std::path::Path;
+
+use prost::Message;
+
+use crate::contract::{Contract, FORMAT};
+use crate::error::OnnxError;
+use crate::proto::{ModelProto, OperatorSetId, StringStringEntry};
+use crate::reference::Reference;
+use crate::weights::PolicyWeights;
+use crate::{CONTRACT_KEY, IR_VERSION, OPSET, graph};
+
+/// The bytes of an ONNX file. The same arguments give the same bytes.
+///
+/// # Errors
+/// [`OnnxError::Weights`] if weights, contract and reference do not fit together.
+pub fn encode(
+    weights: &PolicyWeights,
+    contract: &Contract,
+    reference: Option<&Reference>,
+    run: &str,
+) -> Result<Vec<u8>, OnnxError> {
+    let (joints, bodies) = (contract.joints.len(), contract.bodies.len());
+    weights.check().map_err(OnnxError::Weights)?;
+    contract.check().map_err(OnnxError::Weights)?;
+    if let Some(r) = reference {
+        r.check(joints, bodies).map_err(OnnxError::Weights)?;
+    }
+    let state = contract.recurrent.map(|r| (r.layers, r.hidden));
+    let own_state = weights.lstm.first().map(|l| (weights.lstm.len(), l.hidden));
+    for (what, expected, found) in [
+        ("contract format", FORMAT.to_string(), contract.format.to_string()),
+        ("observations", contract.observation_size().to_string(), weights.observations().to_string()),
+        ("actions", joints.to_string(), weights.actions().to_string()),
+        ("recurrent state", format!("{state:?}"), format!("{own_state:?}")),
+        ("reference", format!("{:?}", contract.reference), format!("{:?}", reference.map(|r| &r.name))),
+    ] {
+        if expected != found {
+            return Err(OnnxError::Weights(format!("{what}: expected {expected}, found {found}")));
+        }
+    }
+    let mut metadata = contract.released_metadata();
+    metadata.push(("run_path", run.to_owned()));
+    let json = serde_json::to_string(contract).map_err(|e| OnnxError::Weights(e.to_string()))?;
+    metadata.push((CONTRACT_KEY, json));
+    let model = ModelProto {
+        ir_version: Some(IR_VERSION),
+        producer_name: Some("paid".to_owned()),
+        producer_version: Some(env!("CARGO_PKG_VERSION").to_owned()),
+        graph: Some(graph::build(weights, reference, joints, bodies)),
+        opset_import: vec![OperatorSetId { domain: Some(String::new()), version: Some(OPSET) }],
+        metadata_props: metadata
+            .into_iter()
+            .map(|(key, value)| StringStringEntry { key: Some(key.to_owned()), value: Some(value) })
+            .collect(),
+    };
+    Ok(model.encode_to_vec())
+}
+
+/// Writes a policy file: to a temporary name beside `path`, then renamed, so that an earlier file stays whole on failure.
+/// `run` goes into the metadata as `run_path`.
+///
+/// # Errors
+/// As [`encode`], and [`OnnxError::Io`].
+pub fn write(
+    path: &Path,
+    weights: &PolicyWeights,
+    contract: &Contract,
+    reference: Option<&Reference>,
+    run: &str,
+) -> Result<(), OnnxError> {
+    let bytes = encode(weights, contract, reference, run)?;
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".tmp");
+    let temporary = path.with_file_name(name);
+    let put = || -> std::io::Result<()> {
+        let mut file = std::fs::File::create(&temporary)?;
+        file.write_all(&bytes)?;
+        file.sync_all()?;
+        std::fs::rename(&temporary, path)
+    };
+    put().map_err(|source| {
+        let _ = std::fs::remove_file(&temporary);
+        OnnxError::Io { path: path.to_owned(), source }
+    })
+}
