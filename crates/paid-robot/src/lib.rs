@@ -5,7 +5,9 @@
 //! permutations by name ([`order`]).
 
 pub mod control;
+pub mod frames;
 pub mod indices;
+pub mod kinematics;
 pub mod mjcf;
 pub mod model;
 pub mod names;
@@ -13,7 +15,9 @@ pub mod order;
 pub mod spec;
 
 pub use control::ControlSpec;
+pub use frames::{BodyAngVel, WorldAngVel};
 pub use indices::RobotIndices;
+pub use kinematics::{BodyPose, BodyVelocity};
 pub use mjcf::{MjcfError, MjcfProblem};
 pub use model::{Body, Geom, Joint, RobotModel, Shape};
 pub use order::{OrderError, Permutation};

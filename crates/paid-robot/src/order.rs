@@ -31,11 +31,8 @@ impl Permutation {
     /// # Errors
     /// If the two lists do not hold the same names once each.
     pub fn between<A: AsRef<str>, B: AsRef<str>>(from: &[A], to: &[B]) -> Result<Self, OrderError> {
-        for (i, name) in from.iter().enumerate() {
-            if from[..i].iter().any(|n| n.as_ref() == name.as_ref()) {
-                return Err(OrderError::Duplicate(name.as_ref().to_owned()));
-            }
-        }
+        refuse_duplicates(from)?;
+        refuse_duplicates(to)?;
         let index = to
             .iter()
             .map(|name| {
@@ -77,4 +74,13 @@ impl Permutation {
     pub fn apply<T: Copy>(&self, values: &[T]) -> Vec<T> {
         self.0.iter().map(|&i| values[i]).collect()
     }
+}
+
+fn refuse_duplicates<S: AsRef<str>>(names: &[S]) -> Result<(), OrderError> {
+    for (i, name) in names.iter().enumerate() {
+        if names[..i].iter().any(|n| n.as_ref() == name.as_ref()) {
+            return Err(OrderError::Duplicate(name.as_ref().to_owned()));
+        }
+    }
+    Ok(())
 }

@@ -101,7 +101,8 @@ impl Source<'_, '_> {
     fn error_at(&self, node: Node, byte: usize, problem: MjcfProblem) -> MjcfError {
         let place = self.doc.text_pos_at(byte);
         let tag = node.tag_name().name();
-        let name = ["name", "class", "joint"].iter().find_map(|a| node.attribute(*a));
+        let class = node.attribute("class").filter(|_| tag == "default");
+        let name = node.attribute("name").or(class).or_else(|| node.attribute("joint"));
         let element = name.map_or_else(|| format!("<{tag}>"), |name| format!("<{tag} '{name}'>"));
         MjcfError {
             file: self.file.to_owned(),
