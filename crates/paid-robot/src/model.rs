@@ -60,8 +60,9 @@ pub struct Joint {
 pub struct Geom {
     /// Unique name.
     pub name: String,
-    /// Role in contact: the MJCF `class` as written on the geom or its body's `childclass`, `main` if there is none. `sole` touches the ground, `collision` meets ball, ground (falls) and other bodies,
-    /// `referee` is used by MuJoCo only (the vendor's foot capsules).
+    /// Role in contact: the MJCF `class` of the geom or the `childclass` around it, `main` without either. `sole` touches the
+    /// ground, `collision` meets ball, ground (falls) and other bodies, `referee` is used by MuJoCo only (the vendor's
+    /// foot capsules).
     pub class: String,
     /// The shape.
     pub shape: Shape,

@@ -1,6 +1,7 @@
 //! The MJCF reader: what it reads, and what it says about faults.
 
 use paid_robot::{RobotModel, Shape};
+use proptest::prelude::*;
 
 /// A trunk and a leg that use every form that the reader knows.
 const TWIG: &str = r#"<mujoco model="twig">
@@ -261,4 +262,22 @@ fn a_truncated_file_and_a_foreign_one_are_errors() {
     assert_eq!(e, "x.urdf:1:1: <robot 'x'>: unknown element here (expected <mujoco>)");
     let e = RobotModel::from_mjcf("<mujoco/>", "x.xml").unwrap_err().to_string();
     assert_eq!(e, "x.xml:1:1: <mujoco>: a <worldbody> with a <body> is missing");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// The file with a part cut out is read to finite numbers or refused with a place, but never ends the program.
+    #[test]
+    fn a_damaged_file_is_read_or_refused(start in 0..TWIG.len(), length in 1..80_usize) {
+        let end = (start + length).min(TWIG.len());
+        let text = format!("{}{}", &TWIG[..start], &TWIG[end..]);
+        match RobotModel::from_mjcf(&text, "twig.xml") {
+            Ok(model) => {
+                prop_assert!(model.mass().is_finite() && model.mass() > 0.0);
+                prop_assert!(model.joints.iter().all(|j| j.effort_limit.is_finite() && j.range[0] < j.range[1]));
+            }
+            Err(e) => prop_assert!(e.line >= 1 && e.column >= 1 && e.to_string().starts_with("twig.xml:")),
+        }
+    }
 }
