@@ -2,7 +2,21 @@
 //!
 //! Batches are *feature-major*: element (feature `f`, environment `e`) of an `[F, N]` matrix is at `f * N + e`, so that SIMD
 //! lanes (environments) are contiguous from the physics to the matrix products.
+//!
+//! [`Learner`] is the way in: it collects a horizon from shards of environments ([`VecEnv`]) and updates actor and critic.
 
+pub mod adam;
+pub mod config;
+pub mod element;
 pub mod env;
+pub mod gae;
+pub mod gaussian;
+pub mod matrix;
+pub mod net;
+pub mod normalizer;
+pub mod parallel;
+pub mod rollout;
+pub mod value_loss;
 
+pub use config::{ConfigError, LearnConfig, LstmConfig, NetworkConfig, NetworkKind, PpoConfig};
 pub use env::{StepBuffers, VecEnv};

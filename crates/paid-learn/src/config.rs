@@ -1,0 +1,234 @@
+//! What a preset says about networks and PPO. Unknown keys are refused.
+
+use serde::{Deserialize, Serialize};
+
+/// Kind of a network.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum NetworkKind {
+    /// Fully connected layers only.
+    #[default]
+    Mlp,
+    /// LSTM layers under fully connected ones (the paper's policy).
+    Lstm,
+}
+
+/// Activation behind every hidden layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Activation {
+    /// Exponential linear unit, alpha 1.
+    #[default]
+    Elu,
+}
+
+/// LSTM layers; looked at only if the kind is `lstm`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LstmConfig {
+    /// Number of layers.
+    pub layers: usize,
+    /// Cells a layer.
+    pub size: usize,
+}
+
+impl Default for LstmConfig {
+    /// One layer of 128: the release has two, which learn half as fast on a CPU.
+    fn default() -> Self {
+        Self { layers: 1, size: 128 }
+    }
+}
+
+/// Shape of the actor or the critic.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NetworkConfig {
+    /// With or without memory.
+    pub kind: NetworkKind,
+    /// Widths of the hidden fully connected layers.
+    pub hidden: Vec<usize>,
+    /// Recurrent layers.
+    pub lstm: LstmConfig,
+    /// Activation of the hidden layers.
+    pub activation: Activation,
+}
+
+impl Default for NetworkConfig {
+    /// MLP 256-128-64: half the release's widths, a quarter of its arithmetic, enough for the pilot's 13 clips.
+    fn default() -> Self {
+        Self {
+            kind: NetworkKind::Mlp,
+            hidden: vec![256, 128, 64],
+            lstm: LstmConfig::default(),
+            activation: Activation::Elu,
+        }
+    }
+}
+
+/// PPO (Schulman et al. 2017) with the constants of the release, except where a comment says otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PpoConfig {
+    /// Control steps between updates.
+    pub horizon: usize,
+    /// Passes over the collected samples an update. The release has 5; 2 cost the pilot nothing per sample.
+    pub epochs: usize,
+    /// Gradient steps a pass. The release has 4; more, smaller steps drove early progress.
+    pub minibatches: usize,
+    /// Discount a control step.
+    pub gamma: f64,
+    /// Decay of the generalised advantage estimate.
+    pub lambda: f64,
+    /// Clip range of the probability ratio and of the value.
+    pub clip: f64,
+    /// Weight of the value loss.
+    pub value_loss: f64,
+    /// Clip the value loss as the ratio is clipped.
+    pub clip_value_loss: bool,
+    /// Weight of the entropy bonus.
+    pub entropy: f64,
+    /// Learning rate of the first step.
+    pub learning_rate: f64,
+    /// Adapt the learning rate to `target_kl`.
+    pub adaptive_learning_rate: bool,
+    /// Wanted divergence of the new policy from the one that collected the samples.
+    pub target_kl: f64,
+    /// Smallest adapted learning rate.
+    pub min_learning_rate: f64,
+    /// Largest adapted learning rate.
+    pub max_learning_rate: f64,
+    /// Largest norm of the gradient of actor and critic together.
+    pub max_grad_norm: f64,
+    /// Standard deviation of the actions at the start. The release has 1.0, which costs 5 reward a step in action rate.
+    pub initial_std: f64,
+    /// Smallest standard deviation.
+    pub min_std: f64,
+    /// Largest standard deviation.
+    pub max_std: f64,
+    /// Environments that go through the networks together, and the unit that minibatches are drawn in.
+    pub block: usize,
+    /// Environments of a sequence block, the unit of minibatches with memory.
+    pub sequence_block: usize,
+    /// Parts of a minibatch whose gradients are summed apart and then in order: the same whatever the thread count.
+    pub slices: usize,
+}
+
+impl Default for PpoConfig {
+    fn default() -> Self {
+        Self {
+            horizon: 24,
+            epochs: 2,
+            minibatches: 8,
+            gamma: 0.99,
+            lambda: 0.95,
+            clip: 0.2,
+            value_loss: 1.0,
+            clip_value_loss: true,
+            entropy: 0.005,
+            learning_rate: 1e-3,
+            adaptive_learning_rate: true,
+            target_kl: 0.01,
+            min_learning_rate: 1e-5,
+            max_learning_rate: 1e-2,
+            max_grad_norm: 1.0,
+            initial_std: 0.4,
+            min_std: 0.01,
+            max_std: 10.0,
+            block: 256,
+            sequence_block: 64,
+            slices: 8,
+        }
+    }
+}
+
+/// Everything that a learner is made from, apart from the sizes of its environment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LearnConfig {
+    /// Policy network.
+    pub actor: NetworkConfig,
+    /// Value network.
+    pub critic: NetworkConfig,
+    /// Algorithm.
+    pub ppo: PpoConfig,
+}
+
+/// A value that no run can use.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: expected {expected}, found {found}")]
+pub struct ConfigError {
+    /// The key within the learner's section.
+    pub key: String,
+    /// What it may be.
+    pub expected: &'static str,
+    /// What it is.
+    pub found: String,
+}
+
+impl LearnConfig {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first value out of range.
+    pub fn check(&self) -> Result<(), ConfigError> {
+        let p = &self.ppo;
+        let positive = |x: f64| x.is_finite() && x > 0.0;
+        let mut rules: Vec<(&str, bool, &'static str, String)> = Vec::new();
+        for (key, value) in [
+            ("ppo.horizon", p.horizon),
+            ("ppo.epochs", p.epochs),
+            ("ppo.minibatches", p.minibatches),
+            ("ppo.block", p.block),
+            ("ppo.sequence_block", p.sequence_block),
+            ("ppo.slices", p.slices),
+        ] {
+            rules.push((key, value > 0, "at least 1", value.to_string()));
+        }
+        for (key, value) in [("ppo.gamma", p.gamma), ("ppo.lambda", p.lambda)] {
+            rules.push((key, (0.0..=1.0).contains(&value), "0 to 1", value.to_string()));
+        }
+        for (key, value) in [
+            ("ppo.clip", p.clip),
+            ("ppo.learning_rate", p.learning_rate),
+            ("ppo.target_kl", p.target_kl),
+            ("ppo.min_learning_rate", p.min_learning_rate),
+            ("ppo.max_grad_norm", p.max_grad_norm),
+            ("ppo.min_std", p.min_std),
+        ] {
+            rules.push((key, positive(value), "a positive number", value.to_string()));
+        }
+        for (key, value) in [("ppo.value_loss", p.value_loss), ("ppo.entropy", p.entropy)] {
+            rules.push((key, value.is_finite() && value >= 0.0, "0 or more", value.to_string()));
+        }
+        let rates = p.max_learning_rate.is_finite() && p.max_learning_rate >= p.min_learning_rate;
+        rules.push((
+            "ppo.max_learning_rate",
+            rates,
+            "at least ppo.min_learning_rate",
+            p.max_learning_rate.to_string(),
+        ));
+        let stds = p.max_std.is_finite() && p.max_std >= p.min_std;
+        rules.push(("ppo.max_std", stds, "at least ppo.min_std", p.max_std.to_string()));
+        let std = (p.min_std..=p.max_std).contains(&p.initial_std);
+        rules.push(("ppo.initial_std", std, "between ppo.min_std and ppo.max_std", p.initial_std.to_string()));
+        for (name, net) in [("actor", &self.actor), ("critic", &self.critic)] {
+            let sizes = net.hidden.iter().all(|&size| size > 0);
+            let key = if name == "actor" { "actor.hidden" } else { "critic.hidden" };
+            rules.push((key, sizes, "positive widths", format!("{:?}", net.hidden)));
+            let lstm = net.kind == NetworkKind::Mlp || (net.lstm.layers > 0 && net.lstm.size > 0);
+            let key = if name == "actor" { "actor.lstm" } else { "critic.lstm" };
+            rules.push((
+                key,
+                lstm,
+                "at least 1 layer of at least 1 cell",
+                format!("{} x {}", net.lstm.layers, net.lstm.size),
+            ));
+        }
+        for (key, good, expected, found) in rules {
+            if !good {
+                return Err(ConfigError { key: key.to_owned(), expected, found });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,207 @@
+//! Strided matrix views and their product on the `gemm` crate.
+
+use crate::element::Element;
+
+/// A read-only view of a matrix.
+#[derive(Clone, Copy, Debug)]
+pub struct Mat<'a, S> {
+    data: &'a [S],
+    rows: usize,
+    cols: usize,
+    row_stride: usize,
+    col_stride: usize,
+}
+
+/// A writable view of a matrix.
+#[derive(Debug)]
+pub struct MatMut<'a, S> {
+    data: &'a mut [S],
+    rows: usize,
+    cols: usize,
+    stride: usize,
+}
+
+/// Elements that a `rows` x `cols` view spans.
+fn span(rows: usize, cols: usize, row_stride: usize, col_stride: usize) -> usize {
+    if rows == 0 || cols == 0 { 0 } else { (rows - 1) * row_stride + (cols - 1) * col_stride + 1 }
+}
+
+impl<'a, S: Element> Mat<'a, S> {
+    /// A row-major `[rows, cols]` matrix whose rows are `stride` apart.
+    ///
+    /// # Panics
+    /// If `data` is too short.
+    pub fn new(data: &'a [S], rows: usize, cols: usize, stride: usize) -> Self {
+        assert!(
+            data.len() >= span(rows, cols, stride, 1),
+            "{} elements are too few for {rows} x {cols}, stride {stride}",
+            data.len()
+        );
+        Self { data, rows, cols, row_stride: stride, col_stride: 1 }
+    }
+
+    /// The transpose.
+    pub fn t(self) -> Self {
+        Self {
+            rows: self.cols,
+            cols: self.rows,
+            row_stride: self.col_stride,
+            col_stride: self.row_stride,
+            ..self
+        }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn cols(&self) -> usize {
+        self.cols
+    }
+
+    /// Columns `first..first + count` of a matrix that was not transposed.
+    ///
+    /// # Panics
+    /// If there are fewer columns.
+    pub fn columns(self, first: usize, count: usize) -> Self {
+        assert!(self.col_stride == 1 && first + count <= self.cols, "columns out of range");
+        Self { data: &self.data[first.min(self.data.len())..], cols: count, ..self }
+    }
+
+    /// Row `r` of a matrix that was not transposed.
+    #[inline(always)]
+    pub fn row(&self, r: usize) -> &'a [S] {
+        &self.data[r * self.row_stride..r * self.row_stride + self.cols]
+    }
+}
+
+impl<'a, S: Element> MatMut<'a, S> {
+    /// A row-major `[rows, cols]` matrix whose rows are `stride` apart.
+    ///
+    /// # Panics
+    /// If `data` is too short or rows overlap.
+    pub fn new(data: &'a mut [S], rows: usize, cols: usize, stride: usize) -> Self {
+        assert!(stride >= cols || rows <= 1, "rows overlap");
+        assert!(
+            data.len() >= span(rows, cols, stride, 1),
+            "{} elements are too few for {rows} x {cols}, stride {stride}",
+            data.len()
+        );
+        Self { data, rows, cols, stride }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of columns.
+    pub fn cols(&self) -> usize {
+        self.cols
+    }
+
+    /// Columns `first..first + count`.
+    ///
+    /// # Panics
+    /// If there are fewer columns.
+    pub fn columns(&mut self, first: usize, count: usize) -> MatMut<'_, S> {
+        assert!(first + count <= self.cols, "columns out of range");
+        let start = first.min(self.data.len());
+        MatMut { data: &mut self.data[start..], rows: self.rows, cols: count, stride: self.stride }
+    }
+
+    /// The same matrix for a shorter time.
+    pub fn reborrow(&mut self) -> MatMut<'_, S> {
+        MatMut { data: self.data, rows: self.rows, cols: self.cols, stride: self.stride }
+    }
+
+    /// The same matrix, read-only.
+    pub fn as_ref(&self) -> Mat<'_, S> {
+        Mat {
+            data: self.data,
+            rows: self.rows,
+            cols: self.cols,
+            row_stride: self.stride,
+            col_stride: 1,
+        }
+    }
+
+    /// Row `r`.
+    #[inline(always)]
+    pub fn row(&mut self, r: usize) -> &mut [S] {
+        &mut self.data[r * self.stride..r * self.stride + self.cols]
+    }
+}
+
+/// `dst = a b`, or `dst += a b` if `accumulate`. Runs on this thread; equal shapes and strides give equal bits.
+///
+/// # Panics
+/// If the shapes do not fit.
+pub fn multiply<S: Element>(dst: MatMut<'_, S>, a: Mat<'_, S>, b: Mat<'_, S>, accumulate: bool) {
+    assert!(
+        dst.rows == a.rows && dst.cols == b.cols && a.cols == b.rows,
+        "[{}, {}] = [{}, {}] [{}, {}] does not fit",
+        dst.rows,
+        dst.cols,
+        a.rows,
+        a.cols,
+        b.rows,
+        b.cols
+    );
+    // SAFETY: every constructor checked that its slice holds each element that rows, columns and strides reach
+    // (strides are non-negative); `dst` is a unique borrow, so it overlaps neither operand, and its rows do not
+    // overlap. `S` is `f32` or `f64`, which `gemm` supports.
+    #[allow(unsafe_code)]
+    unsafe {
+        gemm::gemm(
+            dst.rows,
+            dst.cols,
+            a.cols,
+            dst.data.as_mut_ptr(),
+            1,
+            dst.stride as isize,
+            accumulate,
+            a.data.as_ptr(),
+            a.col_stride as isize,
+            a.row_stride as isize,
+            b.data.as_ptr(),
+            b.col_stride as isize,
+            b.row_stride as isize,
+            S::from_f64(1.0),
+            S::from_f64(1.0),
+            false,
+            false,
+            false,
+            gemm::Parallelism::None,
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_product_of_strided_views_matches_the_sum() {
+        let (m, n, k) = (5, 7, 3);
+        let a: Vec<f64> = (0..m * 4).map(|i| (i as f64 * 0.7).sin()).collect();
+        let b: Vec<f64> = (0..n * 9).map(|i| (i as f64 * 0.3).cos()).collect();
+        let mut c = vec![1.0; m * 8];
+        multiply(MatMut::new(&mut c, m, n, 8), Mat::new(&a, m, k, 4), Mat::new(&b, n, k, 9).t(), true);
+        for i in 0..m {
+            for j in 0..n {
+                let want: f64 = 1.0 + (0..k).map(|l| a[i * 4 + l] * b[j * 9 + l]).sum::<f64>();
+                assert!((c[i * 8 + j] - want).abs() < 1e-12);
+            }
+            assert_eq!(c[i * 8 + 7], 1.0, "padding stays");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "too few")]
+    fn a_view_beyond_its_slice_is_refused() {
+        let _ = Mat::new(&[0.0f32; 5], 2, 3, 3);
+    }
+}

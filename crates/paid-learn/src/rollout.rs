@@ -1,0 +1,223 @@
+//! Storage of what one shard of environments experienced in one horizon.
+
+use core::ops::Range;
+
+use crate::gae::{GaeConfig, GaeStep, advantage};
+use crate::matrix::{Mat, MatMut};
+
+/// How a shard's environments are cut into blocks, and where a block's samples lie.
+///
+/// A *unit* is what minibatches are drawn from: one block at one step, or with memory one block over the whole horizon.
+/// Its samples are contiguous columns, so that a unit goes through the networks as it is stored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// Environments of the shard.
+    pub envs: usize,
+    /// Steps.
+    pub horizon: usize,
+    /// Environments of each block.
+    pub blocks: Vec<Range<usize>>,
+    /// True if a unit spans the horizon.
+    pub sequences: bool,
+}
+
+/// Where a block's samples of one step lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// First sample of the unit among all samples of the shard.
+    pub unit: usize,
+    /// Samples of the unit: the row stride of its matrices.
+    pub stride: usize,
+    /// First column within the unit.
+    pub column: usize,
+    /// Environments of the block.
+    pub width: usize,
+}
+
+impl Plan {
+    /// Cuts `envs` environments into nearly equal blocks of at most `block`, widths multiples of 16 where possible.
+    pub fn new(envs: usize, horizon: usize, block: usize, sequences: bool) -> Self {
+        let count = envs.div_ceil(block.max(1)).max(1);
+        let even = envs.div_ceil(count);
+        let width = if even >= 16 { even.next_multiple_of(16).min(block.max(16)) } else { even };
+        let mut blocks = Vec::new();
+        let mut first = 0;
+        while first < envs {
+            let end = (first + width).min(envs);
+            blocks.push(first..end);
+            first = end;
+        }
+        Self { envs, horizon, blocks, sequences }
+    }
+
+    /// Samples of a horizon.
+    pub fn samples(&self) -> usize {
+        self.envs * self.horizon
+    }
+
+    /// Where block `b` at step `t` lies.
+    pub fn place(&self, t: usize, b: usize) -> Place {
+        let Range { start, end } = self.blocks[b];
+        let width = end - start;
+        if self.sequences {
+            Place {
+                unit: start * self.horizon,
+                stride: width * self.horizon,
+                column: t * width,
+                width,
+            }
+        } else {
+            Place { unit: t * self.envs + start, stride: width, column: 0, width }
+        }
+    }
+
+    /// Number of units.
+    pub fn units(&self) -> usize {
+        if self.sequences { self.blocks.len() } else { self.blocks.len() * self.horizon }
+    }
+
+    /// The block of a unit and the place of its first step.
+    pub fn unit(&self, unit: usize) -> (usize, Place) {
+        let (t, b) = if self.sequences {
+            (0, unit)
+        } else {
+            (unit / self.blocks.len(), unit % self.blocks.len())
+        };
+        (b, self.place(t, b))
+    }
+}
+
+/// Samples of a shard, feature-major a unit (see [`Plan`]).
+#[derive(Clone, Debug)]
+pub struct Rollout {
+    /// Where things lie.
+    pub plan: Plan,
+    /// Features of the policy's observation, the critic's, and actions.
+    pub dims: [usize; 3],
+    /// Normalised policy observations.
+    pub policy_obs: Vec<f32>,
+    /// Normalised critic observations.
+    pub critic_obs: Vec<f32>,
+    /// Actions taken.
+    pub action: Vec<f32>,
+    /// Means of the policy.
+    pub mean: Vec<f32>,
+    /// Log probability of the action.
+    pub log_prob: Vec<f32>,
+    /// Value of the state before the step.
+    pub value: Vec<f32>,
+    /// Reward of the step.
+    pub reward: Vec<f32>,
+    /// Bit 0: terminated, bit 1: truncated.
+    pub end: Vec<u8>,
+    /// 0 where the step is the first of an episode, else 1.
+    pub keep: Vec<f32>,
+    /// Advantages.
+    pub advantage: Vec<f32>,
+    /// Targets of the value: advantage plus value.
+    pub target: Vec<f32>,
+    /// Value after the last step, by environment.
+    pub last_value: Vec<f32>,
+}
+
+/// The block of a matrix of `rows` features at a place.
+pub fn block_mut(data: &mut [f32], rows: usize, place: Place) -> MatMut<'_, f32> {
+    let Place { unit, stride, column, width } = place;
+    let first = rows * unit + column;
+    let end = rows * (unit + stride);
+    MatMut::new(&mut data[first..end], rows, width, stride)
+}
+
+/// All samples of the unit at a place.
+pub fn unit_ref(data: &[f32], rows: usize, place: Place) -> Mat<'_, f32> {
+    Mat::new(&data[rows * place.unit..], rows, place.stride, place.stride)
+}
+
+impl Place {
+    /// The block's samples in vectors of one number a sample.
+    pub fn range(&self) -> Range<usize> {
+        self.unit + self.column..self.unit + self.column + self.width
+    }
+
+    /// The unit's samples in vectors of one number a sample.
+    pub fn unit_range(&self) -> Range<usize> {
+        self.unit..self.unit + self.stride
+    }
+}
+
+impl Rollout {
+    /// Space for a horizon.
+    pub fn new(plan: Plan, policy_obs: usize, critic_obs: usize, actions: usize) -> Self {
+        let n = plan.samples();
+        Self {
+            dims: [policy_obs, critic_obs, actions],
+            policy_obs: vec![0.0; policy_obs * n],
+            critic_obs: vec![0.0; critic_obs * n],
+            action: vec![0.0; actions * n],
+            mean: vec![0.0; actions * n],
+            log_prob: vec![0.0; n],
+            value: vec![0.0; n],
+            reward: vec![0.0; n],
+            end: vec![0; n],
+            keep: vec![1.0; n],
+            advantage: vec![0.0; n],
+            target: vec![0.0; n],
+            last_value: vec![0.0; plan.envs],
+            plan,
+        }
+    }
+
+    /// Fills advantages and targets; returns sum and sum of squares of the advantages.
+    pub fn estimate_advantages(&mut self, config: GaeConfig) -> (f64, f64) {
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for b in 0..self.plan.blocks.len() {
+            let first = self.plan.blocks[b].start;
+            for i in 0..self.plan.blocks[b].len() {
+                let mut next_value = self.last_value[first + i];
+                let mut next = 0.0;
+                for t in (0..self.plan.horizon).rev() {
+                    let s = self.plan.place(t, b).range().start + i;
+                    let step = GaeStep {
+                        reward: self.reward[s],
+                        value: self.value[s],
+                        next_value,
+                        terminated: self.end[s] & 1 != 0,
+                        truncated: self.end[s] & 2 != 0,
+                    };
+                    next = advantage(config, step, next);
+                    next_value = step.value;
+                    self.advantage[s] = next;
+                    self.target[s] = next + step.value;
+                    sum += f64::from(next);
+                    squares += f64::from(next) * f64::from(next);
+                }
+            }
+        }
+        (sum, squares)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_cover_every_sample_once() {
+        for sequences in [false, true] {
+            for envs in [1, 16, 40, 600] {
+                let plan = Plan::new(envs, 5, 256, sequences);
+                let mut seen = vec![0; plan.samples()];
+                for t in 0..5 {
+                    for b in 0..plan.blocks.len() {
+                        for s in plan.place(t, b).range() {
+                            seen[s] += 1;
+                        }
+                    }
+                }
+                assert!(seen.iter().all(|&n| n == 1), "{envs} environments, sequences {sequences}");
+                let samples: usize = (0..plan.units()).map(|u| plan.unit(u).1.stride).sum();
+                assert_eq!(samples, plan.samples());
+            }
+        }
+    }
+}
