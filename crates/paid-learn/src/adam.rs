@@ -35,7 +35,7 @@ impl<S: Element> AdamStep<'_, S> {
     pub fn apply(self) {
         let n = self.params.len();
         assert!(self.m.len() == n && self.v.len() == n && self.gradient.len() == n, "equal lengths");
-        S::run(self);
+        S::launch(self);
     }
 }
 

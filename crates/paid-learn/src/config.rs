@@ -210,7 +210,12 @@ impl LearnConfig {
         let stds = p.max_std.is_finite() && p.max_std >= p.min_std;
         rules.push(("ppo.max_std", stds, "at least ppo.min_std", p.max_std.to_string()));
         let std = (p.min_std..=p.max_std).contains(&p.initial_std);
-        rules.push(("ppo.initial_std", std, "between ppo.min_std and ppo.max_std", p.initial_std.to_string()));
+        rules.push((
+            "ppo.initial_std",
+            std,
+            "between ppo.min_std and ppo.max_std",
+            p.initial_std.to_string(),
+        ));
         for (name, net) in [("actor", &self.actor), ("critic", &self.critic)] {
             let sizes = net.hidden.iter().all(|&size| size > 0);
             let key = if name == "actor" { "actor.hidden" } else { "critic.hidden" };

@@ -5,7 +5,7 @@ use paid_lanes::{Isa, IsaVisitor, Kernel, Real, Scalar};
 /// Element type of a network: `f32` in training, `f64` in gradient tests. Both run the same source.
 pub trait Element: Scalar {
     /// Runs a kernel with the widest lanes of this CPU (`f64`: one lane).
-    fn run<K: Lanewise<Self>>(kernel: K) -> K::Output;
+    fn launch<K: Lanewise<Self>>(kernel: K) -> K::Output;
 }
 
 /// A computation over lanes of `S`. Mark the implementation and all that it calls `#[inline(always)]`.
@@ -33,19 +33,19 @@ struct Choose<K>(K);
 impl<K: Lanewise<f32>> IsaVisitor for Choose<K> {
     type Output = K::Output;
     fn visit<V: Real<Scalar = f32>>(self) -> K::Output {
-        V::run(Enter(self.0, core::marker::PhantomData::<V>))
+        <V as Real>::run(Enter(self.0, core::marker::PhantomData::<V>))
     }
 }
 
 impl Element for f32 {
-    fn run<K: Lanewise<f32>>(kernel: K) -> K::Output {
+    fn launch<K: Lanewise<f32>>(kernel: K) -> K::Output {
         Isa::detect().dispatch(Choose(kernel))
     }
 }
 
 impl Element for f64 {
-    fn run<K: Lanewise<f64>>(kernel: K) -> K::Output {
-        f64::run(Enter(kernel, core::marker::PhantomData::<f64>))
+    fn launch<K: Lanewise<f64>>(kernel: K) -> K::Output {
+        <f64 as Real>::run(Enter(kernel, core::marker::PhantomData::<f64>))
     }
 }
 

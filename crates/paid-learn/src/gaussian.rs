@@ -58,7 +58,7 @@ pub fn sample(
 ) {
     assert!(mean.rows() == log_std.len() && action.rows() == log_std.len(), "one log_std an action");
     assert!(mean.cols() == action.cols() && log_prob.len() == action.cols(), "equal batch sizes");
-    f32::run(Sample { key, mean, log_std, action, log_prob });
+    f32::launch(Sample { key, mean, log_std, action, log_prob });
 }
 
 struct Sample<'a> {
@@ -192,7 +192,7 @@ pub fn actor_loss<S: Element>(
     let n = batch.advantage.len();
     assert!(mean.cols() == n && batch.action.cols() == n && batch.old_mean.cols() == n, "equal batch sizes");
     assert!(batch.old_log_prob.len() == n && dmean.cols() == n && scratch.len() >= n, "equal batch sizes");
-    S::run(ActorKernel { config, mean, log_std, batch, dmean, dlog_std, scratch: &mut scratch[..n] })
+    S::launch(ActorKernel { config, mean, log_std, batch, dmean, dlog_std, scratch: &mut scratch[..n] })
 }
 
 struct ActorKernel<'a, S> {

@@ -119,13 +119,7 @@ impl<'a, S: Element> MatMut<'a, S> {
 
     /// The same matrix, read-only.
     pub fn as_ref(&self) -> Mat<'_, S> {
-        Mat {
-            data: self.data,
-            rows: self.rows,
-            cols: self.cols,
-            row_stride: self.stride,
-            col_stride: 1,
-        }
+        Mat { data: self.data, rows: self.rows, cols: self.cols, row_stride: self.stride, col_stride: 1 }
     }
 
     /// Row `r`.

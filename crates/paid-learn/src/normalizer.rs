@@ -109,8 +109,11 @@ impl Normalizer {
 
     /// Normalises `x` `[features, n]` into `out`; values that are not finite become zero. Counts what it saw in `seen`.
     pub fn apply(&self, x: Mat<'_, f32>, out: MatMut<'_, f32>, seen: Option<&mut Seen>) {
-        assert!(x.rows() == self.mean.len() && out.rows() == x.rows() && out.cols() == x.cols(), "equal shapes");
-        f32::run(Apply { normalizer: self, x, out, seen });
+        assert!(
+            x.rows() == self.mean.len() && out.rows() == x.rows() && out.cols() == x.cols(),
+            "equal shapes"
+        );
+        f32::launch(Apply { normalizer: self, x, out, seen });
     }
 
     /// Merges what the shards saw, in their order.
@@ -188,7 +191,7 @@ impl Lanewise<f32> for Apply<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use paid_lanes::Rng;
+    use paid_lanes::rng::Rng;
 
     #[test]
     fn running_statistics_match_the_direct_formula() {

@@ -60,12 +60,7 @@ impl Plan {
         let Range { start, end } = self.blocks[b];
         let width = end - start;
         if self.sequences {
-            Place {
-                unit: start * self.horizon,
-                stride: width * self.horizon,
-                column: t * width,
-                width,
-            }
+            Place { unit: start * self.horizon, stride: width * self.horizon, column: t * width, width }
         } else {
             Place { unit: t * self.envs + start, stride: width, column: 0, width }
         }
@@ -78,11 +73,8 @@ impl Plan {
 
     /// The block of a unit and the place of its first step.
     pub fn unit(&self, unit: usize) -> (usize, Place) {
-        let (t, b) = if self.sequences {
-            (0, unit)
-        } else {
-            (unit / self.blocks.len(), unit % self.blocks.len())
-        };
+        let (t, b) =
+            if self.sequences { (0, unit) } else { (unit / self.blocks.len(), unit % self.blocks.len()) };
         (b, self.place(t, b))
     }
 }

@@ -27,7 +27,7 @@ pub fn value_loss<S: Element>(
 ) -> f64 {
     let n = value.len();
     assert!(batch.old_value.len() == n && batch.target.len() == n && dvalue.len() == n, "equal batch sizes");
-    S::run(ValueKernel { clip, weight, value, batch, dvalue })
+    S::launch(ValueKernel { clip, weight, value, batch, dvalue })
 }
 
 struct ValueKernel<'a, S> {

@@ -2,7 +2,8 @@
 
 use core::ops::Range;
 
-use paid_lanes::{Real, Rng, Scalar};
+use paid_lanes::rng::Rng;
+use paid_lanes::{Real, Scalar};
 
 use super::layout::Layout;
 use crate::element::{Element, Lanewise, load, store, sum};
@@ -49,7 +50,7 @@ impl Linear {
     /// `x` `[input, n]` to `y` `[output, n]`, activation included.
     pub fn forward<S: Element>(&self, params: &[S], x: Mat<'_, S>, mut y: MatMut<'_, S>) {
         multiply(y.reborrow(), self.weights(params), x, false);
-        S::run(BiasElu { y, bias: &params[self.bias.clone()], elu: self.elu });
+        S::launch(BiasElu { y, bias: &params[self.bias.clone()], elu: self.elu });
     }
 
     /// Turns `dy` (gradient of the output `y`) into the gradient before the activation, adds the gradients of `W` and
@@ -63,7 +64,7 @@ impl Linear {
         mut dy: MatMut<'_, S>,
         dx: Option<MatMut<'_, S>>,
     ) {
-        S::run(EluBackward { y, dy: dy.reborrow(), dbias: &mut grads[self.bias.clone()], elu: self.elu });
+        S::launch(EluBackward { y, dy: dy.reborrow(), dbias: &mut grads[self.bias.clone()], elu: self.elu });
         let dw = MatMut::new(&mut grads[self.weight.clone()], self.output, self.input, self.input);
         multiply(dw, dy.as_ref(), x.t(), true);
         if let Some(dx) = dx {
@@ -120,7 +121,7 @@ impl<S: Scalar + Element> Lanewise<S> for EluBackward<'_, S> {
                 let mut d = load::<V>(dy, i);
                 if self.elu {
                     let out = load::<V>(y, i);
-                    d = d * (out.min(V::zero()) + V::one());
+                    d *= out.min(V::zero()) + V::one();
                     store(d, dy, i);
                 }
                 total += d;

@@ -2,7 +2,8 @@
 
 use core::ops::Range;
 
-use paid_lanes::{Real, Rng, Scalar};
+use paid_lanes::rng::Rng;
+use paid_lanes::{Real, Scalar};
 
 use super::layout::Layout;
 use crate::element::{Element, Lanewise, load, store, sum};
@@ -62,10 +63,7 @@ impl<S: Element> LstmCache<S> {
     /// The output and where its gradient goes.
     pub fn output_and_gradient(&mut self) -> (Mat<'_, S>, MatMut<'_, S>) {
         let rows = self.h.len() / self.cols;
-        (
-            Mat::new(&self.h, rows, self.cols, self.cols),
-            MatMut::new(&mut self.dh, rows, self.cols, self.cols),
-        )
+        (Mat::new(&self.h, rows, self.cols, self.cols), MatMut::new(&mut self.dh, rows, self.cols, self.cols))
     }
 }
 
@@ -112,7 +110,7 @@ impl Lstm {
         &self,
         params: &[S],
         x: Mat<'_, S>,
-        mut h: MatMut<'_, S>,
+        h: MatMut<'_, S>,
         c: MatMut<'_, S>,
         gates: &mut [S],
     ) {
@@ -121,7 +119,7 @@ impl Lstm {
         multiply(MatMut::new(gates, 4 * self.size, n, n), self.w_ih(params), x, false);
         multiply(MatMut::new(gates, 4 * self.size, n, n), self.w_hh(params), h.as_ref(), true);
         let bias = &params[self.bias.clone()];
-        S::run(Cell { gates: MatMut::new(gates, 4 * self.size, n, n), bias, c, h, tanh_c: None });
+        S::launch(Cell { gates: MatMut::new(gates, 4 * self.size, n, n), bias, c, h, tanh_c: None });
     }
 
     /// A whole sequence `x` `[input, steps * width]` from the states `h0`, `c0` `[size, width]`.
@@ -158,7 +156,7 @@ impl Lstm {
             let h_prev = Mat::new(&cache.h_prev, size, cols, cols).columns(first, width);
             let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
             multiply(gates.columns(first, width), self.w_hh(params), h_prev, true);
-            S::run(Cell {
+            S::launch(Cell {
                 gates: gates.columns(first, width),
                 bias: &params[self.bias.clone()],
                 c: MatMut::new(&mut cache.c, size, width, width),
@@ -186,7 +184,7 @@ impl Lstm {
             let first = t * width;
             let view = |data, rows| Mat::new(data, rows, cols, cols).columns(first, width);
             let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
-            S::run(CellBackward {
+            S::launch(CellBackward {
                 gates: gates.columns(first, width),
                 c_prev: view(&cache.c_prev, size),
                 tanh_c: view(&cache.tanh_c, size),

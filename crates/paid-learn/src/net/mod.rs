@@ -11,4 +11,4 @@ mod network;
 pub use layout::{Layout, TensorSpec};
 pub use linear::Linear;
 pub use lstm::{Lstm, LstmCache, Steps};
-pub use network::{Network, Sequence, State, StepWorkspace, TrainWorkspace};
+pub use network::{CHUNK, Loss, Network, Sequence, State, StepWorkspace, TrainWorkspace};

@@ -2,12 +2,15 @@
 
 use core::ops::Range;
 
-use paid_lanes::Rng;
+use paid_lanes::rng::Rng;
 
 use super::{Layout, Linear, Lstm, LstmCache, Steps};
 use crate::config::{NetworkConfig, NetworkKind};
 use crate::element::Element;
 use crate::matrix::{Mat, MatMut};
+
+/// A loss on a chunk of outputs, see [`Network::train`].
+pub type Loss<'a, S> = dyn FnMut(Range<usize>, Mat<'_, S>, MatMut<'_, S>) + 'a;
 
 /// Columns that pass through all layers together: their activations stay in the second-level cache.
 pub const CHUNK: usize = 256;
@@ -211,7 +214,7 @@ impl Network {
         grads: &mut [S],
         sequence: Sequence<'_, S>,
         work: &mut TrainWorkspace<S>,
-        loss: &mut dyn FnMut(Range<usize>, Mat<'_, S>, MatMut<'_, S>),
+        loss: &mut Loss<'_, S>,
     ) {
         let Sequence { input, steps, state } = sequence;
         let cols = input.cols();
@@ -257,7 +260,7 @@ impl Network {
         mut dx: Option<MatMut<'_, S>>,
         first: usize,
         work: &mut TrainWorkspace<S>,
-        loss: &mut dyn FnMut(Range<usize>, Mat<'_, S>, MatMut<'_, S>),
+        loss: &mut Loss<'_, S>,
     ) {
         let n = x.cols();
         let TrainWorkspace { activations, gradients, output_gradient, .. } = work;

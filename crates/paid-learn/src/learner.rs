@@ -1,0 +1,304 @@
+//! PPO on shards of environments: collect a horizon, update, repeat.
+
+use std::time::Instant;
+
+use paid_lanes::rng::Rng;
+
+use crate::config::{ConfigError, LearnConfig};
+use crate::env::VecEnv;
+use crate::gae::GaeConfig;
+use crate::gaussian::{NoiseKey, entropy};
+use crate::model::{Model, Policy};
+use crate::normalizer::Normalizer;
+use crate::parallel::for_each;
+use crate::rollout::Plan;
+use crate::shard::{Collect, Shard};
+use crate::update::{Gradients, Schedule, UpdateStats, Worker, update};
+
+/// Streams of the random number generator.
+const INIT_STREAM: u32 = 0x696E_6974;
+const SHUFFLE_STREAM: u32 = 0x7368_7566;
+
+/// Actor, critic, normalisers, optimiser and the shards' carried states.
+///
+/// Same seed and same shards (number and sizes, in order) give the same weights bit for bit, whatever the thread count.
+#[derive(Clone, Debug)]
+pub struct Learner {
+    pub(crate) config: LearnConfig,
+    pub(crate) seed: u64,
+    pub(crate) actor: Model,
+    pub(crate) critic: Model,
+    pub(crate) policy_normalizer: Normalizer,
+    pub(crate) critic_normalizer: Normalizer,
+    pub(crate) schedule: Schedule,
+    pub(crate) iteration: u64,
+    /// Control steps collected an environment.
+    pub(crate) env_steps: u64,
+    pub(crate) shards: Vec<Shard>,
+    workers: Vec<Worker>,
+    gradients: Gradients,
+}
+
+/// What a collection saw and took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CollectStats {
+    /// Samples (control steps times environments).
+    pub samples: usize,
+    /// Mean reward a control step.
+    pub mean_reward: f64,
+    /// Episodes that failed.
+    pub terminated: u64,
+    /// Episodes that were cut.
+    pub truncated: u64,
+    /// Observations and rewards that were not finite (replaced by zero).
+    pub non_finite: u64,
+    /// Wall clock [s].
+    pub wall_s: f64,
+    /// Time in environments [s], summed over threads.
+    pub env_s: f64,
+    /// Time in normalisation [s], summed over threads.
+    pub normalize_s: f64,
+    /// Time in networks and sampling [s], summed over threads.
+    pub forward_s: f64,
+}
+
+/// One iteration: a horizon and an update.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct IterationStats {
+    /// Number of the iteration, from 1.
+    pub iteration: u64,
+    /// Collection.
+    pub collect: CollectStats,
+    /// Update.
+    pub update: UpdateStats,
+    /// Wall clock of the update [s].
+    pub learn_s: f64,
+    /// Learning rate after it.
+    pub learning_rate: f64,
+    /// Mean standard deviation of the actions after it.
+    pub mean_std: f64,
+    /// Entropy of the policy after it [nat].
+    pub entropy: f64,
+}
+
+/// Environments that a learner cannot work with.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("shard {shard}: expected {expected}, found {found}")]
+pub struct ShardError {
+    /// Number of the shard.
+    pub shard: usize,
+    /// What the learner was made for.
+    pub expected: String,
+    /// What the shard has.
+    pub found: String,
+}
+
+impl Learner {
+    /// A learner with fresh weights for observations of `policy_obs` and `critic_obs` features and `actions` actions.
+    ///
+    /// # Errors
+    /// The first value of the configuration that is out of range.
+    pub fn new(
+        policy_obs: usize,
+        critic_obs: usize,
+        actions: usize,
+        config: &LearnConfig,
+        seed: u64,
+    ) -> Result<Self, ConfigError> {
+        config.check()?;
+        let std = Some(config.ppo.initial_std);
+        let actor = Model::new(policy_obs, actions, &config.actor, std, &mut Rng::new(seed, 0, INIT_STREAM));
+        let critic = Model::new(critic_obs, 1, &config.critic, None, &mut Rng::new(seed, 1, INIT_STREAM));
+        let schedule = Schedule {
+            learning_rate: config.ppo.learning_rate,
+            adam_step: 0,
+            shuffle: Rng::new(seed, 0, SHUFFLE_STREAM),
+        };
+        Ok(Self {
+            config: config.clone(),
+            seed,
+            actor,
+            critic,
+            policy_normalizer: Normalizer::new(policy_obs),
+            critic_normalizer: Normalizer::new(critic_obs),
+            schedule,
+            iteration: 0,
+            env_steps: 0,
+            shards: Vec::new(),
+            workers: Vec::new(),
+            gradients: Gradients::default(),
+        })
+    }
+
+    /// The configuration it was made from.
+    pub fn config(&self) -> &LearnConfig {
+        &self.config
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> u64 {
+        self.iteration
+    }
+
+    /// Actor with its optimiser state.
+    pub fn actor(&self) -> &Model {
+        &self.actor
+    }
+
+    /// Critic with its optimiser state.
+    pub fn critic(&self) -> &Model {
+        &self.critic
+    }
+
+    /// The learning rate now.
+    pub fn learning_rate(&self) -> f64 {
+        self.schedule.learning_rate
+    }
+
+    /// What the last horizon collected, a shard.
+    pub fn shards(&self) -> &[Shard] {
+        &self.shards
+    }
+
+    /// The policy as it is now, for evaluation and export.
+    pub fn policy(&self) -> Policy {
+        Policy {
+            net: self.actor.net.clone(),
+            params: self.actor.weights().to_vec(),
+            normalizer: self.policy_normalizer.clone(),
+            std: self.actor.log_std().iter().map(|x| x.exp()).collect(),
+        }
+    }
+
+    /// Collects a horizon and updates.
+    ///
+    /// # Errors
+    /// If a shard does not fit the learner.
+    pub fn iterate(
+        &mut self,
+        envs: &mut [Box<dyn VecEnv>],
+        threads: usize,
+    ) -> Result<IterationStats, ShardError> {
+        let collect = self.collect(envs, threads)?;
+        let start = Instant::now();
+        let update = self.update(threads);
+        let log_std = self.actor.log_std();
+        let stds: f64 = log_std.iter().map(|x| f64::from(*x).exp()).sum();
+        Ok(IterationStats {
+            iteration: self.iteration,
+            collect,
+            update,
+            learn_s: start.elapsed().as_secs_f64(),
+            learning_rate: self.schedule.learning_rate,
+            mean_std: stds / log_std.len().max(1) as f64,
+            entropy: entropy(log_std),
+        })
+    }
+
+    /// Collects a horizon from every shard and merges what the normalisers saw. Shards keep their order, number and sizes
+    /// for the life of a learner.
+    ///
+    /// # Errors
+    /// If a shard does not fit the learner.
+    pub fn collect(
+        &mut self,
+        envs: &mut [Box<dyn VecEnv>],
+        threads: usize,
+    ) -> Result<CollectStats, ShardError> {
+        let start = Instant::now();
+        self.prepare_shards(envs)?;
+        self.prepare_workers(threads);
+        let shared = Collect {
+            actor: &self.actor,
+            critic: &self.critic,
+            policy_normalizer: &self.policy_normalizer,
+            critic_normalizer: &self.critic_normalizer,
+            gae: GaeConfig { gamma: self.config.ppo.gamma, lambda: self.config.ppo.lambda },
+            noise: NoiseKey { seed: self.seed, first_env: 0, step: self.env_steps },
+        };
+        let mut items = Vec::new();
+        let mut first_env = 0;
+        for (shard, env) in self.shards.iter_mut().zip(envs.iter_mut()) {
+            let shared = Collect { noise: NoiseKey { first_env, ..shared.noise }, ..shared };
+            first_env += shard.rollout.plan.envs as u32;
+            items.push((shared, shard, env));
+        }
+        for_each(&mut self.workers, items, |worker, (shared, shard, env)| {
+            shard.collect(shared, env.as_mut(), &mut worker.step);
+        });
+        self.env_steps += self.config.ppo.horizon as u64;
+        self.policy_normalizer.merge(self.shards.iter().map(|shard| &shard.policy_seen));
+        self.critic_normalizer.merge(self.shards.iter().map(|shard| &shard.critic_seen));
+        let mut stats = CollectStats::default();
+        for shard in &self.shards {
+            stats.samples += shard.rollout.plan.samples();
+            stats.mean_reward += shard.stats.reward;
+            stats.terminated += shard.stats.terminated;
+            stats.truncated += shard.stats.truncated;
+            stats.non_finite += shard.stats.non_finite;
+            stats.env_s += shard.stats.env_s;
+            stats.normalize_s += shard.stats.normalize_s;
+            stats.forward_s += shard.stats.forward_s;
+        }
+        stats.mean_reward /= stats.samples.max(1) as f64;
+        stats.wall_s = start.elapsed().as_secs_f64();
+        Ok(stats)
+    }
+
+    /// Updates actor and critic from the last horizon.
+    pub fn update(&mut self, threads: usize) -> UpdateStats {
+        self.prepare_workers(threads);
+        if self.shards.is_empty() {
+            return UpdateStats::default();
+        }
+        self.iteration += 1;
+        update(
+            &self.config.ppo,
+            (&mut self.actor, &mut self.critic),
+            &mut self.schedule,
+            &self.shards,
+            &mut self.gradients,
+            &mut self.workers,
+        )
+    }
+
+    fn prepare_workers(&mut self, threads: usize) {
+        self.workers.resize_with(threads.max(1), Worker::default);
+    }
+
+    /// How environments of a shard are cut into blocks.
+    pub(crate) fn plan(&self, envs: usize) -> Plan {
+        let ppo = &self.config.ppo;
+        let sequences = self.actor.net.is_recurrent() || self.critic.net.is_recurrent();
+        let block = if sequences { ppo.sequence_block } else { ppo.block };
+        Plan::new(envs, ppo.horizon, block, sequences)
+    }
+
+    fn prepare_shards(&mut self, envs: &[Box<dyn VecEnv>]) -> Result<(), ShardError> {
+        let sizes =
+            |p: usize, c: usize, a: usize| format!("{p} policy features, {c} critic features, {a} actions");
+        let want = sizes(self.actor.net.input, self.critic.net.input, self.actor.net.output);
+        for (shard, env) in envs.iter().enumerate() {
+            let found = sizes(env.policy_obs_dim(), env.critic_obs_dim(), env.action_dim());
+            if found != want {
+                return Err(ShardError { shard, expected: want, found });
+            }
+        }
+        if self.shards.is_empty() {
+            for env in envs {
+                let plan = self.plan(env.num_envs());
+                self.shards.push(Shard::new(plan, &self.actor, &self.critic));
+            }
+        }
+        let old: Vec<usize> = self.shards.iter().map(|shard| shard.rollout.plan.envs).collect();
+        let new: Vec<usize> = envs.iter().map(|env| env.num_envs()).collect();
+        if old != new {
+            let shard = (0..old.len().max(new.len())).find(|&k| old.get(k) != new.get(k)).unwrap_or(0);
+            let text = |sizes: &[usize]| {
+                sizes.get(shard).map_or("no such shard".to_owned(), |n| format!("{n} environments"))
+            };
+            return Err(ShardError { shard, expected: text(&old), found: text(&new) });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,225 @@
+//! One shard of environments: its rollout, recurrent states and the collection of a horizon.
+
+use std::time::Instant;
+
+use crate::env::{StepBuffers, VecEnv};
+use crate::gae::GaeConfig;
+use crate::gaussian::{NoiseKey, sample};
+use crate::matrix::{Mat, MatMut};
+use crate::model::Model;
+use crate::net::{State, StepWorkspace};
+use crate::normalizer::{Normalizer, Seen};
+use crate::rollout::{Plan, Rollout, block_mut, unit_ref};
+
+/// What a shard keeps between horizons, and its scratch.
+#[derive(Clone, Debug)]
+pub struct Shard {
+    /// Samples of the last horizon.
+    pub rollout: Rollout,
+    /// Recurrent states of the actor now, a block.
+    pub actor_state: Vec<State<f32>>,
+    /// Recurrent states of the critic now, a block.
+    pub critic_state: Vec<State<f32>>,
+    /// The actor's at the start of the horizon.
+    pub actor_start: Vec<State<f32>>,
+    /// The critic's at the start of the horizon.
+    pub critic_start: Vec<State<f32>>,
+    /// What the policy's normaliser saw.
+    pub policy_seen: Seen,
+    /// What the critic's normaliser saw.
+    pub critic_seen: Seen,
+    /// Counts and times of the last horizon.
+    pub stats: ShardStats,
+    raw_policy: Vec<f32>,
+    raw_critic: Vec<f32>,
+    action: Vec<f32>,
+    reward: Vec<f32>,
+    terminated: Vec<u8>,
+    truncated: Vec<u8>,
+}
+
+/// Counts and times of one shard's horizon.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ShardStats {
+    /// Sum of the rewards.
+    pub reward: f64,
+    /// Episodes that failed.
+    pub terminated: u64,
+    /// Episodes that were cut.
+    pub truncated: u64,
+    /// Observations and rewards that were not finite; replaced by zero.
+    pub non_finite: u64,
+    /// Sum and sum of squares of the advantages.
+    pub advantage: (f64, f64),
+    /// Time in the environment [s].
+    pub env_s: f64,
+    /// Time in normalisation [s].
+    pub normalize_s: f64,
+    /// Time in the networks and in sampling [s].
+    pub forward_s: f64,
+}
+
+/// What all shards read while they collect.
+#[derive(Clone, Copy, Debug)]
+pub struct Collect<'a> {
+    /// Policy.
+    pub actor: &'a Model,
+    /// Value function.
+    pub critic: &'a Model,
+    /// Normaliser of the policy's observation.
+    pub policy_normalizer: &'a Normalizer,
+    /// Normaliser of the critic's observation.
+    pub critic_normalizer: &'a Normalizer,
+    /// Discount and decay.
+    pub gae: GaeConfig,
+    /// Seed, and step of the first sample; the first environment is the shard's own.
+    pub noise: NoiseKey,
+}
+
+impl Shard {
+    /// A shard of `envs` environments, at the start of episodes.
+    pub fn new(plan: Plan, actor: &Model, critic: &Model) -> Self {
+        let (n, actions) = (plan.envs, actor.net.output);
+        let states = |model: &Model| -> Vec<State<f32>> {
+            plan.blocks.iter().map(|block| model.net.initial_state(block.len())).collect()
+        };
+        let (actor_state, critic_state) = (states(actor), states(critic));
+        Self {
+            actor_start: actor_state.clone(),
+            critic_start: critic_state.clone(),
+            actor_state,
+            critic_state,
+            policy_seen: Seen::default(),
+            critic_seen: Seen::default(),
+            stats: ShardStats::default(),
+            raw_policy: vec![0.0; actor.net.input * n],
+            raw_critic: vec![0.0; critic.net.input * n],
+            action: vec![0.0; actions * n],
+            reward: vec![0.0; n],
+            terminated: vec![0; n],
+            truncated: vec![0; n],
+            rollout: Rollout::new(plan, actor.net.input, critic.net.input, actions),
+        }
+    }
+
+    /// Collects one horizon from `env` and estimates advantages.
+    pub fn collect(&mut self, shared: Collect<'_>, env: &mut dyn VecEnv, work: &mut StepWorkspace<f32>) {
+        self.policy_seen = Seen::new(shared.actor.net.input);
+        self.critic_seen = Seen::new(shared.critic.net.input);
+        self.stats = ShardStats::default();
+        self.actor_start.clone_from(&self.actor_state);
+        self.critic_start.clone_from(&self.critic_state);
+        for t in 0..self.rollout.plan.horizon {
+            self.stats.env_s += timed(|| env.observe(&mut self.raw_policy, &mut self.raw_critic));
+            for b in 0..self.rollout.plan.blocks.len() {
+                self.act(shared, t, b, work);
+            }
+            let out = StepBuffers {
+                reward: &mut self.reward,
+                terminated: &mut self.terminated,
+                truncated: &mut self.truncated,
+            };
+            self.stats.env_s += timed(|| env.step(&self.action, out));
+            self.record(t);
+        }
+        self.stats.env_s += timed(|| env.observe(&mut self.raw_policy, &mut self.raw_critic));
+        self.bootstrap(shared, work);
+        self.stats.advantage = self.rollout.estimate_advantages(shared.gae);
+        self.stats.non_finite += self.policy_seen.non_finite + self.critic_seen.non_finite;
+    }
+
+    /// Normalises, evaluates both networks and draws actions for block `b` at step `t`.
+    fn act(&mut self, shared: Collect<'_>, t: usize, b: usize, work: &mut StepWorkspace<f32>) {
+        let r = &mut self.rollout;
+        let [policy_obs, critic_obs, actions] = r.dims;
+        let n = r.plan.envs;
+        let place = r.plan.place(t, b);
+        let first = r.plan.blocks[b].start;
+        let start = Instant::now();
+        let raw = Mat::new(&self.raw_policy, policy_obs, n, n).columns(first, place.width);
+        let out = block_mut(&mut r.policy_obs, policy_obs, place);
+        shared.policy_normalizer.apply(raw, out, Some(&mut self.policy_seen));
+        let raw = Mat::new(&self.raw_critic, critic_obs, n, n).columns(first, place.width);
+        let out = block_mut(&mut r.critic_obs, critic_obs, place);
+        shared.critic_normalizer.apply(raw, out, Some(&mut self.critic_seen));
+        let normalized = Instant::now();
+        self.stats.normalize_s += (normalized - start).as_secs_f64();
+
+        let columns = |data, rows| unit_ref(data, rows, place).columns(place.column, place.width);
+        let (actor, critic) = (shared.actor, shared.critic);
+        let mean = block_mut(&mut r.mean, actions, place);
+        let x = columns(&r.policy_obs, policy_obs);
+        actor.net.step(&actor.params, x, &mut self.actor_state[b], mean, work);
+        let value = MatMut::new(&mut r.value[place.range()], 1, place.width, place.width);
+        let x = columns(&r.critic_obs, critic_obs);
+        critic.net.step(&critic.params, x, &mut self.critic_state[b], value, work);
+        let key = NoiseKey {
+            first_env: shared.noise.first_env + first as u32,
+            step: shared.noise.step + t as u64,
+            ..shared.noise
+        };
+        let action = block_mut(&mut r.action, actions, place);
+        let log_prob = &mut r.log_prob[place.range()];
+        sample(key, columns(&r.mean, actions), actor.log_std(), action, log_prob);
+        let drawn = columns(&r.action, actions);
+        for a in 0..actions {
+            self.action[a * n + first..a * n + first + place.width].copy_from_slice(drawn.row(a));
+        }
+        self.stats.forward_s += normalized.elapsed().as_secs_f64();
+    }
+
+    /// Stores what step `t` returned and clears the memory of environments whose episode ended.
+    fn record(&mut self, t: usize) {
+        let r = &mut self.rollout;
+        for b in 0..r.plan.blocks.len() {
+            let first = r.plan.blocks[b].start;
+            let place = r.plan.place(t, b);
+            for i in 0..place.width {
+                let (e, s) = (first + i, place.range().start + i);
+                let reward = self.reward[e];
+                let finite = reward.is_finite();
+                r.reward[s] = if finite { reward } else { 0.0 };
+                self.stats.non_finite += u64::from(!finite);
+                self.stats.reward += f64::from(r.reward[s]);
+                let (terminated, truncated) = (self.terminated[e] != 0, self.truncated[e] != 0);
+                r.end[s] = u8::from(terminated) | u8::from(truncated) << 1;
+                let ended = terminated || truncated;
+                if t + 1 < r.plan.horizon {
+                    r.keep[r.plan.place(t + 1, b).range().start + i] = if ended { 0.0 } else { 1.0 };
+                }
+                if ended {
+                    self.stats.terminated += u64::from(terminated);
+                    self.stats.truncated += u64::from(!terminated);
+                    self.actor_state[b].reset(i);
+                    self.critic_state[b].reset(i);
+                }
+            }
+        }
+    }
+
+    /// Values after the last step. The critic's memory does not move: the next horizon starts from this observation.
+    fn bootstrap(&mut self, shared: Collect<'_>, work: &mut StepWorkspace<f32>) {
+        let start = Instant::now();
+        let n = self.rollout.plan.envs;
+        let rows = shared.critic.net.input;
+        let mut normalized = vec![0.0; rows * n];
+        shared.critic_normalizer.apply(
+            Mat::new(&self.raw_critic, rows, n, n),
+            MatMut::new(&mut normalized, rows, n, n),
+            None,
+        );
+        for (b, block) in self.rollout.plan.blocks.iter().enumerate() {
+            let mut state = self.critic_state[b].clone();
+            let x = Mat::new(&normalized, rows, n, n).columns(block.start, block.len());
+            let out = MatMut::new(&mut self.rollout.last_value[block.clone()], 1, block.len(), block.len());
+            shared.critic.net.step(&shared.critic.params, x, &mut state, out, work);
+        }
+        self.stats.forward_s += start.elapsed().as_secs_f64();
+    }
+}
+
+fn timed(work: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    work();
+    start.elapsed().as_secs_f64()
+}

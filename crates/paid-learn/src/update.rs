@@ -1,0 +1,365 @@
+//! The PPO update: minibatches of units, gradients a slice, reduction in slice order, Adam.
+
+use paid_lanes::rng::Rng;
+
+use crate::adam::{AdamStep, Reduce};
+use crate::config::PpoConfig;
+use crate::element::Element;
+use crate::gaussian::{ActorBatch, ActorLoss, ActorLossConfig, actor_loss};
+use crate::model::Model;
+use crate::net::{Sequence, State, Steps, TrainWorkspace};
+use crate::parallel::for_each;
+use crate::rollout::unit_ref;
+use crate::shard::Shard;
+use crate::value_loss::{ValueBatch, value_loss};
+
+/// Parameters that one thread reduces or steps at a time.
+const RANGE: usize = 16 * 1024;
+
+/// Scratch of one thread.
+#[derive(Clone, Debug, Default)]
+pub struct Worker {
+    train: TrainWorkspace<f32>,
+    dlog_prob: Vec<f32>,
+    /// Scratch of collection.
+    pub step: crate::net::StepWorkspace<f32>,
+}
+
+/// Gradients of the slices and their sums; kept so that updates allocate nothing.
+#[derive(Clone, Debug, Default)]
+pub struct Gradients {
+    actor: Vec<Vec<f32>>,
+    critic: Vec<Vec<f32>>,
+    actor_total: Vec<f32>,
+    critic_total: Vec<f32>,
+}
+
+/// Means over the gradient steps of an update.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct UpdateStats {
+    /// Clipped surrogate loss.
+    pub surrogate_loss: f64,
+    /// Value loss, before its weight.
+    pub value_loss: f64,
+    /// Divergence from the policy that collected.
+    pub kl: f64,
+    /// Share of samples outside the clip range.
+    pub clip_fraction: f64,
+    /// Norm of the gradient before clipping.
+    pub grad_norm: f64,
+    /// Gradient steps taken.
+    pub steps: u64,
+    /// Gradient steps left out because the gradient was not finite.
+    pub skipped: u64,
+}
+
+/// What persists between updates, besides the models.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Learning rate now.
+    pub learning_rate: f64,
+    /// Gradient steps taken.
+    pub adam_step: u64,
+    /// Order of minibatches.
+    pub shuffle: Rng,
+}
+
+/// Which network a task trains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Role {
+    Actor,
+    Critic,
+}
+
+/// One slice of a minibatch for one network.
+struct Task<'a> {
+    role: Role,
+    units: &'a [(usize, usize)],
+    grads: &'a mut [f32],
+    sums: &'a mut ActorLoss,
+    value: &'a mut f64,
+}
+
+/// What the tasks of an update read.
+struct Shared<'a> {
+    config: &'a PpoConfig,
+    actor: &'a Model,
+    critic: &'a Model,
+    old_log_std: &'a [f32],
+    shards: &'a [Shard],
+    advantage: (f64, f64),
+}
+
+/// Runs epochs and minibatches over what the shards collected.
+pub fn update(
+    config: &PpoConfig,
+    (actor, critic): (&mut Model, &mut Model),
+    schedule: &mut Schedule,
+    shards: &[Shard],
+    gradients: &mut Gradients,
+    workers: &mut [Worker],
+) -> UpdateStats {
+    let mut units: Vec<(usize, usize)> = Vec::new();
+    for (k, shard) in shards.iter().enumerate() {
+        units.extend((0..shard.rollout.plan.units()).map(|unit| (k, unit)));
+    }
+    let advantage = advantage_moments(shards);
+    let old_log_std = actor.log_std().to_vec();
+    let minibatches = config.minibatches.min(units.len());
+    let mut totals = UpdateStats::default();
+    for _ in 0..config.epochs {
+        for i in (1..units.len()).rev() {
+            units.swap(i, schedule.shuffle.below(i + 1));
+        }
+        for part in 0..minibatches {
+            let batch = &units[part * units.len() / minibatches..(part + 1) * units.len() / minibatches];
+            let shared = Shared { config, actor, critic, old_log_std: &old_log_std, shards, advantage };
+            let losses = minibatch_gradient(&shared, batch, gradients, workers);
+            if config.adaptive_learning_rate && losses.kl.is_finite() {
+                schedule.learning_rate = adapted(config, schedule.learning_rate, losses.kl);
+            }
+            let slices = config.slices.min(batch.len());
+            step(config, (actor, critic), schedule, gradients, slices, workers, &mut totals);
+            totals.surrogate_loss += losses.surrogate_loss;
+            totals.value_loss += losses.value_loss;
+            totals.kl += losses.kl;
+            totals.clip_fraction += losses.clip_fraction;
+        }
+    }
+    let count = (config.epochs * minibatches) as f64;
+    let taken = totals.steps.max(1) as f64;
+    UpdateStats {
+        surrogate_loss: totals.surrogate_loss / count,
+        value_loss: totals.value_loss / count,
+        kl: totals.kl / count,
+        clip_fraction: totals.clip_fraction / count,
+        grad_norm: totals.grad_norm / taken,
+        ..totals
+    }
+}
+
+/// rsl_rl's schedule: a divergence above twice the target shrinks the rate by 1.5, below half of it grows it by 1.5.
+fn adapted(config: &PpoConfig, rate: f64, kl: f64) -> f64 {
+    if kl > 2.0 * config.target_kl {
+        (rate / 1.5).max(config.min_learning_rate)
+    } else if kl > 0.0 && kl < 0.5 * config.target_kl {
+        (rate * 1.5).min(config.max_learning_rate)
+    } else {
+        rate
+    }
+}
+
+/// Mean of all advantages and one over their standard deviation.
+fn advantage_moments(shards: &[Shard]) -> (f64, f64) {
+    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+    for shard in shards {
+        sum += shard.stats.advantage.0;
+        squares += shard.stats.advantage.1;
+        count += shard.rollout.plan.samples() as f64;
+    }
+    let mean = sum / count;
+    let variance = (squares / count - mean * mean).max(0.0);
+    (mean, 1.0 / (variance.sqrt() + 1e-8))
+}
+
+/// Gradients of one minibatch, a slice each, and its mean losses.
+fn minibatch_gradient(
+    shared: &Shared<'_>,
+    units: &[(usize, usize)],
+    gradients: &mut Gradients,
+    workers: &mut [Worker],
+) -> UpdateStats {
+    let slices = shared.config.slices.min(units.len());
+    let samples: usize =
+        units.iter().map(|&(k, unit)| shared.shards[k].rollout.plan.unit(unit).1.stride).sum();
+    let weight = 1.0 / samples as f64;
+    for (grads, model) in [(&mut gradients.actor, shared.actor), (&mut gradients.critic, shared.critic)] {
+        grads.resize_with(slices.max(grads.len()), Vec::new);
+        for slice in grads {
+            slice.resize(model.layout.len(), 0.0);
+        }
+    }
+    let mut sums = vec![ActorLoss::default(); slices];
+    let mut values = vec![0.0; slices];
+    let mut unused = (vec![ActorLoss::default(); slices], vec![0.0; slices]);
+    let mut tasks = Vec::new();
+    // The critic is the larger network: its tasks go first, so that the small ones even out the ends.
+    let part = |s: usize| &units[s * units.len() / slices..(s + 1) * units.len() / slices];
+    let critic = gradients.critic.iter_mut().zip(&mut values).zip(&mut unused.0);
+    for (s, ((grads, value), sums)) in critic.take(slices).enumerate() {
+        tasks.push(Task { role: Role::Critic, units: part(s), grads, sums, value });
+    }
+    let actor = gradients.actor.iter_mut().zip(&mut sums).zip(&mut unused.1);
+    for (s, ((grads, sums), value)) in actor.take(slices).enumerate() {
+        tasks.push(Task { role: Role::Actor, units: part(s), grads, sums, value });
+    }
+    for_each(workers, tasks, |worker, task| run_task(shared, weight, worker, task));
+    let entropy_gradient = shared.config.entropy as f32;
+    for g in &mut gradients.actor[0][shared.actor.net.layout().len()..] {
+        *g -= entropy_gradient;
+    }
+    let mut losses = UpdateStats::default();
+    for s in 0..slices {
+        losses.surrogate_loss += sums[s].surrogate * weight;
+        losses.kl += sums[s].kl * weight;
+        losses.clip_fraction += sums[s].clipped * weight;
+        losses.value_loss += values[s] * weight;
+    }
+    losses
+}
+
+fn run_task(shared: &Shared<'_>, weight: f64, worker: &mut Worker, task: Task<'_>) {
+    let Task { role, units, grads, sums, value } = task;
+    grads.fill(0.0);
+    for &(k, unit) in units {
+        let shard = &shared.shards[k];
+        match role {
+            Role::Actor => {
+                let loss = train_actor(shared, weight, shard, unit, grads, worker);
+                sums.surrogate += loss.surrogate;
+                sums.kl += loss.kl;
+                sums.clipped += loss.clipped;
+            }
+            Role::Critic => *value += train_critic(shared, weight, shard, unit, grads, worker),
+        }
+    }
+}
+
+/// The stored samples of a unit as input of a network.
+fn sequence<'a>(
+    shard: &'a Shard,
+    obs: &'a [f32],
+    rows: usize,
+    unit: usize,
+    starts: &'a [State<f32>],
+) -> Sequence<'a, f32> {
+    let r = &shard.rollout;
+    let (block, place) = r.plan.unit(unit);
+    let steps =
+        Steps { steps: place.stride / place.width, width: place.width, keep: &r.keep[place.unit_range()] };
+    Sequence { input: unit_ref(obs, rows, place), steps, state: &starts[block] }
+}
+
+fn train_actor(
+    shared: &Shared<'_>,
+    weight: f64,
+    shard: &Shard,
+    unit: usize,
+    grads: &mut [f32],
+    worker: &mut Worker,
+) -> ActorLoss {
+    let r = &shard.rollout;
+    let [rows, _, actions] = r.dims;
+    let (_, place) = r.plan.unit(unit);
+    let config = ActorLossConfig {
+        clip: shared.config.clip,
+        advantage_mean: shared.advantage.0,
+        advantage_scale: shared.advantage.1,
+        weight,
+    };
+    let net = &shared.actor.net;
+    let (grads, dlog_std) = grads.split_at_mut(net.layout().len());
+    let mut total = ActorLoss::default();
+    let Worker { train, dlog_prob, .. } = worker;
+    dlog_prob.resize(place.stride, 0.0);
+    let sequence = sequence(shard, &r.policy_obs, rows, unit, &shard.actor_start);
+    net.train(shared.actor.weights(), grads, sequence, train, &mut |columns, mean, dmean| {
+        let samples = place.unit + columns.start..place.unit + columns.end;
+        let batch = ActorBatch {
+            action: unit_ref(&r.action, actions, place).columns(columns.start, columns.len()),
+            old_mean: unit_ref(&r.mean, actions, place).columns(columns.start, columns.len()),
+            old_log_std: shared.old_log_std,
+            old_log_prob: &r.log_prob[samples.clone()],
+            advantage: &r.advantage[samples],
+        };
+        let loss = actor_loss(config, mean, shared.actor.log_std(), batch, dmean, dlog_std, dlog_prob);
+        total.surrogate += loss.surrogate;
+        total.kl += loss.kl;
+        total.clipped += loss.clipped;
+    });
+    total
+}
+
+fn train_critic(
+    shared: &Shared<'_>,
+    weight: f64,
+    shard: &Shard,
+    unit: usize,
+    grads: &mut [f32],
+    worker: &mut Worker,
+) -> f64 {
+    let r = &shard.rollout;
+    let (_, place) = r.plan.unit(unit);
+    let clip = shared.config.clip_value_loss.then_some(shared.config.clip);
+    let weight = weight * shared.config.value_loss;
+    let mut total = 0.0;
+    let sequence = sequence(shard, &r.critic_obs, r.dims[1], unit, &shard.critic_start);
+    let model = shared.critic;
+    model.net.train(&model.params, grads, sequence, &mut worker.train, &mut |columns, value, mut dvalue| {
+        let samples = place.unit + columns.start..place.unit + columns.end;
+        let batch = ValueBatch { old_value: &r.value[samples.clone()], target: &r.target[samples] };
+        total += value_loss(clip, weight, value.row(0), batch, dvalue.row(0));
+    });
+    total
+}
+
+/// Sums the slices, clips the norm over both networks and takes one step of Adam.
+fn step(
+    config: &PpoConfig,
+    (actor, critic): (&mut Model, &mut Model),
+    schedule: &mut Schedule,
+    gradients: &mut Gradients,
+    slices: usize,
+    workers: &mut [Worker],
+    totals: &mut UpdateStats,
+) {
+    let Gradients { actor: actor_parts, critic: critic_parts, actor_total, critic_total } = gradients;
+    actor_total.resize(actor.layout.len(), 0.0);
+    critic_total.resize(critic.layout.len(), 0.0);
+    let ranges = actor_total.len().div_ceil(RANGE) + critic_total.len().div_ceil(RANGE);
+    let mut squares = vec![0.0; ranges];
+    let mut items = Vec::new();
+    let mut places = squares.iter_mut();
+    for (total, parts) in [(&mut *actor_total, &*actor_parts), (&mut *critic_total, &*critic_parts)] {
+        for (k, total) in total.chunks_mut(RANGE).enumerate() {
+            let parts: Vec<&[f32]> =
+                parts[..slices].iter().map(|part| &part[k * RANGE..k * RANGE + total.len()]).collect();
+            items.extend(places.next().map(|place| (total, parts, place)));
+        }
+    }
+    for_each(workers, items, |_, (total, parts, place): (_, Vec<&[f32]>, &mut f64)| {
+        *place = f32::launch(Reduce { total, parts: &parts });
+    });
+    let norm = squares.iter().sum::<f64>().sqrt();
+    if !norm.is_finite() {
+        totals.skipped += 1;
+        return;
+    }
+    totals.grad_norm += norm;
+    totals.steps += 1;
+    schedule.adam_step += 1;
+    // As in PyTorch's clip_grad_norm_, including its small constant.
+    let gradient_scale = (config.max_grad_norm / (norm + 1e-6)).min(1.0);
+    let mut items = Vec::new();
+    for (model, total) in [(&mut *actor, &*actor_total), (&mut *critic, &*critic_total)] {
+        let params = model.params.chunks_mut(RANGE);
+        let moments = model.m.chunks_mut(RANGE).zip(model.v.chunks_mut(RANGE));
+        for ((params, (m, v)), gradient) in params.zip(moments).zip(total.chunks(RANGE)) {
+            items.push(AdamStep {
+                params,
+                m,
+                v,
+                gradient,
+                gradient_scale,
+                learning_rate: schedule.learning_rate,
+                step: schedule.adam_step,
+            });
+        }
+    }
+    for_each(workers, items, |_, item| item.apply());
+    let (lo, hi) = (config.min_std.ln() as f32, config.max_std.ln() as f32);
+    let weights = actor.net.layout().len();
+    for log_std in &mut actor.params[weights..] {
+        *log_std = log_std.clamp(lo, hi);
+    }
+}

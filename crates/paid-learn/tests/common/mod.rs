@@ -1,0 +1,162 @@
+//! Small known problems as environments.
+#![allow(dead_code, missing_docs)]
+
+use paid_lanes::rng::Rng;
+use paid_learn::{StepBuffers, VecEnv};
+
+/// A point mass on a line, pushed by the action: reward `1 - x^2 - 0.1 v^2 - 0.01 a^2`, 0.1 s a step, cut after 50.
+/// Policy and critic see position and velocity; the critic sees the step number too.
+pub struct PointMass {
+    rng: Rng,
+    state: Vec<[f64; 3]>,
+}
+
+impl PointMass {
+    pub fn new(envs: usize, seed: u64) -> Self {
+        let mut env = Self { rng: Rng::new(seed, 0, 7), state: vec![[0.0; 3]; envs] };
+        for e in 0..envs {
+            env.reset(e);
+            env.state[e][2] = (e % 50) as f64;
+        }
+        env
+    }
+
+    fn reset(&mut self, e: usize) {
+        self.state[e] = [self.rng.uniform(-1.0, 1.0), self.rng.uniform(-1.0, 1.0), 0.0];
+    }
+}
+
+impl VecEnv for PointMass {
+    fn num_envs(&self) -> usize {
+        self.state.len()
+    }
+    fn policy_obs_dim(&self) -> usize {
+        2
+    }
+    fn critic_obs_dim(&self) -> usize {
+        3
+    }
+    fn action_dim(&self) -> usize {
+        1
+    }
+    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+        let n = self.state.len();
+        for (e, state) in self.state.iter().enumerate() {
+            for k in 0..3 {
+                critic[k * n + e] = state[k] as f32;
+            }
+            for k in 0..2 {
+                policy[k * n + e] = state[k] as f32;
+            }
+        }
+    }
+    fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        for e in 0..self.state.len() {
+            let a = f64::from(actions[e]).clamp(-5.0, 5.0);
+            let [x, v, t] = &mut self.state[e];
+            *v += 0.1 * a;
+            *x += 0.1 * *v;
+            *t += 1.0;
+            out.reward[e] = (1.0 - *x * *x - 0.1 * *v * *v - 0.01 * a * a) as f32;
+            out.terminated[e] = u8::from(x.abs() > 3.0);
+            out.truncated[e] = u8::from(*t >= 50.0);
+            if out.terminated[e] + out.truncated[e] > 0 {
+                self.reset(e);
+            }
+        }
+    }
+    fn save(&self) -> Vec<u8> {
+        let mut bytes = self.rng.position().to_le_bytes().to_vec();
+        for value in self.state.iter().flatten() {
+            bytes.extend(value.to_le_bytes());
+        }
+        bytes
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        if bytes.len() != 8 + 24 * self.state.len() {
+            return Err(format!("{} bytes do not fit", bytes.len()));
+        }
+        let word = |k: usize| -> [u8; 8] { core::array::from_fn(|i| bytes[8 * k + i]) };
+        self.rng.seek(u64::from_le_bytes(word(0)));
+        for e in 0..self.state.len() {
+            self.state[e] = core::array::from_fn(|k| f64::from_le_bytes(word(1 + 3 * e + k)));
+        }
+        Ok(())
+    }
+}
+
+/// A sign is shown at the first step of an episode of six and must be played back at all others: reward `1 - (a - sign)^2`.
+/// Without memory the best mean reward is 0 (action 0); with it, 1 minus the variance of the actions.
+pub struct Recall {
+    rng: Rng,
+    state: Vec<(f32, u32)>,
+}
+
+impl Recall {
+    pub const STEPS: u32 = 6;
+
+    pub fn new(envs: usize, seed: u64) -> Self {
+        let mut env = Self { rng: Rng::new(seed, 0, 8), state: vec![(1.0, 0); envs] };
+        for e in 0..envs {
+            env.reset(e);
+        }
+        env
+    }
+
+    fn reset(&mut self, e: usize) {
+        self.state[e] = (if self.rng.below(2) == 0 { -1.0 } else { 1.0 }, 0);
+    }
+}
+
+impl VecEnv for Recall {
+    fn num_envs(&self) -> usize {
+        self.state.len()
+    }
+    fn policy_obs_dim(&self) -> usize {
+        2
+    }
+    fn critic_obs_dim(&self) -> usize {
+        2
+    }
+    fn action_dim(&self) -> usize {
+        1
+    }
+    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+        let n = self.state.len();
+        for (e, &(sign, t)) in self.state.iter().enumerate() {
+            policy[e] = if t == 0 { sign } else { 0.0 };
+            policy[n + e] = if t == 0 { 1.0 } else { 0.0 };
+        }
+        critic.copy_from_slice(policy);
+    }
+    fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        for e in 0..self.state.len() {
+            let (sign, t) = self.state[e];
+            out.reward[e] = if t == 0 { 0.0 } else { 1.0 - (actions[e] - sign).clamp(-3.0, 3.0).powi(2) };
+            self.state[e].1 += 1;
+            let ended = self.state[e].1 >= Self::STEPS;
+            out.terminated[e] = u8::from(ended);
+            out.truncated[e] = 0;
+            if ended {
+                self.reset(e);
+            }
+        }
+    }
+    fn save(&self) -> Vec<u8> {
+        let mut bytes = self.rng.position().to_le_bytes().to_vec();
+        for (sign, t) in &self.state {
+            bytes.extend([u8::from(*sign > 0.0), *t as u8]);
+        }
+        bytes
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        if bytes.len() != 8 + 2 * self.state.len() {
+            return Err(format!("{} bytes do not fit", bytes.len()));
+        }
+        self.rng.seek(u64::from_le_bytes(core::array::from_fn(|i| bytes[i])));
+        for (e, pair) in bytes[8..].chunks(2).enumerate() {
+            self.state[e] = (if pair[0] == 1 { 1.0 } else { -1.0 }, u32::from(pair[1]));
+        }
+        Ok(())
+    }
+}

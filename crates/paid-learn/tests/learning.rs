@@ -1,0 +1,159 @@
+//! Known problems are solved, and results do not depend on the number of threads.
+
+mod common;
+
+use common::{PointMass, Recall};
+use paid_learn::{LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, VecEnv};
+
+fn point_masses(shards: usize, envs: usize) -> Vec<Box<dyn VecEnv>> {
+    (0..shards).map(|k| Box::new(PointMass::new(envs, k as u64)) as Box<dyn VecEnv>).collect()
+}
+
+fn recalls(shards: usize, envs: usize) -> Vec<Box<dyn VecEnv>> {
+    (0..shards).map(|k| Box::new(Recall::new(envs, k as u64)) as Box<dyn VecEnv>).collect()
+}
+
+fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
+    let network = NetworkConfig {
+        kind,
+        hidden: hidden.to_vec(),
+        lstm: LstmConfig { layers: 1, size: 16 },
+        ..NetworkConfig::default()
+    };
+    LearnConfig {
+        actor: network.clone(),
+        critic: network,
+        ppo: PpoConfig { minibatches: 4, epochs: 4, block: 32, sequence_block: 16, ..PpoConfig::default() },
+    }
+}
+
+/// Mean reward of the deterministic policy over 50 steps of `envs` environments.
+fn evaluate(learner: &Learner, env: &mut dyn VecEnv) -> f64 {
+    let policy = learner.policy();
+    let n = env.num_envs();
+    let mut state = policy.start(n);
+    let mut obs = vec![0.0; env.policy_obs_dim() * n];
+    let mut critic = vec![0.0; env.critic_obs_dim() * n];
+    let mut actions = vec![0.0; n];
+    let (mut reward, mut terminated, mut truncated) = (vec![0.0; n], vec![0; n], vec![0; n]);
+    let mut total = 0.0;
+    for _ in 0..48 {
+        env.observe(&mut obs, &mut critic);
+        policy.act(&obs, &mut state, &mut actions);
+        let out = paid_learn::StepBuffers {
+            reward: &mut reward,
+            terminated: &mut terminated,
+            truncated: &mut truncated,
+        };
+        env.step(&actions, out);
+        for e in 0..n {
+            total += f64::from(reward[e]);
+            if terminated[e] + truncated[e] > 0 {
+                state.reset(e);
+            }
+        }
+    }
+    total / (48 * n) as f64
+}
+
+/// Mean reward over 48 steps under the linear feedback `a = -k x - d v`.
+fn feedback(k: f32, d: f32) -> f64 {
+    let mut env = PointMass::new(200, 99);
+    let n = env.num_envs();
+    let (mut obs, mut critic, mut actions) = (vec![0.0; 2 * n], vec![0.0; 3 * n], vec![0.0; n]);
+    let (mut reward, mut terminated, mut truncated) = (vec![0.0; n], vec![0; n], vec![0; n]);
+    let mut total = 0.0;
+    for _ in 0..48 {
+        env.observe(&mut obs, &mut critic);
+        for e in 0..n {
+            actions[e] = -k * obs[e] - d * obs[n + e];
+        }
+        let out = paid_learn::StepBuffers {
+            reward: &mut reward,
+            terminated: &mut terminated,
+            truncated: &mut truncated,
+        };
+        env.step(&actions, out);
+        total += reward.iter().map(|&r| f64::from(r)).sum::<f64>();
+    }
+    total / (48 * n) as f64
+}
+
+#[test]
+fn a_point_mass_is_brought_to_rest_as_well_as_by_the_best_linear_feedback() {
+    let mut best = f64::MIN;
+    for k in 1..12 {
+        for d in 1..8 {
+            best = best.max(feedback(k as f32, d as f32));
+        }
+    }
+    let mut learner = Learner::new(2, 3, 1, &config(NetworkKind::Mlp, &[32, 32]), 1).unwrap();
+    let mut envs = point_masses(2, 64);
+    let before = evaluate(&learner, &mut PointMass::new(200, 99));
+    for _ in 0..80 {
+        learner.iterate(&mut envs, 2).unwrap();
+    }
+    let after = evaluate(&learner, &mut PointMass::new(200, 99));
+    let idle = feedback(0.0, 0.0);
+    println!("untrained {before:.3}, idle {idle:.3}, trained {after:.3}, best linear {best:.3}");
+    assert!(after > best - 0.05 * (best - idle), "trained {after}, best linear {best}, idle {idle}");
+}
+
+#[test]
+fn a_sign_seen_once_is_remembered_by_an_lstm() {
+    let mut learner = Learner::new(2, 2, 1, &config(NetworkKind::Lstm, &[16]), 1).unwrap();
+    let mut envs = recalls(2, 64);
+    for _ in 0..80 {
+        learner.iterate(&mut envs, 2).unwrap();
+    }
+    // Five of six steps pay up to 1; without memory the best is 0.
+    let after = evaluate(&learner, &mut Recall::new(100, 99));
+    println!("trained {after:.3}");
+    assert!(after > 0.9 * 5.0 / 6.0, "trained {after}");
+}
+
+fn weights(learner: &Learner) -> Vec<u32> {
+    learner.actor().params.iter().chain(&learner.critic().params).map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn weights_do_not_depend_on_the_number_of_threads() {
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+        let run = |threads: usize| {
+            let mut learner = Learner::new(2, 3, 1, &config(kind, &[16, 8]), 3).unwrap();
+            let mut envs = point_masses(3, 40);
+            for _ in 0..3 {
+                learner.iterate(&mut envs, threads).unwrap();
+            }
+            weights(&learner)
+        };
+        let one = run(1);
+        assert_eq!(one, run(2), "{kind:?}");
+        assert_eq!(one, run(5), "{kind:?}");
+    }
+}
+
+#[test]
+fn another_seed_gives_other_weights() {
+    let run = |seed: u64| {
+        let mut learner = Learner::new(2, 3, 1, &config(NetworkKind::Mlp, &[8]), seed).unwrap();
+        learner.iterate(&mut point_masses(1, 16), 1).unwrap();
+        weights(&learner)
+    };
+    assert_ne!(run(1), run(2));
+}
+
+#[test]
+fn a_shard_of_other_sizes_is_refused() {
+    let mut learner = Learner::new(2, 2, 1, &config(NetworkKind::Mlp, &[8]), 1).unwrap();
+    let error = learner.iterate(&mut point_masses(1, 16), 1).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "shard 0: expected 2 policy features, 2 critic features, 1 actions, found 2 policy features, 3 critic \
+         features, 1 actions"
+    );
+    let mut learner = Learner::new(2, 3, 1, &config(NetworkKind::Mlp, &[8]), 1).unwrap();
+    learner.iterate(&mut point_masses(2, 16), 1).unwrap();
+    let error = learner.iterate(&mut point_masses(1, 16), 1).unwrap_err();
+    assert_eq!(error.to_string(), "shard 1: expected 16 environments, found no such shard");
+}
