@@ -90,7 +90,7 @@ fn a_point_mass_is_brought_to_rest_as_well_as_by_the_best_linear_feedback() {
     let mut learner = Learner::new(2, 3, 1, &config(NetworkKind::Mlp, &[32, 32]), 1).unwrap();
     let mut envs = point_masses(2, 64);
     let before = evaluate(&learner, &mut PointMass::new(200, 99));
-    for _ in 0..80 {
+    for _ in 0..160 {
         learner.iterate(&mut envs, 2).unwrap();
     }
     let after = evaluate(&learner, &mut PointMass::new(200, 99));
