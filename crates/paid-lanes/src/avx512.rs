@@ -64,6 +64,8 @@ impl Mask for Mask16 {
     }
 }
 
+// Never inlined: kernels stay separate functions, which keeps the optimiser's time linear in their number.
+#[inline(never)]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
 fn enter<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()

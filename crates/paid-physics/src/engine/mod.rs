@@ -16,6 +16,7 @@ mod feet;
 mod ground;
 mod group;
 mod inward;
+mod kernels;
 mod outward;
 mod pairs;
 mod params;
@@ -28,7 +29,7 @@ mod spatial;
 mod step;
 mod validate;
 
-use paid_lanes::{Kernel, Quat, Real, Vec3};
+use paid_lanes::{Quat, Real, Vec3};
 use paid_robot::RobotModel;
 
 pub use error::PhysicsError;
@@ -36,9 +37,9 @@ pub use plan::EngineSpec;
 
 use ground::Ground;
 use group::{Group, Work};
+use kernels::Kernels;
 use params::GroupParams;
 use plan::Plan;
-use step::{Constants, physics_step};
 
 use crate::{EnvParams, GroupState, LaneState, SceneConfig, Simulator};
 
@@ -50,6 +51,7 @@ pub struct Engine<V: Real> {
     ground: Ground<V::Scalar>,
     groups: Vec<Group<V>>,
     work: Work<V>,
+    kernels: Kernels<V>,
 }
 
 fn check_scene(scene: &SceneConfig) -> Result<(), PhysicsError> {
@@ -113,6 +115,7 @@ impl<V: Real> Engine<V> {
             plan,
             ground,
             groups: vec![group; groups],
+            kernels: Kernels::for_lanes(),
         };
         for g in 0..groups {
             engine.refresh(g);
@@ -123,49 +126,6 @@ impl<V: Real> Engine<V> {
     /// The scene.
     pub fn scene(&self) -> &SceneConfig {
         &self.scene
-    }
-}
-
-struct StepKernel<'a, V: Real> {
-    engine: &'a mut Engine<V>,
-    group: usize,
-    targets: &'a [V],
-}
-
-impl<V: Real> Kernel for StepKernel<'_, V> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Engine { scene, plan, ground, groups, work, .. } = self.engine;
-        let g = &mut groups[self.group];
-        let constants = Constants::new(scene, ground);
-        report::start(g);
-        for _ in 0..scene.substeps {
-            if ground.is_plane() {
-                physics_step::<V, true>(plan, &constants, g, work, self.targets);
-            } else {
-                physics_step::<V, false>(plan, &constants, g, work, self.targets);
-            }
-            report::forces(g, work);
-        }
-        report::torques(plan, g, self.targets);
-        report::poses(plan, g, work);
-    }
-}
-
-struct RefreshKernel<'a, V: Real> {
-    engine: &'a mut Engine<V>,
-    group: usize,
-}
-
-impl<V: Real> Kernel for RefreshKernel<'_, V> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let g = &mut self.engine.groups[self.group];
-        report::poses(&self.engine.plan, g, &mut self.engine.work);
     }
 }
 
@@ -186,7 +146,7 @@ impl<V: Real> Simulator<V> for Engine<V> {
         let joints = self.plan.links.len();
         assert_eq!(joint_target.len(), joints, "one target a joint");
         self.groups[group].reset = 0;
-        V::run(StepKernel { engine: self, group, targets: joint_target });
+        (self.kernels.step)(self, group, joint_target);
     }
 
     fn state(&self, group: usize) -> &GroupState<V> {
@@ -228,7 +188,7 @@ impl<V: Real> Simulator<V> for Engine<V> {
             }
         }
         g.reset = 0;
-        V::run(RefreshKernel { engine: self, group });
+        (self.kernels.refresh)(self, group);
     }
 
     fn save_lane(&self, group: usize, lane: usize) -> LaneState {

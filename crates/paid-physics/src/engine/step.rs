@@ -1,6 +1,6 @@
 //! One physics step of a group.
 
-use paid_lanes::{Real, Vec3};
+use paid_lanes::{Kernel, Real, Vec3};
 
 use super::block::Approach;
 use super::ground::Ground;
@@ -45,15 +45,30 @@ impl<'a, V: Real> Constants<'a, V> {
     }
 }
 
-/// Advances a group by one physics step towards the joint targets.
-#[inline(always)]
-pub(crate) fn physics_step<V: Real, const PLANE: bool>(
-    plan: &Plan<V::Scalar>,
-    constants: &Constants<'_, V>,
-    g: &mut Group<V>,
-    w: &mut Work<V>,
-    targets: &[V],
-) {
+/// What every phase of a step works on.
+pub(crate) struct Phase<'a, V: Real> {
+    pub plan: &'a Plan<V::Scalar>,
+    pub constants: &'a Constants<'a, V>,
+    pub g: &'a mut Group<V>,
+    pub w: &'a mut Work<V>,
+}
+
+/// Declares a phase of the step as a kernel of its own: one function for the compiler, a few instructions to enter.
+macro_rules! phase {
+    ($name:ident, |$plan:ident, $constants:ident, $g:ident, $w:ident, $extra:ident: $extra_type:ty| -> $out:ty $body:block) => {
+        struct $name<'a, V: Real, const PLANE: bool>(Phase<'a, V>, $extra_type);
+        impl<V: Real, const PLANE: bool> Kernel for $name<'_, V, PLANE> {
+            type Output = $out;
+            #[inline(always)]
+            fn run(self) -> $out {
+                let Self(Phase { plan: $plan, constants: $constants, g: $g, w: $w }, $extra) = self;
+                $body
+            }
+        }
+    };
+}
+
+phase!(Dynamics, |plan, constants, g, w, targets: &'a [V]| -> () {
     for force in &mut w.force {
         *force = Vec3::zero();
     }
@@ -61,12 +76,22 @@ pub(crate) fn physics_step<V: Real, const PLANE: bool>(
     inward(plan, constants, g, w, Drive::Targets(targets));
     // The base's linear velocity is that of its origin, which moves: spatial to classical acceleration.
     w.gyro = g.omega.cross(g.vel).scale(constants.dt);
+});
+
+phase!(PrepareFeet, |plan, constants, g, w, _unit: ()| -> () {
     feet::prepare::<V, PLANE>(plan, constants, g, w);
+});
+
+phase!(PrepareOthers, |plan, constants, g, w, _unit: ()| -> bool {
     let mut others = pairs::prepare(plan, constants, w);
     if constants.ball {
         ball::prepare_ground(constants, g, w);
         others |= ball::prepare_robot(plan, constants, g, w);
     }
+    others
+});
+
+phase!(Sweep, |plan, constants, g, w, others: bool| -> () {
     for _ in 0..constants.sweeps {
         feet::sweep::<V, PLANE>(g, w);
         if others {
@@ -79,12 +104,31 @@ pub(crate) fn physics_step<V: Real, const PLANE: bool>(
             ball::sweep_ground(g, w);
         }
     }
+});
+
+phase!(Finish, |plan, constants, g, w, _unit: ()| -> () {
     feet::finish(plan, constants, g, w);
     pairs::finish(plan, constants, w);
     if constants.ball {
         ball::finish(plan, constants, g, w);
     }
     advance(plan, constants, g, w);
+});
+
+/// Advances a group by one physics step towards the joint targets.
+pub(crate) fn physics_step<V: Real, const PLANE: bool>(
+    plan: &Plan<V::Scalar>,
+    constants: &Constants<'_, V>,
+    g: &mut Group<V>,
+    w: &mut Work<V>,
+    targets: &[V],
+) {
+    // Only `PLANE` phases that differ are compiled twice.
+    V::run(Dynamics::<V, true>(Phase { plan, constants, g, w }, targets));
+    V::run(PrepareFeet::<V, PLANE>(Phase { plan, constants, g, w }, ()));
+    let others = V::run(PrepareOthers::<V, true>(Phase { plan, constants, g, w }, ()));
+    V::run(Sweep::<V, PLANE>(Phase { plan, constants, g, w }, others));
+    V::run(Finish::<V, true>(Phase { plan, constants, g, w }, ()));
 }
 
 /// Third pass, base to tips: new velocities and positions from bias, torques and contact impulses.

@@ -51,6 +51,16 @@ impl<V: Real> Kernel for AccelerationKernel<'_, V> {
     }
 }
 
+/// See [`Engine::accelerations_under`].
+pub(crate) fn accelerations<V: Real>(
+    engine: &mut Engine<V>,
+    group: usize,
+    base_wrench: [V; 6],
+    torques: &[V],
+) -> Vec<V> {
+    V::run(AccelerationKernel { engine, group, base_wrench, torques })
+}
+
 impl<V: Real> Engine<V> {
     /// Accelerations of a group under joint torques [N m] (model order) alone: with gravity and armature, without contacts,
     /// controllers, joint stops, damping and friction loss. The state stays as it is.
@@ -64,7 +74,7 @@ impl<V: Real> Engine<V> {
     /// [`Engine::accelerations`] with a force at the base's origin (3) [N] and a moment on the base (3) [N m], world axes.
     pub fn accelerations_under(&mut self, group: usize, base_wrench: [V; 6], torques: &[V]) -> Vec<V> {
         assert_eq!(torques.len(), self.plan.links.len(), "one torque a joint");
-        V::run(AccelerationKernel { engine: self, group, base_wrench, torques })
+        (self.kernels.accelerations)(self, group, base_wrench, torques)
     }
 
     /// Column `column` of the inverse mass matrix, in the layout of [`Engine::accelerations`]: the accelerations that one unit
