@@ -4,16 +4,30 @@
 //! environments, one a SIMD lane.
 
 mod agent;
+mod config;
 mod error;
 mod eval_control;
+mod group;
+mod kick;
 mod layout;
 mod library;
 mod metrics;
+mod noise;
+mod observe;
 mod overrides;
+mod perception;
+mod placement;
 pub mod preset;
+mod reference;
+mod reset;
 mod reward_preset;
 mod sampler;
+mod score;
 mod shard;
+mod shard_impl;
+mod snapshot;
+mod task;
+mod terms;
 
 pub use agent::{Agent, run_agent};
 pub use error::TaskError;
@@ -28,3 +42,4 @@ pub use reward_preset::{
 };
 pub use sampler::SamplerState;
 pub use shard::{TaskShard, build_shard};
+pub use task::Task;

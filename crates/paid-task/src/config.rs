@@ -1,0 +1,108 @@
+//! Names resolved to indices, once.
+
+use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
+
+use crate::library::{body_index, followed_bodies};
+use crate::{ObservationLayout, ReferenceLibrary, TaskError, TaskPreset};
+
+/// What every environment of a task shares. "Followed" indices are positions in [`ReferenceLibrary::followed`].
+#[derive(Clone, Debug)]
+pub(crate) struct TaskConfig {
+    pub preset: TaskPreset,
+    pub layout: ObservationLayout,
+    pub control: ControlSpec,
+    /// Model joint of each policy joint.
+    pub to_model: Vec<usize>,
+    /// Model body of each followed body.
+    pub followed: Vec<usize>,
+    /// The first so many followed bodies are tracked.
+    pub tracked: usize,
+    /// Followed index of the anchor.
+    pub anchor: usize,
+    /// Followed indices of the left and right foot.
+    pub feet: [usize; 2],
+    /// Followed indices of the end effectors.
+    pub end_effectors: Vec<usize>,
+    /// Model bodies whose contact is undesired.
+    pub undesired: Vec<usize>,
+    /// Policy joints of the waist.
+    pub waist: Vec<usize>,
+    /// Centre of mass of the base in its frame [m].
+    pub base_com: [f64; 3],
+    /// Control period [s].
+    pub dt_s: f64,
+    /// Time limit [control steps].
+    pub max_steps: u32,
+}
+
+impl TaskConfig {
+    pub(crate) fn new(
+        robot: &RobotModel,
+        spec: &RobotSpec,
+        control: ControlSpec,
+        library: &ReferenceLibrary,
+        preset: &TaskPreset,
+    ) -> Result<Self, TaskError> {
+        preset.validate()?;
+        let followed = followed_bodies(robot, spec)?;
+        if followed != library.followed() || library.layout().joints != robot.joints.len() {
+            return Err(TaskError::Library("it was packed for another robot".into()));
+        }
+        let dt_s = preset.control_dt_s();
+        if let Some(clip) = library.clips().iter().find(|c| (c.fps * dt_s - 1.0).abs() > 1e-6) {
+            return Err(TaskError::Library(format!(
+                "motion '{}' has {} frames a second, the control rate is {}",
+                clip.name,
+                clip.fps,
+                1.0 / dt_s
+            )));
+        }
+        let place = |role, name: &str| -> Result<usize, TaskError> {
+            let body = body_index(robot, role, name)?;
+            followed.iter().position(|b| *b == body).ok_or(TaskError::Name { role, name: name.to_owned() })
+        };
+        let to_model = Permutation::between(&robot.joint_names(), &spec.policy_joint_order)
+            .map_err(|e| TaskError::Robot(format!("policy_joint_order: {e}")))?
+            .indices()
+            .to_vec();
+        let mut end_effectors = Vec::new();
+        for name in &spec.end_effectors {
+            end_effectors.push(place("end effector", name)?);
+        }
+        let mut allowed = Vec::new();
+        for name in &spec.allowed_contacts {
+            allowed.push(body_index(robot, "allowed contact", name)?);
+        }
+        let mut waist = Vec::new();
+        for name in &spec.waist_joints {
+            let joint = spec.policy_joint_order.iter().position(|n| n == name);
+            waist.push(joint.ok_or_else(|| TaskError::Name { role: "waist joint", name: name.clone() })?);
+        }
+        let config = Self {
+            layout: ObservationLayout::new(spec),
+            to_model,
+            tracked: spec.tracked_bodies.len(),
+            anchor: place("anchor body", &spec.anchor_body)?,
+            feet: [place("foot", &spec.feet[0])?, place("foot", &spec.feet[1])?],
+            end_effectors,
+            undesired: (0..robot.bodies.len()).filter(|b| !allowed.contains(b)).collect(),
+            waist,
+            base_com: robot.bodies[0].com,
+            dt_s,
+            max_steps: (preset.episode_length_s / dt_s).round() as u32,
+            followed,
+            control,
+            preset: preset.clone(),
+        };
+        if config.tracked == 0 {
+            return Err(TaskError::Robot("tracked_bodies: expected at least one body".into()));
+        }
+        Ok(config)
+    }
+
+    /// Number of joints.
+    #[inline(always)]
+    pub(crate) fn joints(&self) -> usize {
+        self.to_model.len()
+    }
+}

@@ -1,0 +1,254 @@
+//! What happened to the ball in an episode.
+
+use paid_lanes::{Mask, Real, Vec3};
+use paid_physics::BallState;
+
+use crate::KickPreset;
+use crate::terms::soccer::past_goal_plane;
+
+/// Kick state of a group. Flags are 0 or 1.
+#[derive(Clone, Debug)]
+pub(crate) struct KickState<V> {
+    /// Labelled foot: -1 left, +1 right.
+    pub label: V,
+    /// The robot has touched the ball.
+    pub touched: V,
+    /// The first contact was the labelled foot's.
+    pub correct: V,
+    /// Control steps since the first contact.
+    pub since: V,
+    /// Control steps left for which the outcome pays.
+    pub window: V,
+    /// The vertical-speed window has been opened.
+    pub z_opened: V,
+    /// Control steps left for which vertical speed is charged.
+    pub z_window: V,
+    /// Proximity at the first contact.
+    pub frozen: V,
+    /// Where the ball was before the first contact [m].
+    pub before: Vec3<V>,
+    /// Largest horizontal ball speed within the window after the first contact [m/s].
+    pub best_speed: V,
+    /// Cosine of the ball's direction to the goal's at that speed.
+    pub best_cosine: V,
+    /// At that speed the ball was heading into the goal.
+    pub on_target: V,
+    /// The ball has crossed the goal plane.
+    pub crossed: V,
+    /// It did so inside the goal.
+    pub scored: V,
+}
+
+/// What a control step added.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KickStep<V: Real> {
+    /// First contact of the episode.
+    pub first: V::Mask,
+    /// The first contact, by the labelled foot.
+    pub correct: V::Mask,
+    /// The right foot is the nearer one.
+    pub right: V::Mask,
+    /// Outcome pays in this step.
+    pub window: V::Mask,
+    /// Vertical speed is charged in this step.
+    pub z_window: V::Mask,
+}
+
+#[inline(always)]
+pub(crate) fn flag<V: Real>(mask: V::Mask) -> V {
+    V::select(mask, V::one(), V::zero())
+}
+
+#[inline(always)]
+pub(crate) fn is_set<V: Real>(flag: V) -> V::Mask {
+    flag.gt(V::c(0.5))
+}
+
+impl<V: Real> KickState<V> {
+    pub(crate) fn new() -> Self {
+        let zero = V::zero();
+        Self {
+            label: V::one(),
+            touched: zero,
+            correct: zero,
+            since: zero,
+            window: zero,
+            z_opened: zero,
+            z_window: zero,
+            frozen: zero,
+            before: Vec3::zero(),
+            best_speed: zero,
+            best_cosine: zero,
+            on_target: zero,
+            crossed: zero,
+            scored: zero,
+        }
+    }
+
+    /// Every number, for reset and save.
+    pub(crate) fn fields(&mut self) -> [&mut V; 16] {
+        let [x, y, z] = &mut self.before.0;
+        [
+            &mut self.label,
+            &mut self.touched,
+            &mut self.correct,
+            &mut self.since,
+            &mut self.window,
+            &mut self.z_opened,
+            &mut self.z_window,
+            &mut self.frozen,
+            x,
+            y,
+            z,
+            &mut self.best_speed,
+            &mut self.best_cosine,
+            &mut self.on_target,
+            &mut self.crossed,
+            &mut self.scored,
+        ]
+    }
+
+    /// Begins an episode in one lane.
+    pub(crate) fn reset_lane(&mut self, lane: usize, kick_foot: usize, ball: [f64; 3]) {
+        for field in self.fields() {
+            field.set_lane(lane, 0.0);
+        }
+        self.label.set_lane(lane, if kick_foot == 0 { -1.0 } else { 1.0 });
+        self.before.set_lane(lane, ball);
+    }
+
+    /// Takes in the state after a control step.
+    #[inline(always)]
+    pub(crate) fn advance(
+        &mut self,
+        ball: &BallState<V>,
+        feet: [Vec3<V>; 2],
+        preset: &KickPreset,
+    ) -> KickStep<V> {
+        let one = V::one();
+        let untouched = is_set(self.touched).not();
+        let first = ball.robot_force.gt(V::c(preset.contact_force_n)).and(untouched);
+        let right = (ball.pos - feet[1]).norm2().lt((ball.pos - feet[0]).norm2());
+        let side = V::select(right, one, -one);
+        let correct = first.and((side * self.label).gt(V::zero()));
+        self.since = V::select(untouched, V::zero(), self.since + one);
+        self.touched = V::select(first, one, self.touched);
+        self.correct = V::select(correct, one, self.correct);
+        self.window = V::select(correct, V::c(preset.window_steps as f64), self.window);
+        let window = self.window.gt(V::c(0.5));
+        self.window = (self.window - one).max(V::zero());
+
+        let fast = ball.vel.norm2().gt(V::c(preset.z_min_speed * preset.z_min_speed));
+        let opens = fast.and(is_set(self.touched)).and(is_set(self.z_opened).not());
+        self.z_opened = V::select(opens, one, self.z_opened);
+        self.z_window = V::select(opens, V::c(preset.z_window_steps as f64), self.z_window);
+        let z_window = self.z_window.gt(V::c(0.5));
+        self.z_window = (self.z_window - one).max(V::zero());
+
+        self.before = Vec3::select(is_set(self.touched), self.before, ball.pos);
+        KickStep { first, correct, right, window, z_window }
+    }
+
+    /// Statistics of the outcome: best speed and direction within `window_steps` of the first contact, and goals.
+    #[inline(always)]
+    pub(crate) fn observe_outcome(
+        &mut self,
+        ball: &BallState<V>,
+        goal: Vec3<V>,
+        heading: [V; 2],
+        window_steps: usize,
+        half_width: f64,
+    ) {
+        let one = V::one();
+        let (vx, vy) = (ball.vel.x(), ball.vel.y());
+        let speed = vx.mul_add(vx, vy * vy).sqrt();
+        let counted = is_set(self.touched).and(self.since.lt(V::c(window_steps as f64)));
+        let better = counted.and(speed.gt(self.best_speed));
+        let (gx, gy) = (goal.x() - self.before.x(), goal.y() - self.before.y());
+        let distance = gx.mul_add(gx, gy * gy).sqrt();
+        let cosine = (gx * vx + gy * vy) / (distance * speed).max(V::c(1e-6));
+        self.best_speed = V::select(better, speed, self.best_speed);
+        self.best_cosine = V::select(better, cosine, self.best_cosine);
+        // Where the ball would cross the goal plane on a straight line.
+        let (dx, dy) = (ball.pos.x() - goal.x(), ball.pos.y() - goal.y());
+        let along = dx * heading[0] + dy * heading[1];
+        let across = dy * heading[0] - dx * heading[1];
+        let v_along = vx * heading[0] + vy * heading[1];
+        let v_across = vy * heading[0] - vx * heading[1];
+        let time = -along / v_along.max(V::c(0.1));
+        let hits = v_across.mul_add(time, across).abs().le(V::c(half_width)).and(v_along.gt(V::c(0.1)));
+        self.on_target = V::select(better, flag::<V>(hits), self.on_target);
+        let (past, inside) = past_goal_plane(ball.pos, goal, heading, half_width);
+        let crosses = past.and(is_set(self.crossed).not());
+        self.scored = V::select(crosses.and(inside), one, self.scored);
+        self.crossed = V::select(crosses, one, self.crossed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn preset() -> KickPreset {
+        KickPreset {
+            contact_force_n: 10.0,
+            window_steps: 2,
+            z_window_steps: 1,
+            z_min_speed: 0.5,
+            min_ball_speed: 0.5,
+        }
+    }
+
+    fn ball(force: f64, vel: [f64; 3], y: f64) -> BallState<f64> {
+        BallState {
+            pos: Vec3([0.0, y, 0.11]),
+            vel: Vec3(vel),
+            ang_vel: Vec3([0.0; 3]),
+            robot_force: force,
+            ground_force: 4.0,
+            touched_by: -1.0,
+        }
+    }
+
+    const FEET: [Vec3<f64>; 2] = [Vec3([0.2, 0.2, 0.0]), Vec3([-0.1, 0.2, 0.0])];
+
+    #[test]
+    fn the_first_hard_contact_with_the_labelled_foot_pays_once() {
+        let mut kick = KickState::<f64>::new();
+        kick.reset_lane(0, 1, [0.0, 0.0, 0.11]);
+        let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, &preset());
+        assert!(!soft.first && !soft.window);
+        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.01), FEET, &preset());
+        assert!(hit.first && hit.correct && hit.right && hit.window && hit.z_window);
+        assert_eq!(kick.before.0, [0.0, 0.0, 0.11]);
+        let again = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.1), FEET, &preset());
+        assert!(!again.first && !again.correct && again.window && !again.z_window);
+        assert!(!kick.advance(&ball(0.0, [0.0, -2.0, 0.1], -0.2), FEET, &preset()).window);
+        assert_eq!(kick.since, 2.0);
+    }
+
+    #[test]
+    fn the_wrong_foot_touches_but_does_not_pay() {
+        let mut kick = KickState::<f64>::new();
+        kick.reset_lane(0, 0, [0.0, 0.0, 0.11]);
+        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, &preset());
+        assert!(hit.first && !hit.correct && !hit.window && kick.touched == 1.0 && kick.correct == 0.0);
+    }
+
+    #[test]
+    fn outcome_keeps_the_best_speed_and_the_goal() {
+        let (goal, heading) = (Vec3([0.0, -5.0, 0.11]), [0.0, -1.0]);
+        let mut kick = KickState::<f64>::new();
+        kick.reset_lane(0, 1, [0.0, 0.0, 0.11]);
+        let hit = ball(50.0, [0.3, -3.0, 0.0], -0.01);
+        kick.advance(&hit, FEET, &preset());
+        kick.observe_outcome(&hit, goal, heading, 5, 1.0);
+        assert!((kick.best_speed - 9.09_f64.sqrt()).abs() < 1e-12);
+        assert!((kick.best_cosine - 3.0 / 9.09_f64.sqrt()).abs() < 1e-12);
+        // After 4.99 / 3 s the ball is 0.499 m beside the centre.
+        assert_eq!((kick.on_target, kick.scored), (1.0, 0.0));
+        let far = ball(0.0, [0.0, -1.0, 0.0], -5.1);
+        kick.observe_outcome(&far, goal, heading, 5, 1.0);
+        assert_eq!((kick.crossed, kick.scored), (1.0, 1.0));
+    }
+}

@@ -1,0 +1,96 @@
+//! Observation noise: Philox over lanes, so that 67 random numbers an environment and step cost next to nothing.
+
+use paid_lanes::{Real, Scalar};
+
+use crate::reference::MAX_LANES;
+
+/// Values that one block of the generator gives a lane: four 32-bit words as eight 16-bit halves.
+pub(crate) const BLOCK: usize = 8;
+
+/// Philox4x32-10 of [`paid_lanes::rng::philox`] for `V::LANES` counters at once; word `w` of lane `l` is `[w][l]`.
+#[inline(always)]
+fn philox_lanes<V: Real>(counter: [u32; 2], stream: &[u32], purpose: u32, seed: u64) -> [[u32; MAX_LANES]; 4] {
+    let mut x = [[0; MAX_LANES]; 4];
+    for lane in 0..V::LANES {
+        x[0][lane] = counter[0];
+        x[1][lane] = counter[1];
+        x[2][lane] = stream[lane];
+        x[3][lane] = purpose;
+    }
+    let mut key = [seed as u32, (seed >> 32) as u32];
+    for _ in 0..10 {
+        for lane in 0..V::LANES {
+            let a = 0xD251_1F53_u64 * u64::from(x[0][lane]);
+            let b = 0xCD9E_8D57_u64 * u64::from(x[2][lane]);
+            let (old1, old3) = (x[1][lane], x[3][lane]);
+            x[0][lane] = (b >> 32) as u32 ^ old1 ^ key[0];
+            x[1][lane] = b as u32;
+            x[2][lane] = (a >> 32) as u32 ^ old3 ^ key[1];
+            x[3][lane] = a as u32;
+        }
+        key = [key[0].wrapping_add(0x9E37_79B9), key[1].wrapping_add(0xBB67_AE85)];
+    }
+    x
+}
+
+/// Fills `out` with numbers uniform in (-1, 1), 65536 levels, symmetric about zero. `envs` are the environments' numbers (one
+/// a lane), `draw` counts the calls: the same arguments give the same numbers, whatever the lane type.
+#[inline(always)]
+pub(crate) fn fill_symmetric<V: Real>(out: &mut [V], envs: &[u32], purpose: u32, seed: u64, draw: u64) {
+    let blocks = out.len().div_ceil(BLOCK);
+    for block in 0..blocks {
+        // At most 256 blocks a draw: the block number is the low byte of the counter.
+        let at = draw << 8 | block as u64;
+        let words = philox_lanes::<V>([at as u32, (at >> 32) as u32], envs, purpose, seed);
+        for half in 0..BLOCK.min(out.len() - block * BLOCK) {
+            let mut lanes = [V::Scalar::default(); MAX_LANES];
+            for lane in 0..V::LANES {
+                let bits = (words[half / 2][lane] >> (16 * (half % 2) as u32)) as u16;
+                lanes[lane] = V::Scalar::from_f64(f64::from(bits));
+            }
+            out[block * BLOCK + half] =
+                (V::load(&lanes[..V::LANES]) - V::c(32_767.5)) * V::c(1.0 / 32_768.0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use paid_lanes::F32Array;
+    use paid_lanes::rng::philox;
+
+    #[test]
+    fn lanes_give_the_reference_generators_words() {
+        let words = philox_lanes::<F32Array<8>>([7, 1], &[3, 4, 5, 6, 7, 8, 9, 10], 2, 0x1234_5678_9abc);
+        for lane in 0..8 {
+            let expected = philox([7, 1, 3 + lane as u32, 2], [0x5678_9abc, 0x1234]);
+            for w in 0..4 {
+                assert_eq!(words[w][lane], expected[w]);
+            }
+        }
+    }
+
+    #[test]
+    fn noise_is_uniform_symmetric_and_independent_of_lanes() {
+        let envs: Vec<u32> = (0..8).collect();
+        let (mut sum, mut sum2, n) = (0.0, 0.0, 200);
+        for draw in 0..n {
+            let mut out = [F32Array([0.0; 8]); 67];
+            fill_symmetric(&mut out, &envs, 1, 9, draw);
+            let mut single = [0.0_f64; 67];
+            fill_symmetric(&mut single, &envs[5..6], 1, 9, draw);
+            for (value, one) in out.iter().zip(single) {
+                assert_eq!(value.lane(5), one);
+                for lane in 0..8 {
+                    assert!(value.lane(lane).abs() < 1.0);
+                    sum += value.lane(lane);
+                    sum2 += value.lane(lane).powi(2);
+                }
+            }
+        }
+        let count = f64::from(n as u32) * 67.0 * 8.0;
+        assert!((sum / count).abs() < 0.01, "{}", sum / count);
+        assert!((sum2 / count - 1.0 / 3.0).abs() < 0.01, "{}", sum2 / count);
+    }
+}

@@ -1,0 +1,153 @@
+//! Where ball and goal are put at the start of an episode.
+
+use paid_lanes::rng::Rng;
+
+use crate::MotionFacts;
+use crate::preset::{BallPlacement, GoalPreset};
+
+/// A point given in a motion's start frame (origin: anchor at frame 0, x along its heading, y left), in the world [m].
+pub(crate) fn from_start_frame(facts: &MotionFacts, xy: [f64; 2]) -> [f64; 2] {
+    let [x, y] = turned(xy, facts.heading);
+    [facts.start_xy[0] + x, facts.start_xy[1] + y]
+}
+
+/// `xy` turned by `angle` [rad].
+pub(crate) fn turned(xy: [f64; 2], angle: f64) -> [f64; 2] {
+    let (s, c) = angle.sin_cos();
+    [c * xy[0] - s * xy[1], s * xy[0] + c * xy[1]]
+}
+
+/// The nominal ball: the motion's anchor displacement from its start, world [m].
+pub(crate) fn nominal_ball(facts: &MotionFacts) -> [f64; 2] {
+    [facts.start_xy[0] + facts.displacement[0], facts.start_xy[1] + facts.displacement[1]]
+}
+
+/// Draws a ball from the arc around the nominal place: angle and radius of the displacement are offset uniformly.
+pub(crate) fn draw_ball(facts: &MotionFacts, preset: &BallPlacement, rng: &mut Rng) -> [f64; 2] {
+    let [dx, dy] = facts.displacement;
+    let angle = dy.atan2(dx) + rng.uniform(-preset.angle_deg, preset.angle_deg).to_radians();
+    let radius = dx.hypot(dy) + rng.uniform(-preset.radius_m, preset.radius_m);
+    [facts.start_xy[0] + radius * angle.cos(), facts.start_xy[1] + radius * angle.sin()]
+}
+
+/// True if the ball is at least `clearance` away from both feet, horizontally.
+pub(crate) fn is_clear(ball: [f64; 2], feet: &[[f64; 2]; 2], clearance: f64) -> bool {
+    feet.iter().all(|f| (ball[0] - f[0]).hypot(ball[1] - f[1]) >= clearance)
+}
+
+/// A ball that is clear of the feet: up to 16 draws from the arc, then the last one moved straight away from the feet's
+/// middle as far as needed.
+pub(crate) fn clear_ball(
+    facts: &MotionFacts,
+    preset: &BallPlacement,
+    feet: &[[f64; 2]; 2],
+    rng: &mut Rng,
+) -> [f64; 2] {
+    let mut ball = draw_ball(facts, preset, rng);
+    for _ in 0..15 {
+        if is_clear(ball, feet, preset.clearance_m) {
+            return ball;
+        }
+        ball = draw_ball(facts, preset, rng);
+    }
+    let middle = [f64::midpoint(feet[0][0], feet[1][0]), f64::midpoint(feet[0][1], feet[1][1])];
+    let way = [ball[0] - middle[0], ball[1] - middle[1]];
+    let length = way[0].hypot(way[1]);
+    let heading = facts.displacement[1].atan2(facts.displacement[0]);
+    let unit = if length > 1e-3 { [way[0] / length, way[1] / length] } else { [heading.cos(), heading.sin()] };
+    let mut distance = length;
+    while !is_clear(ball, feet, preset.clearance_m) && distance < length + 2.0 {
+        distance += 0.02;
+        ball = [middle[0] + distance * unit[0], middle[1] + distance * unit[1]];
+    }
+    ball
+}
+
+/// The centre of the goal rectangle: ahead of the motion's first base position, world [m].
+pub(crate) fn nominal_goal(facts: &MotionFacts, preset: &GoalPreset) -> [f64; 2] {
+    let [x, y] = turned([preset.distance_m, 0.0], facts.heading);
+    [facts.base_xy[0] + x, facts.base_xy[1] + y]
+}
+
+/// Draws a goal centre from the rectangle, world [m].
+pub(crate) fn draw_goal(facts: &MotionFacts, preset: &GoalPreset, rng: &mut Rng) -> [f64; 2] {
+    let along = preset.rectangle_along_m * (rng.unit() - 0.5);
+    let across = preset.rectangle_across_m * (rng.unit() - 0.5);
+    let [cx, cy] = nominal_goal(facts, preset);
+    let [x, y] = turned([along, across], facts.heading);
+    [cx + x, cy + y]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn facts() -> MotionFacts {
+        MotionFacts {
+            name: "m".into(),
+            frames: 100,
+            kick_foot: 1,
+            strike_frame: 70,
+            strike_speed: 5.0,
+            start_xy: [1.0, 2.0],
+            base_xy: [1.1, 2.0],
+            heading: -core::f64::consts::FRAC_PI_2,
+            displacement: [0.0, -0.8],
+        }
+    }
+
+    fn arc() -> BallPlacement {
+        BallPlacement { angle_deg: 20.0, radius_m: 0.25, velocity: 0.3, rolling_share: 0.5, clearance_m: 0.3 }
+    }
+
+    #[test]
+    fn balls_fill_the_arc_around_the_nominal_place() {
+        let mut rng = Rng::new(1, 0, 0);
+        let (mut near, mut far, mut left, mut right) = (f64::MAX, 0.0_f64, 0.0_f64, 0.0_f64);
+        for _ in 0..2000 {
+            let ball = draw_ball(&facts(), &arc(), &mut rng);
+            let (dx, dy) = (ball[0] - 1.0, ball[1] - 2.0);
+            let (radius, angle) = (dx.hypot(dy), dx.atan2(-dy).to_degrees());
+            (near, far) = (near.min(radius), far.max(radius));
+            (left, right) = (left.min(angle), right.max(angle));
+        }
+        assert!((near - 0.55).abs() < 0.01 && (far - 1.05).abs() < 0.01, "{near} {far}");
+        assert!((left + 20.0).abs() < 0.3 && (right - 20.0).abs() < 0.3, "{left} {right}");
+        let nominal = nominal_ball(&facts());
+        assert!((nominal[0] - 1.0).abs() < 1e-12 && (nominal[1] - 1.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn goals_fill_the_rectangle_ahead() {
+        let preset = GoalPreset {
+            distance_m: 5.0,
+            rectangle_across_m: 1.0,
+            rectangle_along_m: 0.5,
+            width_m: 2.0,
+        };
+        let mut rng = Rng::new(1, 0, 0);
+        let (mut lo, mut hi) = ([f64::MAX; 2], [f64::MIN; 2]);
+        for _ in 0..2000 {
+            let goal = draw_goal(&facts(), &preset, &mut rng);
+            for k in 0..2 {
+                (lo[k], hi[k]) = (lo[k].min(goal[k]), hi[k].max(goal[k]));
+            }
+        }
+        let expected = [(lo[0], 0.6), (hi[0], 1.6), (lo[1], -3.25), (hi[1], -2.75)];
+        assert!(expected.iter().all(|(a, b)| (a - b).abs() < 0.01), "{lo:?} {hi:?}");
+    }
+
+    #[test]
+    fn a_ball_under_a_foot_is_moved_clear() {
+        let placement = BallPlacement { angle_deg: 0.0, radius_m: 0.0, ..arc() };
+        let feet = [[1.1, 1.2], [0.9, 1.25]];
+        let ball = clear_ball(&facts(), &placement, &feet, &mut Rng::new(0, 0, 0));
+        assert!(is_clear(ball, &feet, 0.3), "{ball:?}");
+    }
+
+    #[test]
+    fn the_start_frame_looks_along_the_heading() {
+        let [x, y] = from_start_frame(&facts(), [1.0, 0.5]);
+        assert!((x - 1.5).abs() < 1e-12 && (y - 1.0).abs() < 1e-12, "{x} {y}");
+    }
+}

@@ -1,0 +1,236 @@
+//! How an episode begins: motion, phase, robot state, ball, goal and physical parameters.
+
+use paid_lanes::rng::Rng;
+use paid_lanes::{Quat, Vec3};
+use paid_physics::{EnvParams, LaneState, Material, Simulator};
+
+use crate::config::TaskConfig;
+use crate::placement::{clear_ball, draw_goal, from_start_frame, nominal_ball, nominal_goal, turned};
+use crate::preset::{Range, VelocityNoise};
+use crate::{ForcedStart, ReferenceLibrary, SamplerState};
+
+/// Everything drawn for a new episode.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    pub motion: usize,
+    pub frame: usize,
+    pub params: EnvParams,
+    pub state: LaneState,
+    pub joint_offset: Vec<f64>,
+    pub goal: [f64; 3],
+}
+
+/// What the draw depends on.
+pub(crate) struct StartContext<'a> {
+    pub config: &'a TaskConfig,
+    pub library: &'a ReferenceLibrary,
+    pub sampler: &'a SamplerState,
+    pub forced: Option<&'a ForcedStart>,
+    /// False: nominal parameters whatever the preset says.
+    pub randomise: bool,
+}
+
+fn draw(range: Range, rng: &mut Rng) -> f64 {
+    rng.uniform(range[0], range[1])
+}
+
+/// Uniform linear [m/s] and angular [rad/s] velocity noise, world axes.
+pub(crate) fn velocity_noise(noise: &VelocityNoise, rng: &mut Rng) -> ([f64; 3], [f64; 3]) {
+    let mut symmetric = |half: f64| rng.uniform(-half, half);
+    let linear = [symmetric(noise.xy), symmetric(noise.xy), symmetric(noise.z)];
+    let angular = [symmetric(noise.roll_pitch), symmetric(noise.roll_pitch), symmetric(noise.yaw)];
+    (linear, angular)
+}
+
+impl StartContext<'_> {
+    /// Motion and frame: forced, or from the sampler. A start leaves at least one frame to track.
+    fn motion_and_frame(&self, rng: &mut Rng) -> (usize, usize) {
+        if let Some(forced) = self.forced {
+            return (forced.motion, forced.frame);
+        }
+        let preset = &self.config.preset.sampling;
+        let (motion, bin) = self.sampler.draw(rng.unit());
+        let facts = &self.library.facts()[motion];
+        let phase = (bin as f64 + rng.unit()) / self.sampler.bins as f64;
+        let mut frame = ((phase * (facts.frames - 1) as f64) as usize).min(facts.frames - 2);
+        if preset.latest_start_before_strike_s >= 0.0 {
+            let margin = (preset.latest_start_before_strike_s / self.config.dt_s).round() as usize;
+            let latest = facts.strike_frame.saturating_sub(margin);
+            let fallback = rng.below(latest + 1);
+            if frame > latest {
+                frame = fallback;
+            }
+        }
+        if rng.unit() < preset.first_frame_share {
+            frame = 0;
+        }
+        (motion, frame)
+    }
+
+    /// Physical parameters: nominal, or drawn from the preset's ranges.
+    fn params(&self, rng: &mut Rng) -> (EnvParams, Vec<f64>) {
+        let preset = &self.config.preset;
+        let ranges = &preset.randomisation;
+        let mut params = EnvParams {
+            robot: preset.robot_material,
+            ball: preset.ball_params,
+            ..EnvParams::default()
+        };
+        let mut offsets = vec![0.0; self.config.joints()];
+        if !self.randomise {
+            return (params, offsets);
+        }
+        if let (true, paid_physics::Terrain::Rough { cell_m, size, .. }) =
+            (ranges.terrain_offset, &preset.scene.terrain)
+        {
+            let side = cell_m * *size as f64;
+            params.terrain_offset = [rng.uniform(0.0, side), rng.uniform(0.0, side)];
+        }
+        if ranges.robot {
+            let static_friction = draw(ranges.static_friction, rng);
+            params.robot = Material {
+                static_friction,
+                dynamic_friction: draw(ranges.dynamic_friction, rng).min(static_friction),
+                restitution: draw(ranges.restitution, rng),
+            };
+            params.base_com_offset =
+                [ranges.base_com_x_m, ranges.base_com_yz_m, ranges.base_com_yz_m].map(|r| draw(r, rng));
+            for offset in &mut offsets {
+                *offset = draw(ranges.joint_default_rad, rng);
+            }
+        }
+        if ranges.ball {
+            let static_friction = draw(ranges.ball_static_friction, rng);
+            params.ball.mass_kg = draw(ranges.ball_mass_kg, rng);
+            params.ball.material = Material {
+                static_friction,
+                dynamic_friction: draw(ranges.ball_dynamic_friction, rng).min(static_friction),
+                restitution: draw(ranges.ball_restitution, rng),
+            };
+            params.ball.linear_damping = draw(ranges.ball_linear_damping, rng);
+            params.ball.angular_damping = draw(ranges.ball_angular_damping, rng);
+        }
+        (params, offsets)
+    }
+
+    /// Draws an episode's start for one lane. `prepare` sets the parameters in the simulator, so that the ground's height under
+    /// the robot is known.
+    pub(crate) fn draw<V, S>(&self, sim: &mut S, group: usize, lane: usize, rng: &mut Rng) -> Start
+    where
+        V: paid_lanes::Real,
+        S: Simulator<V>,
+    {
+        let (motion, frame) = self.motion_and_frame(rng);
+        let (params, joint_offset) = self.params(rng);
+        sim.set_params(group, lane, &params);
+        let facts = &self.library.facts()[motion];
+        let noisy = self.forced.is_none_or(|f| f.noise);
+        let shift = self.forced.map_or([0.0; 2], |f| turned(f.displacement, facts.heading));
+        let (mut state, feet) = self.robot(motion, frame, noisy, shift, rng);
+        let ground = |xy: [f64; 2]| sim.ground_height(group, lane, xy);
+        if self.config.preset.resets.lift_to_ground {
+            // Three points of each sole, 8 cm apart along the foot.
+            let mut lift = 0.0_f64;
+            for (foot, along) in &feet {
+                for k in [-0.08, 0.0, 0.08] {
+                    lift = lift.max(ground([foot[0] + k * along[0], foot[1] + k * along[1]]));
+                }
+            }
+            state.base_pos[2] += lift;
+        }
+        let radius = params.ball.radius_m;
+        let (ball, velocity) = self.ball(motion, &[feet[0].0, feet[1].0], rng);
+        state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
+        if !self.config.preset.scene.ball {
+            // A marker: at its height above the plane, whatever the terrain below.
+            state.ball_pos[2] = radius;
+        }
+        state.ball_vel = [velocity[0], velocity[1], 0.0];
+        // Rolling without sliding.
+        state.ball_ang_vel = [-velocity[1] / radius, velocity[0] / radius, 0.0];
+        let goal_preset = &self.config.preset.goal;
+        let goal = match self.forced {
+            Some(forced) => forced.goal_xy.map_or_else(
+                || nominal_goal(facts, goal_preset),
+                |xy| from_start_frame(facts, xy),
+            ),
+            None => draw_goal(facts, goal_preset, rng),
+        };
+        Start { motion, frame, params, state, joint_offset, goal: [goal[0], goal[1], radius] }
+    }
+
+    /// Ball place and velocity (x, y), world.
+    fn ball(&self, motion: usize, feet: &[[f64; 2]; 2], rng: &mut Rng) -> ([f64; 2], [f64; 2]) {
+        let facts = &self.library.facts()[motion];
+        let preset = &self.config.preset.ball;
+        if let Some(forced) = self.forced {
+            let place = forced.ball_xy.map_or_else(|| nominal_ball(facts), |xy| from_start_frame(facts, xy));
+            return (place, turned(forced.ball_velocity, facts.heading));
+        }
+        if !self.config.preset.scene.ball {
+            return (nominal_ball(facts), [0.0; 2]);
+        }
+        let place = clear_ball(facts, preset, feet, rng);
+        let rolls = rng.unit() < preset.rolling_share;
+        let speed = if rolls { preset.velocity } else { 0.0 };
+        (place, [rng.uniform(-speed, speed), rng.uniform(-speed, speed)])
+    }
+
+    /// The reference's state at a frame, displaced and with noise; and, for both feet, place and direction (x, y).
+    fn robot(
+        &self,
+        motion: usize,
+        frame: usize,
+        noisy: bool,
+        shift: [f64; 2],
+        rng: &mut Rng,
+    ) -> (LaneState, [([f64; 2], [f64; 2]); 2]) {
+        let config = self.config;
+        let preset = &config.preset.resets;
+        let clip = &self.library.clips()[motion];
+        let joints = config.joints();
+        let bodies = clip.body_pos.len() / clip.frames;
+        let row = frame * bodies;
+        let on = if noisy { 1.0 } else { 0.0 };
+        let mut symmetric = |half: f64| on * rng.uniform(-half, half);
+        let pos = clip.body_pos[row];
+        let offset = [symmetric(preset.xy_m) + shift[0], symmetric(preset.xy_m) + shift[1], symmetric(preset.z_m)];
+        let [roll, pitch] = [symmetric(preset.roll_pitch_rad), symmetric(preset.roll_pitch_rad)];
+        let turn = Quat::from_roll_pitch_yaw(roll, pitch, symmetric(preset.yaw_rad));
+        let reference_rot = Quat(clip.body_quat[row]);
+        let rot = turn.mul(reference_rot).normalize();
+        // The file's velocity is the centre of mass's: v_origin = v_com - omega x (R com).
+        let omega = Vec3(clip.body_ang_vel[row]);
+        let arm = reference_rot.rotate(Vec3(config.base_com));
+        let origin = Vec3(clip.body_com_vel[row]) - omega.cross(arm);
+        let mut joint_pos = clip.joint_pos[frame * joints..][..joints].to_vec();
+        for (q, [lo, hi]) in joint_pos.iter_mut().zip(&config.control.soft_range) {
+            let noise = symmetric(preset.joint_rad);
+            if noisy {
+                *q = (*q + noise).clamp(*lo, *hi);
+            }
+        }
+        let (linear, angular) = velocity_noise(&preset.velocity, rng);
+        let (linear, angular) = (linear.map(|v| v * on), angular.map(|v| v * on));
+        let feet = config.feet.map(|i| {
+            let foot = row + config.followed[i];
+            let p = clip.body_pos[foot];
+            let x = Quat(clip.body_quat[foot]).rotate(Vec3([1.0, 0.0, 0.0])).0;
+            let length = x[0].hypot(x[1]).max(1e-6);
+            ([p[0] + offset[0], p[1] + offset[1]], [x[0] / length, x[1] / length])
+        });
+        let state = LaneState {
+            base_pos: [pos[0] + offset[0], pos[1] + offset[1], pos[2] + offset[2]],
+            base_quat: rot.0,
+            base_lin_vel: [0, 1, 2].map(|k| origin.0[k] + linear[k]),
+            base_ang_vel: [0, 1, 2].map(|k| omega.0[k] + angular[k]),
+            joint_pos,
+            joint_vel: clip.joint_vel[frame * joints..][..joints].to_vec(),
+            ball_pos: [0.0; 3],
+            ball_vel: [0.0; 3],
+            ball_ang_vel: [0.0; 3],
+            warm_start: Vec::new(),
+        };
+        (state, feet)
+    }
+}

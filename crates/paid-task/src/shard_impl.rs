@@ -1,0 +1,149 @@
+//! [`TaskShard`] and [`EvalControl`] for any task.
+
+use paid_lanes::Real;
+use paid_physics::Simulator;
+
+use crate::score::Sums;
+use crate::{
+    BodySample, EnvSample, EvalControl, EvalOptions, ForcedStart, ObservationLayout, REWARD_TERMS,
+    SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard,
+};
+
+impl<V: Real, S: Simulator<V>> TaskShard for Task<V, S> {
+    fn num_envs(&self) -> usize {
+        self.envs.len()
+    }
+    fn policy_obs_dim(&self) -> usize {
+        self.config.layout.policy_dim()
+    }
+    fn critic_obs_dim(&self) -> usize {
+        self.config.layout.critic_dim()
+    }
+    fn action_dim(&self) -> usize {
+        self.config.joints()
+    }
+    fn layout(&self) -> &ObservationLayout {
+        &self.config.layout
+    }
+    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+        self.observe_all(policy, critic);
+    }
+    fn step(&mut self, actions: &[f32], reward: &mut [f32], terminated: &mut [u8], truncated: &mut [u8]) {
+        self.step_all(actions, reward, terminated, truncated);
+    }
+    fn take_metrics(&mut self) -> TaskMetrics {
+        self.fold_sums();
+        std::mem::take(&mut self.metrics)
+    }
+    fn take_failures(&mut self) -> Vec<f32> {
+        let zeros = vec![0.0; self.failures.len()];
+        std::mem::replace(&mut self.failures, zeros)
+    }
+    fn new_sampler(&self) -> SamplerState {
+        SamplerState::uniform(self.library.len(), self.library.bins())
+    }
+    fn set_sampler(&mut self, sampler: &SamplerState) {
+        assert_eq!(
+            (sampler.motions, sampler.bins),
+            (self.sampler.motions, self.sampler.bins),
+            "sampler of another library"
+        );
+        self.sampler = sampler.clone();
+    }
+    fn save(&self) -> Vec<u8> {
+        self.save_bytes()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.restore_bytes(bytes)
+    }
+    fn eval(&mut self) -> &mut dyn EvalControl {
+        self
+    }
+}
+
+impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// Moves the lanes' sums into the metrics.
+    fn fold_sums(&mut self) {
+        let sums = std::mem::replace(&mut self.sums, Sums::new());
+        for lane in 0..V::LANES {
+            for k in 0..REWARD_TERMS {
+                self.metrics.reward_terms[k] += sums.terms[k].lane(lane);
+            }
+            for k in 0..TRACKING_NAMES.len() {
+                self.metrics.tracking[k] += sums.tracking[k].lane(lane);
+            }
+        }
+    }
+
+    fn env_index(&self, env: usize) -> Result<(usize, usize), TaskError> {
+        if env < self.envs.len() {
+            Ok((env / V::LANES, env % V::LANES))
+        } else {
+            Err(TaskError::Eval(format!("environment {env} of {}", self.envs.len())))
+        }
+    }
+}
+
+impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
+    fn set_eval(&mut self, options: Option<EvalOptions>) {
+        self.eval = options;
+        for env in &mut self.envs {
+            env.ended = None;
+            if options.is_none() {
+                env.forced = None;
+            }
+        }
+    }
+
+    fn force_start(&mut self, env: usize, start: &ForcedStart) -> Result<(), TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        let facts = self.library.facts().get(start.motion).ok_or_else(|| {
+            TaskError::Eval(format!("motion {} of {}", start.motion, self.library.len()))
+        })?;
+        if start.frame + 1 >= facts.frames {
+            return Err(TaskError::Eval(format!(
+                "start frame {} of motion '{}' with {} frames",
+                start.frame, facts.name, facts.frames
+            )));
+        }
+        let places = [start.ball_xy.unwrap_or_default(), start.goal_xy.unwrap_or_default()];
+        let numbers = places.iter().flatten().chain(&start.ball_velocity).chain(&start.displacement);
+        if numbers.into_iter().any(|x| !x.is_finite()) {
+            return Err(TaskError::Eval("a number of the start is not finite".into()));
+        }
+        self.envs[env].forced = Some(start.clone());
+        self.reset_lanes(group, 1 << lane);
+        self.gather(group);
+        Ok(())
+    }
+
+    fn sample(&self, env: usize) -> Result<EnvSample, TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        let (state, task, info) = (self.sim.state(group), &self.groups[group], &self.envs[env]);
+        let facts = &self.library.facts()[info.motion];
+        let numbers = |values: &[V]| values.iter().map(|v| v.lane(lane)).collect::<Vec<_>>();
+        let bodies = state.bodies.iter().map(|b| BodySample {
+            pos: b.pos.lane(lane),
+            rot: b.rot.0.map(|row| row.map(|v| v.lane(lane))),
+            com_vel: b.com_vel.lane(lane),
+            ang_vel: b.ang_vel.lane(lane),
+        });
+        Ok(EnvSample {
+            motion: info.motion,
+            frame: (info.frame - 1).min(facts.frames - 1),
+            step: info.step,
+            motion_ended: info.frame >= facts.frames,
+            bodies: bodies.collect(),
+            joint_pos: numbers(&state.joint_pos),
+            joint_vel: numbers(&state.joint_vel),
+            joint_torque: numbers(&state.joint_torque),
+            contact_force: numbers(&state.contact_force),
+            ball_pos: state.ball.pos.lane(lane),
+            ball_vel: state.ball.vel.lane(lane),
+            ball_force: state.ball.robot_force.lane(lane),
+            goal_pos: task.goal.lane(lane),
+            heading: facts.heading,
+            kick: info.kick.clone(),
+        })
+    }
+}

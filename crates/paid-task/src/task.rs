@@ -1,0 +1,552 @@
+//! The task over an engine: one control step of all environments of a shard.
+
+use std::sync::Arc;
+
+use paid_lanes::rng::Rng;
+use paid_lanes::{Kernel, Real, Vec3};
+use paid_physics::{EnvParams, GroupState, Simulator};
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::config::TaskConfig;
+use crate::group::{GroupTask, load_f32, store_f32};
+use crate::observe::{Draw, MAX_NOISE, Rows, Seen, in_base, observe_critic, observe_policy};
+use crate::perception::deviation;
+use crate::reference::MAX_LANES;
+use crate::reset::{StartContext, velocity_noise};
+use crate::score::{Score, Sums, score};
+use crate::{
+    EndCause, EvalOptions, ForcedStart, KickEvent, ReferenceLibrary, SamplerState, TaskError,
+    TaskMetrics, TaskPreset,
+};
+
+/// Purposes of an environment's random streams (2 is observation noise).
+const RESET_STREAM: u32 = 0;
+const PUSH_STREAM: u32 = 1;
+const PERCEPTION_STREAM: u32 = 3;
+/// Actions are limited to this; a NaN becomes the lower limit, so that it cannot reach the physics.
+const ACTION_LIMIT: f64 = 100.0;
+/// Control steps after the contact at which a kick's ball velocity is taken.
+const KICK_DELAY: u32 = 5;
+
+/// What the task remembers of one environment outside the lanes.
+#[derive(Clone, Debug)]
+pub(crate) struct EnvTask {
+    /// Number of the environment over all shards.
+    pub id: u32,
+    pub motion: usize,
+    /// Frame that the next state is scored against.
+    pub frame: usize,
+    /// Control steps since the episode began.
+    pub step: u32,
+    /// Control steps until the next push.
+    pub push_in: u32,
+    pub reset_rng: Rng,
+    pub push_rng: Rng,
+    pub params: EnvParams,
+    /// Evaluation: where episodes begin.
+    pub forced: Option<ForcedStart>,
+    /// Evaluation without automatic reset: how the episode ended.
+    pub ended: Option<EndCause>,
+    /// First kick of the episode.
+    pub kick: Option<KickEvent>,
+}
+
+/// The task over any engine, `V::LANES` environments a group.
+pub struct Task<V: Real, S: Simulator<V>> {
+    pub(crate) sim: S,
+    pub(crate) config: TaskConfig,
+    pub(crate) library: Arc<ReferenceLibrary>,
+    pub(crate) groups: Vec<GroupTask<V>>,
+    pub(crate) envs: Vec<EnvTask>,
+    pub(crate) sampler: SamplerState,
+    pub(crate) failures: Vec<f32>,
+    pub(crate) sums: Sums<V>,
+    pub(crate) metrics: TaskMetrics,
+    pub(crate) seed: u64,
+    /// Observations made so far: the position in the noise streams.
+    pub(crate) observations: u64,
+    pub(crate) eval: Option<EvalOptions>,
+    targets: Vec<V>,
+}
+
+impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// A task over `sim`, whose model must be `robot` and whose scene the preset's. Every environment begins an episode.
+    ///
+    /// # Errors
+    /// If preset, robot, library and simulator do not fit together.
+    pub fn new(
+        sim: S,
+        robot: &RobotModel,
+        spec: &RobotSpec,
+        library: &Arc<ReferenceLibrary>,
+        preset: &TaskPreset,
+        first_env: usize,
+        seed: u64,
+    ) -> Result<Self, TaskError> {
+        let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
+        let config = TaskConfig::new(robot, spec, control, library, preset)?;
+        assert!(V::LANES <= MAX_LANES, "lane types have at most {MAX_LANES} lanes");
+        if 9 + 2 * config.joints() > MAX_NOISE {
+            return Err(TaskError::Robot(format!("{} joints are more than the task supports", config.joints())));
+        }
+        if sim.model().body_names() != robot.body_names() {
+            return Err(TaskError::Simulator("it simulates another robot".into()));
+        }
+        if (sim.control_dt_s() - config.dt_s).abs() > 1e-9 {
+            return Err(TaskError::Simulator(format!(
+                "its control period is {} s, the preset's {} s",
+                sim.control_dt_s(),
+                config.dt_s
+            )));
+        }
+        let groups = sim.groups();
+        let envs = (0..groups * V::LANES).map(|e| {
+            let id = (first_env + e) as u32;
+            EnvTask {
+                id,
+                motion: 0,
+                frame: 1,
+                step: 0,
+                push_in: u32::MAX,
+                reset_rng: Rng::new(seed, id, RESET_STREAM),
+                push_rng: Rng::new(seed, id, PUSH_STREAM),
+                params: EnvParams::default(),
+                forced: None,
+                ended: None,
+                kick: None,
+            }
+        });
+        let mut task = Self {
+            groups: vec![GroupTask::new(&config, library.layout()); groups],
+            envs: envs.collect(),
+            sampler: SamplerState::uniform(library.len(), library.bins()),
+            failures: vec![0.0; library.len() * library.bins()],
+            sums: Sums::new(),
+            metrics: TaskMetrics::default(),
+            seed,
+            observations: 0,
+            eval: None,
+            targets: vec![V::zero(); config.joints()],
+            library: Arc::clone(library),
+            config,
+            sim,
+        };
+        for group in 0..groups {
+            task.reset_lanes(group, (1_u32 << V::LANES) - 1);
+            task.gather(group);
+        }
+        Ok(task)
+    }
+
+    /// The engine.
+    pub fn simulator(&self) -> &S {
+        &self.sim
+    }
+
+    fn disturbed(&self) -> bool {
+        self.eval.is_none_or(|e| e.disturbances)
+    }
+
+    /// Begins new episodes in the lanes whose bit is set. [`Task::gather`] must follow.
+    pub(crate) fn reset_lanes(&mut self, group: usize, lanes: u32) {
+        let randomise = self.disturbed();
+        for lane in (0..V::LANES).filter(|l| lanes >> l & 1 == 1) {
+            let env = &mut self.envs[group * V::LANES + lane];
+            let context = StartContext {
+                config: &self.config,
+                library: &self.library,
+                sampler: &self.sampler,
+                forced: env.forced.as_ref(),
+                randomise,
+            };
+            let start = context.draw::<V, S>(&mut self.sim, group, lane, &mut env.reset_rng);
+            self.sim.reset_lane(group, lane, &start.state);
+            let facts = &self.library.facts()[start.motion];
+            env.motion = start.motion;
+            env.frame = start.frame + 1;
+            env.step = 0;
+            env.ended = None;
+            env.kick = None;
+            env.params = start.params;
+            env.push_in = push_interval(&self.config, &mut env.push_rng);
+            let task = &mut self.groups[group];
+            for j in 0..self.config.joints() {
+                task.action[j].set_lane(lane, 0.0);
+                task.previous[j].set_lane(lane, 0.0);
+                task.joint_offset[j].set_lane(lane, start.joint_offset[j]);
+            }
+            task.goal.set_lane(lane, start.goal);
+            task.heading[0].set_lane(lane, facts.heading.cos());
+            task.heading[1].set_lane(lane, facts.heading.sin());
+            task.kick.reset_lane(lane, facts.kick_foot, start.state.ball_pos);
+            task.episode_return.set_lane(lane, 0.0);
+            task.foot_peak.set_lane(lane, 0.0);
+            task.reference_peak.set_lane(lane, 0.0);
+            let base = paid_lanes::Quat(start.state.base_quat);
+            let way = [0, 1, 2].map(|k| start.state.ball_pos[k] - start.state.base_pos[k]);
+            let ball = base.conj().rotate(Vec3(way)).0;
+            let perception = &self.config.preset.observations.perception;
+            task.perception.reset_lane(lane, ball, perception, &mut env.reset_rng);
+        }
+        self.sim.refresh(group);
+    }
+
+    /// Loads every lane's reference frame and takes in what is seen.
+    pub(crate) fn gather(&mut self, group: usize) {
+        self.gather_reference(group);
+        if self.config.preset.observations.perception.blind_zone {
+            let state = self.sim.state(group);
+            self.groups[group].perception.advance(in_base(state, state.ball.pos));
+        }
+    }
+
+    /// Loads every lane's reference frame.
+    pub(crate) fn gather_reference(&mut self, group: usize) {
+        let (mut motions, mut frames) = ([0; MAX_LANES], [0; MAX_LANES]);
+        for lane in 0..V::LANES {
+            let env = &self.envs[group * V::LANES + lane];
+            (motions[lane], frames[lane]) = (env.motion, env.frame);
+        }
+        V::run(Gather {
+            library: &self.library,
+            group: &mut self.groups[group],
+            motions,
+            frames,
+        });
+    }
+
+    /// Writes observations, see [`crate::TaskShard::observe`].
+    pub(crate) fn observe_all(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+        let envs = self.envs.len();
+        assert_eq!(policy.len(), self.config.layout.policy_dim() * envs, "policy observations");
+        assert_eq!(critic.len(), self.config.layout.critic_dim() * envs, "critic observations");
+        let disturbed = self.disturbed();
+        for group in 0..self.groups.len() {
+            let mut ids = [0; MAX_LANES];
+            for lane in 0..V::LANES {
+                ids[lane] = self.envs[group * V::LANES + lane].id;
+            }
+            let seen = self.misperceived(group);
+            V::run(Observe {
+                config: &self.config,
+                state: self.sim.state(group),
+                group: &self.groups[group],
+                seen,
+                draw: Draw {
+                    envs: if disturbed { &ids[..V::LANES] } else { &[] },
+                    seed: self.seed,
+                    count: self.observations,
+                },
+                policy: &mut *policy,
+                critic: &mut *critic,
+                stride: envs,
+                first: group * V::LANES,
+            });
+        }
+        self.observations += 1;
+    }
+
+    /// Ball and goal as the policy sees them where that differs from the truth: the ball is held outside the perceived band,
+    /// both carry Gaussian noise.
+    fn misperceived(&self, group: usize) -> Option<Seen<V>> {
+        let preset = &self.config.preset.observations.perception;
+        if !self.disturbed() || !(preset.blind_zone || preset.gaussian) {
+            return None;
+        }
+        let (state, task) = (self.sim.state(group), &self.groups[group]);
+        let mut seen = Seen { ball: in_base(state, state.ball.pos), goal: in_base(state, task.goal) };
+        if preset.blind_zone {
+            seen.ball = task.perception.ball;
+        }
+        if preset.gaussian {
+            let base = &state.bodies[0];
+            let ball_speed = (state.ball.vel - base.lin_vel).norm();
+            let deviations = [
+                deviation(ball_speed, seen.ball.norm(), preset),
+                deviation(base.lin_vel.norm(), seen.goal.norm(), preset),
+            ];
+            for lane in 0..V::LANES {
+                let id = self.envs[group * V::LANES + lane].id;
+                let mut rng = Rng::new(self.seed, id, PERCEPTION_STREAM);
+                // Six normal numbers use 12 words.
+                rng.seek(self.observations * 16);
+                for (object, sigma) in [&mut seen.ball, &mut seen.goal].into_iter().zip(&deviations) {
+                    let sigma = sigma.lane(lane);
+                    let exact = object.lane(lane);
+                    object.set_lane(lane, exact.map(|x| x + sigma * rng.normal()));
+                }
+            }
+        }
+        Some(seen)
+    }
+
+    /// Advances all environments, see [`crate::TaskShard::step`].
+    pub(crate) fn step_all(
+        &mut self,
+        actions: &[f32],
+        reward: &mut [f32],
+        terminated: &mut [u8],
+        truncated: &mut [u8],
+    ) {
+        let envs = self.envs.len();
+        assert_eq!(actions.len(), self.config.joints() * envs, "actions");
+        assert!(reward.len() == envs && terminated.len() == envs && truncated.len() == envs, "step results");
+        for group in 0..self.groups.len() {
+            let first = group * V::LANES;
+            self.push(group);
+            V::run(Act {
+                config: &self.config,
+                group: &mut self.groups[group],
+                actions,
+                stride: envs,
+                first,
+                targets: &mut self.targets,
+            });
+            self.sim.step(group, &self.targets);
+            let score = V::run(ScoreGroup {
+                config: &self.config,
+                state: self.sim.state(group),
+                group: &mut self.groups[group],
+                sums: &mut self.sums,
+                reward: &mut reward[first..first + V::LANES],
+            });
+            let resets =
+                self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
+            if resets != 0 {
+                self.reset_lanes(group, resets);
+            }
+            self.gather(group);
+        }
+        self.metrics.steps += envs as u64;
+    }
+
+    fn push(&mut self, group: usize) {
+        if !self.config.preset.pushes.enabled || !self.disturbed() {
+            return;
+        }
+        for lane in 0..V::LANES {
+            let env = &mut self.envs[group * V::LANES + lane];
+            env.push_in = env.push_in.saturating_sub(1);
+            if env.push_in == 0 {
+                let (linear, angular) =
+                    velocity_noise(&self.config.preset.pushes.velocity, &mut env.push_rng);
+                self.sim.push_lane(group, lane, linear, angular);
+                env.push_in = push_interval(&self.config, &mut env.push_rng);
+            }
+        }
+    }
+
+    /// Advances references, decides which episodes end, and counts. Returns the lanes to reset.
+    fn finish(
+        &mut self,
+        group: usize,
+        score: &Score<V>,
+        terminated: &mut [u8],
+        truncated: &mut [u8],
+    ) -> u32 {
+        let [anchor, gravity, ends, not_finite] = score.failed;
+        let eval = self.eval;
+        let limit = eval.and_then(|e| e.max_steps).unwrap_or(self.config.max_steps);
+        let hold = eval.is_some_and(|e| e.hold_last_frame);
+        let judge = eval.is_none_or(|e| e.end_on_failure);
+        let mut resets = 0;
+        for lane in 0..V::LANES {
+            let index = group * V::LANES + lane;
+            let bit = |mask: u32| mask >> lane & 1 == 1;
+            let env = &mut self.envs[index];
+            env.step += 1;
+            record_kick(env, self.sim.state(group), lane, score, &self.config);
+            let frames = self.library.facts()[env.motion].frames;
+            let scored = env.frame;
+            env.frame = (env.frame + 1).min(frames);
+            let cause = if bit(not_finite) {
+                Some(EndCause::NotFinite)
+            } else if judge && bit(anchor) {
+                Some(EndCause::AnchorHeight)
+            } else if judge && bit(gravity) {
+                Some(EndCause::Gravity)
+            } else if judge && bit(ends) {
+                Some(EndCause::EndEffector)
+            } else if env.frame >= frames && !hold {
+                Some(EndCause::MotionEnd)
+            } else if env.step >= limit {
+                Some(EndCause::TimeOut)
+            } else {
+                None
+            };
+            let news = env.ended.is_none();
+            let cause = env.ended.or(cause);
+            let failed = cause.is_some_and(|c| c <= EndCause::NotFinite);
+            terminated[lane] = u8::from(failed);
+            truncated[lane] = u8::from(cause.is_some() && !failed);
+            let Some(cause) = cause else { continue };
+            if failed && news && eval.is_none() {
+                let bins = self.sampler.bins;
+                let bin = (scored.min(frames - 1) * bins / frames).min(bins - 1);
+                self.failures[env.motion * bins + bin] += 1.0;
+            }
+            if news {
+                count_episode(&mut self.metrics, &self.config, env, &self.groups[group], lane, cause);
+            }
+            if eval.is_none_or(|e| e.auto_reset) {
+                resets |= 1 << lane;
+            } else if bit(not_finite) {
+                // The lane must become finite again; what it reports stays the failure.
+                self.reset_lanes(group, 1 << lane);
+                self.envs[index].ended = Some(cause);
+            } else {
+                env.ended = Some(cause);
+            }
+        }
+        resets
+    }
+}
+
+fn push_interval(config: &TaskConfig, rng: &mut Rng) -> u32 {
+    let [lo, hi] = config.preset.pushes.interval_s;
+    ((rng.uniform(lo, hi) / config.dt_s).round() as u32).max(1)
+}
+
+fn record_kick<V: Real>(
+    env: &mut EnvTask,
+    state: &GroupState<V>,
+    lane: usize,
+    score: &Score<V>,
+    config: &TaskConfig,
+) {
+    if score.first_contact >> lane & 1 == 1 {
+        let foot = (score.right >> lane & 1) as usize;
+        let body = state.ball.touched_by.lane(lane);
+        env.kick = Some(KickEvent {
+            step: env.step,
+            foot,
+            correct: score.correct >> lane & 1 == 1,
+            body: (body >= 0.0).then_some(body as usize),
+            foot_vel: state.bodies[config.followed[config.feet[foot]]].com_vel.lane(lane),
+            ball_vel_after: None,
+        });
+    } else if let Some(kick) = &mut env.kick {
+        if env.step == kick.step + KICK_DELAY {
+            kick.ball_vel_after = Some(state.ball.vel.lane(lane));
+        }
+    }
+}
+
+fn count_episode<V: Real>(
+    metrics: &mut TaskMetrics,
+    config: &TaskConfig,
+    env: &EnvTask,
+    group: &GroupTask<V>,
+    lane: usize,
+    cause: EndCause,
+) {
+    metrics.episodes += 1;
+    metrics.episode_steps += u64::from(env.step);
+    metrics.ends[cause as usize] += 1;
+    let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+    metrics.episode_return_sum += finite(group.episode_return.lane(lane));
+    metrics.kick_foot_peak_sum += finite(group.foot_peak.lane(lane));
+    metrics.reference_foot_peak_sum += finite(group.reference_peak.lane(lane));
+    if !config.preset.scene.ball {
+        return;
+    }
+    let (kick, story) = (&mut metrics.kick, &group.kick);
+    let is = |flag: V| u64::from(flag.lane(lane) > 0.5);
+    kick.episodes += 1;
+    kick.contacts += is(story.touched);
+    kick.correct_foot += is(story.correct);
+    kick.goals += is(story.scored);
+    kick.on_target += is(story.on_target);
+    kick.ball_speed_sum += finite(story.best_speed.lane(lane));
+    kick.ball_cosine_sum += finite(story.best_cosine.lane(lane));
+}
+
+struct Gather<'a, V> {
+    library: &'a ReferenceLibrary,
+    group: &'a mut GroupTask<V>,
+    motions: [usize; MAX_LANES],
+    frames: [usize; MAX_LANES],
+}
+
+impl<V: Real> Kernel for Gather<'_, V> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.group.reference.gather(self.library, &self.motions, &self.frames);
+    }
+}
+
+struct Observe<'a, V> {
+    config: &'a TaskConfig,
+    state: &'a GroupState<V>,
+    group: &'a GroupTask<V>,
+    seen: Option<Seen<V>>,
+    draw: Draw<'a>,
+    policy: &'a mut [f32],
+    critic: &'a mut [f32],
+    stride: usize,
+    first: usize,
+}
+
+impl<V: Real> Kernel for Observe<'_, V> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let seen = match self.seen {
+            Some(seen) => seen,
+            None => Seen {
+                ball: in_base(self.state, self.state.ball.pos),
+                goal: in_base(self.state, self.group.goal),
+            },
+        };
+        let rows = Rows::new(self.policy, self.stride, self.first);
+        observe_policy(self.config, self.state, self.group, seen, &self.draw, rows);
+        let rows = Rows::new(self.critic, self.stride, self.first);
+        observe_critic(self.config, self.state, self.group, rows);
+    }
+}
+
+struct Act<'a, V> {
+    config: &'a TaskConfig,
+    group: &'a mut GroupTask<V>,
+    actions: &'a [f32],
+    stride: usize,
+    first: usize,
+    targets: &'a mut [V],
+}
+
+impl<V: Real> Kernel for Act<'_, V> {
+    type Output = ();
+    /// Joint targets: default + offset + scale x action.
+    #[inline(always)]
+    fn run(self) {
+        let control = &self.config.control;
+        for j in 0..self.config.joints() {
+            let m = self.config.to_model[j];
+            let action = load_f32::<V>(&self.actions[j * self.stride + self.first..]);
+            let action = action.clamp(V::c(-ACTION_LIMIT), V::c(ACTION_LIMIT));
+            self.group.previous[j] = self.group.action[j];
+            self.group.action[j] = action;
+            let rest = self.group.joint_offset[m] + V::c(control.default_pos[m]);
+            self.targets[m] = action.mul_add(V::c(control.action_scale[m]), rest);
+        }
+    }
+}
+
+struct ScoreGroup<'a, V> {
+    config: &'a TaskConfig,
+    state: &'a GroupState<V>,
+    group: &'a mut GroupTask<V>,
+    sums: &'a mut Sums<V>,
+    reward: &'a mut [f32],
+}
+
+impl<V: Real> Kernel for ScoreGroup<'_, V> {
+    type Output = Score<V>;
+    #[inline(always)]
+    fn run(self) -> Score<V> {
+        let result = score(self.config, self.state, self.group, self.sums);
+        store_f32(result.reward, self.reward);
+        result
+    }
+}
