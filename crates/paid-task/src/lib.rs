@@ -41,5 +41,5 @@ pub use reward_preset::{
     BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset,
 };
 pub use sampler::SamplerState;
-pub use shard::{TaskShard, build_shard};
+pub use shard::{TaskShard, build_engine, build_shard};
 pub use task::Task;

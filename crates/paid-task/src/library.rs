@@ -1,5 +1,6 @@
 //! Reference motions, packed for gathering one frame a lane.
 
+use paid_motion::MotionLibrary;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::TaskError;
@@ -144,6 +145,30 @@ impl ReferenceLibrary {
             library.clips.push(clip);
         }
         Ok(library)
+    }
+
+    /// Packs a library that was read from files.
+    ///
+    /// # Errors
+    /// As [`ReferenceLibrary::new`].
+    pub fn from_motions(
+        motions: &MotionLibrary,
+        robot: &RobotModel,
+        spec: &RobotSpec,
+    ) -> Result<Self, TaskError> {
+        let clips = motions.clips.iter().map(|clip| ReferenceClip {
+            name: clip.name.clone(),
+            fps: clip.fps,
+            kick_foot: clip.kick_leg.index(),
+            frames: clip.frames,
+            joint_pos: clip.joint_pos.clone(),
+            joint_vel: clip.joint_vel.clone(),
+            body_pos: clip.body_pos.clone(),
+            body_quat: clip.body_quat.clone(),
+            body_com_vel: clip.body_lin_vel.clone(),
+            body_ang_vel: clip.body_ang_vel.clone(),
+        });
+        Self::new(clips.collect(), robot, spec)
     }
 
     fn pack(&mut self, clip: &ReferenceClip, t: usize, at_rest: bool, to_policy: &[usize]) {

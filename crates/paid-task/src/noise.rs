@@ -9,7 +9,12 @@ pub(crate) const BLOCK: usize = 8;
 
 /// Philox4x32-10 of [`paid_lanes::rng::philox`] for `V::LANES` counters at once; word `w` of lane `l` is `[w][l]`.
 #[inline(always)]
-fn philox_lanes<V: Real>(counter: [u32; 2], stream: &[u32], purpose: u32, seed: u64) -> [[u32; MAX_LANES]; 4] {
+fn philox_lanes<V: Real>(
+    counter: [u32; 2],
+    stream: &[u32],
+    purpose: u32,
+    seed: u64,
+) -> [[u32; MAX_LANES]; 4] {
     let mut x = [[0; MAX_LANES]; 4];
     for lane in 0..V::LANES {
         x[0][lane] = counter[0];
@@ -48,8 +53,7 @@ pub(crate) fn fill_symmetric<V: Real>(out: &mut [V], envs: &[u32], purpose: u32,
                 let bits = (words[half / 2][lane] >> (16 * (half % 2) as u32)) as u16;
                 lanes[lane] = V::Scalar::from_f64(f64::from(bits));
             }
-            out[block * BLOCK + half] =
-                (V::load(&lanes[..V::LANES]) - V::c(32_767.5)) * V::c(1.0 / 32_768.0);
+            out[block * BLOCK + half] = (V::load(&lanes[..V::LANES]) - V::c(32_767.5)) * V::c(1.0 / 32_768.0);
         }
     }
 }

@@ -27,7 +27,13 @@ impl<V: Real> Perception<V> {
     }
 
     /// Begins an episode in one lane with the true ball, in the base frame.
-    pub(crate) fn reset_lane(&mut self, lane: usize, ball: [f64; 3], preset: &PerceptionPreset, rng: &mut Rng) {
+    pub(crate) fn reset_lane(
+        &mut self,
+        lane: usize,
+        ball: [f64; 3],
+        preset: &PerceptionPreset,
+        rng: &mut Rng,
+    ) {
         self.ball.set_lane(lane, ball);
         self.near.set_lane(lane, rng.uniform(preset.near_m[0], preset.near_m[1]));
         self.far.set_lane(lane, rng.uniform(preset.far_m[0], preset.far_m[1]));

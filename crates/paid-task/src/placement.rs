@@ -54,7 +54,8 @@ pub(crate) fn clear_ball(
     let way = [ball[0] - middle[0], ball[1] - middle[1]];
     let length = way[0].hypot(way[1]);
     let heading = facts.displacement[1].atan2(facts.displacement[0]);
-    let unit = if length > 1e-3 { [way[0] / length, way[1] / length] } else { [heading.cos(), heading.sin()] };
+    let unit =
+        if length > 1e-3 { [way[0] / length, way[1] / length] } else { [heading.cos(), heading.sin()] };
     let mut distance = length;
     while !is_clear(ball, feet, preset.clearance_m) && distance < length + 2.0 {
         distance += 0.02;
@@ -119,12 +120,8 @@ mod tests {
 
     #[test]
     fn goals_fill_the_rectangle_ahead() {
-        let preset = GoalPreset {
-            distance_m: 5.0,
-            rectangle_across_m: 1.0,
-            rectangle_along_m: 0.5,
-            width_m: 2.0,
-        };
+        let preset =
+            GoalPreset { distance_m: 5.0, rectangle_across_m: 1.0, rectangle_along_m: 0.5, width_m: 2.0 };
         let mut rng = Rng::new(1, 0, 0);
         let (mut lo, mut hi) = ([f64::MAX; 2], [f64::MIN; 2]);
         for _ in 0..2000 {

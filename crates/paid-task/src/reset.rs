@@ -71,11 +71,8 @@ impl StartContext<'_> {
     fn params(&self, rng: &mut Rng) -> (EnvParams, Vec<f64>) {
         let preset = &self.config.preset;
         let ranges = &preset.randomisation;
-        let mut params = EnvParams {
-            robot: preset.robot_material,
-            ball: preset.ball_params,
-            ..EnvParams::default()
-        };
+        let mut params =
+            EnvParams { robot: preset.robot_material, ball: preset.ball_params, ..EnvParams::default() };
         let mut offsets = vec![0.0; self.config.joints()];
         if !self.randomise {
             return (params, offsets);
@@ -150,10 +147,9 @@ impl StartContext<'_> {
         state.ball_ang_vel = [-velocity[1] / radius, velocity[0] / radius, 0.0];
         let goal_preset = &self.config.preset.goal;
         let goal = match self.forced {
-            Some(forced) => forced.goal_xy.map_or_else(
-                || nominal_goal(facts, goal_preset),
-                |xy| from_start_frame(facts, xy),
-            ),
+            Some(forced) => forced
+                .goal_xy
+                .map_or_else(|| nominal_goal(facts, goal_preset), |xy| from_start_frame(facts, xy)),
             None => draw_goal(facts, goal_preset, rng),
         };
         Start { motion, frame, params, state, joint_offset, goal: [goal[0], goal[1], radius] }
@@ -194,7 +190,8 @@ impl StartContext<'_> {
         let on = if noisy { 1.0 } else { 0.0 };
         let mut symmetric = |half: f64| on * rng.uniform(-half, half);
         let pos = clip.body_pos[row];
-        let offset = [symmetric(preset.xy_m) + shift[0], symmetric(preset.xy_m) + shift[1], symmetric(preset.z_m)];
+        let offset =
+            [symmetric(preset.xy_m) + shift[0], symmetric(preset.xy_m) + shift[1], symmetric(preset.z_m)];
         let [roll, pitch] = [symmetric(preset.roll_pitch_rad), symmetric(preset.roll_pitch_rad)];
         let turn = Quat::from_roll_pitch_yaw(roll, pitch, symmetric(preset.yaw_rad));
         let reference_rot = Quat(clip.body_quat[row]);

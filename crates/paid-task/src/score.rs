@@ -8,9 +8,7 @@ use crate::group::GroupTask;
 use crate::kick::is_set;
 use crate::terms::regularization::{foot_separation, outside, squared_change, tilt, touches};
 use crate::terms::soccer::{alignment, planar_speed, proximity, side_kick, vertical_speed};
-use crate::terms::tracking::{
-    KernelMean, aligned_position, gaussian, orientation_error, yaw_alignment,
-};
+use crate::terms::tracking::{KernelMean, aligned_position, gaussian, orientation_error, yaw_alignment};
 use crate::{ProximityPoint, REWARD_TERMS, TRACKING_NAMES};
 
 /// Sums over steps and groups, a lane each.
@@ -185,8 +183,7 @@ fn tracking_terms<V: Real>(
     terms[19] = gaussian(V::select(is_right, vel2[1], vel2[0]), preset.kick_foot_vel.sigma);
     terms[21] = gaussian(V::select(is_right, pos2[1], pos2[0]), preset.kick_foot_pos.sigma);
     let kicking = Vec3::select(is_right, foot(config, state, 1).com_vel, foot(config, state, 0).com_vel);
-    let wanted =
-        Vec3::select(is_right, reference.com_vel(config.feet[1]), reference.com_vel(config.feet[0]));
+    let wanted = Vec3::select(is_right, reference.com_vel(config.feet[1]), reference.com_vel(config.feet[0]));
     group.foot_peak = kicking.norm().max(group.foot_peak);
     group.reference_peak = wanted.norm().max(group.reference_peak);
 
@@ -280,4 +277,3 @@ fn finite<V: Real>(state: &GroupState<V>) -> V::Mask {
     }
     sum.is_finite()
 }
-

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use paid_lanes::Isa;
+use paid_lanes::{Isa, IsaVisitor, Real};
+use paid_physics::{Engine, EngineSpec};
 use paid_robot::{RobotModel, RobotSpec};
 
+use crate::library::body_index;
 use crate::{
-    EvalControl, ObservationLayout, ReferenceLibrary, SamplerState, TaskError, TaskMetrics, TaskPreset,
+    EvalControl, ObservationLayout, ReferenceLibrary, SamplerState, Task, TaskError, TaskMetrics, TaskPreset,
 };
 
 /// Environments that one worker steps together. Matrices are feature-major `[features, num_envs]`.
@@ -69,10 +71,46 @@ pub fn build_shard(
     first_env: usize,
     seed: u64,
 ) -> Result<Box<dyn TaskShard>, TaskError> {
-    let _ = (robot, spec, library, first_env, seed);
     preset.validate()?;
-    if num_envs == 0 || !num_envs.is_multiple_of(isa.lanes()) {
-        return Err(TaskError::Lanes { num_envs, lanes: isa.lanes() });
+    let lanes = isa.lanes();
+    if num_envs == 0 || !num_envs.is_multiple_of(lanes) {
+        return Err(TaskError::Lanes { num_envs, lanes });
     }
-    Err(TaskError::Simulator("the built-in engine has not landed yet".into()))
+    isa.dispatch(Build { robot, spec, library, preset, groups: num_envs / lanes, first_env, seed })
+}
+
+/// The built-in engine for a robot and a preset's scene, `groups` lane groups.
+///
+/// # Errors
+/// If robot and scene do not fit the engine.
+pub fn build_engine<V: Real>(
+    robot: &RobotModel,
+    spec: &RobotSpec,
+    preset: &TaskPreset,
+    groups: usize,
+) -> Result<Engine<V>, TaskError> {
+    let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
+    let feet = [body_index(robot, "foot", &spec.feet[0])?, body_index(robot, "foot", &spec.feet[1])?];
+    let engine_spec = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
+    Engine::new(robot, engine_spec, &preset.scene, groups).map_err(|e| TaskError::Simulator(e.to_string()))
+}
+
+struct Build<'a> {
+    robot: &'a RobotModel,
+    spec: &'a RobotSpec,
+    library: &'a Arc<ReferenceLibrary>,
+    preset: &'a TaskPreset,
+    groups: usize,
+    first_env: usize,
+    seed: u64,
+}
+
+impl IsaVisitor for Build<'_> {
+    type Output = Result<Box<dyn TaskShard>, TaskError>;
+    fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
+        let engine = build_engine::<V>(self.robot, self.spec, self.preset, self.groups)?;
+        let task =
+            Task::new(engine, self.robot, self.spec, self.library, self.preset, self.first_env, self.seed)?;
+        Ok(Box::new(task))
+    }
 }

@@ -97,9 +97,10 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
 
     fn force_start(&mut self, env: usize, start: &ForcedStart) -> Result<(), TaskError> {
         let (group, lane) = self.env_index(env)?;
-        let facts = self.library.facts().get(start.motion).ok_or_else(|| {
-            TaskError::Eval(format!("motion {} of {}", start.motion, self.library.len()))
-        })?;
+        let facts =
+            self.library.facts().get(start.motion).ok_or_else(|| {
+                TaskError::Eval(format!("motion {} of {}", start.motion, self.library.len()))
+            })?;
         if start.frame + 1 >= facts.frames {
             return Err(TaskError::Eval(format!(
                 "start frame {} of motion '{}' with {} frames",

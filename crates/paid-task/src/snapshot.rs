@@ -230,9 +230,11 @@ fn cause_from(code: u64) -> Result<Option<EndCause>, String> {
     ];
     match code {
         0 => Ok(None),
-        n => causes.get(n as usize - 1).copied().map(Some).ok_or_else(|| {
-            format!("task snapshot: {n} is no cause of an episode's end")
-        }),
+        n => causes
+            .get(n as usize - 1)
+            .copied()
+            .map(Some)
+            .ok_or_else(|| format!("task snapshot: {n} is no cause of an episode's end")),
     }
 }
 
@@ -251,7 +253,8 @@ fn metric_numbers(m: &mut TaskMetrics) -> (Vec<&mut f64>, Vec<&mut u64>) {
 impl<V: Real, S: Simulator<V>> Task<V, S> {
     pub(crate) fn save_bytes(&self) -> Vec<u8> {
         let mut w = Writer(MAGIC.to_vec());
-        for size in [self.envs.len(), V::LANES, self.config.joints(), self.library.len(), self.library.bins()] {
+        for size in [self.envs.len(), V::LANES, self.config.joints(), self.library.len(), self.library.bins()]
+        {
             w.u64(size as u64);
         }
         w.u64(self.seed);

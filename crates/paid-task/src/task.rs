@@ -15,8 +15,8 @@ use crate::reference::MAX_LANES;
 use crate::reset::{StartContext, velocity_noise};
 use crate::score::{Score, Sums, score};
 use crate::{
-    EndCause, EvalOptions, ForcedStart, KickEvent, ReferenceLibrary, SamplerState, TaskError,
-    TaskMetrics, TaskPreset,
+    EndCause, EvalOptions, ForcedStart, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
+    TaskPreset,
 };
 
 /// Purposes of an environment's random streams (2 is observation noise).
@@ -87,7 +87,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let config = TaskConfig::new(robot, spec, control, library, preset)?;
         assert!(V::LANES <= MAX_LANES, "lane types have at most {MAX_LANES} lanes");
         if 9 + 2 * config.joints() > MAX_NOISE {
-            return Err(TaskError::Robot(format!("{} joints are more than the task supports", config.joints())));
+            return Err(TaskError::Robot(format!(
+                "{} joints are more than the task supports",
+                config.joints()
+            )));
         }
         if sim.model().body_names() != robot.body_names() {
             return Err(TaskError::Simulator("it simulates another robot".into()));
@@ -207,12 +210,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let env = &self.envs[group * V::LANES + lane];
             (motions[lane], frames[lane]) = (env.motion, env.frame);
         }
-        V::run(Gather {
-            library: &self.library,
-            group: &mut self.groups[group],
-            motions,
-            frames,
-        });
+        V::run(Gather { library: &self.library, group: &mut self.groups[group], motions, frames });
     }
 
     /// Writes observations, see [`crate::TaskShard::observe`].
@@ -310,8 +308,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 sums: &mut self.sums,
                 reward: &mut reward[first..first + V::LANES],
             });
-            let resets =
-                self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
+            let resets = self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
             if resets != 0 {
                 self.reset_lanes(group, resets);
             }
@@ -337,13 +334,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     }
 
     /// Advances references, decides which episodes end, and counts. Returns the lanes to reset.
-    fn finish(
-        &mut self,
-        group: usize,
-        score: &Score<V>,
-        terminated: &mut [u8],
-        truncated: &mut [u8],
-    ) -> u32 {
+    fn finish(&mut self, group: usize, score: &Score<V>, terminated: &mut [u8], truncated: &mut [u8]) -> u32 {
         let [anchor, gravity, ends, not_finite] = score.failed;
         let eval = self.eval;
         let limit = eval.and_then(|e| e.max_steps).unwrap_or(self.config.max_steps);

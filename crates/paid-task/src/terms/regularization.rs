@@ -41,7 +41,10 @@ mod tests {
     #[test]
     fn values_by_hand() {
         assert_eq!(squared_change(1.5, -0.5), 4.0);
-        assert_eq!([outside(1.5, -1.0, 1.0), outside(-1.25, -1.0, 1.0), outside(0.0, -1.0, 1.0)], [0.5, 0.25, 0.0]);
+        assert_eq!(
+            [outside(1.5, -1.0, 1.0), outside(-1.25, -1.0, 1.0), outside(0.0, -1.0, 1.0)],
+            [0.5, 0.25, 0.0]
+        );
         assert_eq!([touches(1.01, 1.0), touches(0.99, 1.0)], [1.0, 0.0]);
         assert_eq!(tilt(Vec3([0.6, 0.0, -0.8])), 0.36);
     }

@@ -1,0 +1,138 @@
+//! The task on the built-in engine, with the paper's motions.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use paid_lanes::Isa;
+use paid_motion::MotionLibrary;
+use paid_robot::{RobotModel, RobotSpec};
+use paid_task::{
+    Agent, EvalOptions, ForcedStart, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard, build_shard,
+    run_agent,
+};
+
+/// The paper's motions, or `None` (with a note) where the shared data are not there.
+fn library(test: &str) -> Option<(RobotModel, RobotSpec, Arc<ReferenceLibrary>)> {
+    let root = std::env::var_os("PAID_SHARED").map_or_else(
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")),
+        PathBuf::from,
+    );
+    let dir = root.join("data/motions/paid");
+    if !dir.is_dir() {
+        assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "no shared data in CI");
+        println!("SKIPPED (needs shared data): {test}");
+        return None;
+    }
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let motions = MotionLibrary::load(&dir, &robot, &spec, 50.0).expect("the motions are good");
+    let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit the robot");
+    Some((robot, spec, Arc::new(library)))
+}
+
+fn shard(name: &str, overrides: &[&str], envs: usize, test: &str) -> Option<Box<dyn TaskShard>> {
+    let (robot, spec, library) = library(test)?;
+    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
+    let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
+    let preset = TaskPreset::parse(name, text, &overrides).expect("valid");
+    Some(build_shard(Isa::detect(), &robot, &spec, &library, &preset, envs, 0, 7).expect("builds"))
+}
+
+fn get(metrics: &TaskMetrics, name: &str) -> f64 {
+    metrics.summary().iter().find(|(n, _)| n == name).unwrap_or_else(|| panic!("no figure {name}")).1
+}
+
+#[test]
+fn facts_of_the_motions_are_the_releases() {
+    let Some((_, _, library)) = library("facts_of_the_motions_are_the_releases") else { return };
+    assert_eq!(library.len(), 13);
+    // The release's displacements in the first frame's torso frame, standard 001 and 005.
+    for (name, expected) in [("001", [0.82, 0.01]), ("005", [0.65, -0.57])] {
+        let facts = library.facts().iter().find(|f| f.name.contains(name)).expect("present");
+        let (s, c) = facts.heading.sin_cos();
+        let [x, y] = facts.displacement;
+        let local = [c * x + s * y, c * y - s * x];
+        assert!(
+            (local[0] - expected[0]).abs() < 0.006 && (local[1] - expected[1]).abs() < 0.006,
+            "{} {local:?}",
+            facts.name
+        );
+        assert!(facts.strike_speed > 4.5 && facts.strike_frame > facts.frames / 3, "{facts:?}");
+    }
+}
+
+#[test]
+fn zero_and_random_agents_run_every_preset() {
+    for name in ["stage1", "stage2"] {
+        let Some(mut shard) = shard(name, &[], 32, "zero_and_random_agents_run_every_preset") else { return };
+        for agent in [Agent::Zero, Agent::Random] {
+            let metrics = run_agent(shard.as_mut(), agent, 150, 1).expect("finite");
+            assert_eq!(metrics.steps, 150 * 32);
+            assert!(metrics.episodes > 10, "{name} {agent:?}: {}", metrics.episodes);
+            assert_eq!(metrics.ends[3], 0, "{name} {agent:?}: states that are not finite");
+            let body = get(&metrics, "reward/body_pos") / 0.02;
+            assert!(body > 0.1 && body < 1.0, "{name} {agent:?}: {body}");
+        }
+    }
+}
+
+#[test]
+fn an_undisturbed_start_matches_its_reference() {
+    let Some(mut shard) = shard("stage1", &["scene.terrain={kind=\"plane\"}"], 16, "an_undisturbed_start")
+    else {
+        return;
+    };
+    let Some((_, spec, library)) = library("an_undisturbed_start") else { return };
+    shard.eval().set_eval(Some(EvalOptions::default()));
+    for env in 0..16 {
+        let motion = env % 13;
+        let frame = 10 * env;
+        shard
+            .eval()
+            .force_start(env, &ForcedStart { frame, ..ForcedStart::nominal(motion) })
+            .expect("exists");
+        let sample = shard.eval().sample(env).expect("exists");
+        let clip = &library.clips()[motion];
+        let bodies = sample.bodies.len();
+        assert_eq!((sample.frame, sample.motion), (frame, motion));
+        for (b, body) in sample.bodies.iter().enumerate() {
+            let row = frame * bodies + b;
+            for k in 0..3 {
+                let (p, v) = (clip.body_pos[row][k], clip.body_com_vel[row][k]);
+                assert!((body.pos[k] - p).abs() < 1e-4, "{b} {k}: {} {p}", body.pos[k]);
+                // The files' angular velocities are finite differences.
+                assert!((body.com_vel[k] - v).abs() < 0.05, "{b} {k}: {} {v}", body.com_vel[k]);
+            }
+        }
+    }
+    // The critic sees zero anchor error but for the one frame that the reference is ahead.
+    let envs = shard.num_envs();
+    let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
+    let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
+    shard.observe(&mut policy, &mut critic);
+    assert_eq!((shard.policy_obs_dim(), shard.critic_obs_dim()), (160, 292));
+    let row = shard.layout().critic.iter().find(|t| t.name == "anchor_pos_error").expect("a term").offset;
+    for env in 0..envs {
+        let error: f32 = (0..3).map(|k| critic[(row + k) * envs + env].powi(2)).sum::<f32>().sqrt();
+        assert!(error < 0.05, "{env}: {error}");
+    }
+    assert_eq!(spec.policy_joint_order.len(), shard.action_dim());
+}
+
+#[test]
+fn a_restored_shard_continues_bit_for_bit() {
+    for name in ["stage1", "stage2"] {
+        let Some(mut a) = shard(name, &[], 16, "a_restored_shard_continues_bit_for_bit") else { return };
+        let Some(mut b) = shard(name, &[], 16, "a_restored_shard_continues_bit_for_bit") else { return };
+        run_agent(a.as_mut(), Agent::Random, 40, 3).expect("finite");
+        let bytes = a.save();
+        run_agent(b.as_mut(), Agent::Random, 7, 4).expect("finite");
+        b.restore(&bytes).expect("fits");
+        assert!(b.save() == bytes, "{name}: a restored shard saves as it was");
+        let one = run_agent(a.as_mut(), Agent::Random, 60, 5).expect("finite");
+        let two = run_agent(b.as_mut(), Agent::Random, 60, 5).expect("finite");
+        assert_eq!(one, two, "{name}");
+        assert!(a.save() == b.save(), "{name}");
+        let error = b.restore(&bytes[..bytes.len() - 8]).expect_err("cut off");
+        assert!(error.contains("ends after"), "{error}");
+    }
+}
