@@ -226,7 +226,10 @@ fn perfect_tracking_earns_every_weight_until_the_motion_ends() {
     }
     let metrics = task.take_metrics();
     assert_eq!((metrics.episodes, metrics.ends[4], metrics.episode_steps), (1, 1, 59));
-    assert!((metrics.kick_foot_peak_sum - 5.0).abs() < 1e-5 && (metrics.reference_foot_peak_sum - 5.0).abs() < 1e-5);
+    assert!(
+        (metrics.kick_foot_peak_sum - 5.0).abs() < 1e-5
+            && (metrics.reference_foot_peak_sum - 5.0).abs() < 1e-5
+    );
     assert!(task.take_failures().iter().all(|f| *f == 0.0));
 }
 
@@ -261,7 +264,8 @@ fn a_kick_with_the_labelled_foot_pays_contact_swing_and_outcome() {
     right.take_metrics();
     steps(&mut right, 1);
     let metrics = right.take_metrics();
-    let value = |name: &str| metrics.reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")];
+    let value =
+        |name: &str| metrics.reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")];
     assert!((value("contact") - 1.0).abs() < 1e-12);
     // The foot's velocity is along its x axis: no side kick.
     assert!(value("side_kick").abs() < 1e-9);
@@ -270,12 +274,16 @@ fn a_kick_with_the_labelled_foot_pays_contact_swing_and_outcome() {
     assert!(value("vel_align") > 0.5 * 30.0 * 0.02);
     steps(&mut right, 10);
     let later = right.take_metrics();
-    let value = |name: &str| later.reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")];
+    let value =
+        |name: &str| later.reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")];
     assert_eq!(value("contact"), 0.0);
     // Four more steps of the window.
     assert!((value("speed") - 4.0 * 10.0 * 0.02 * (1.0 - (-16.0_f64 / 1.44).exp())).abs() < 1e-9);
     let kick = right.sample(0).expect("exists").kick.expect("a kick");
-    assert_eq!((kick.step, kick.foot, kick.correct, kick.ball_vel_after), (40, 1, true, Some([0.0, -4.0, 1.0])));
+    assert_eq!(
+        (kick.step, kick.foot, kick.correct, kick.ball_vel_after),
+        (40, 1, true, Some([0.0, -4.0, 1.0]))
+    );
     steps(&mut right, 9);
     let end = right.take_metrics();
     assert_eq!((end.kick.contacts, end.kick.correct_foot, end.kick.on_target), (1, 1, 1));
@@ -370,7 +378,10 @@ fn observations_are_placed_as_the_layout_says() {
     }
     // The goal: 5 m ahead of the first frame, 0.01 m walked since, base 0.8 m and goal 0.11 m high.
     let goal = slice("goal_pos");
-    assert!((goal[0] - 4.99).abs() < 1e-5 && goal[1].abs() < 1e-5 && (goal[2] + 0.69).abs() < 1e-5, "{goal:?}");
+    assert!(
+        (goal[0] - 4.99).abs() < 1e-5 && goal[1].abs() < 1e-5 && (goal[2] + 0.69).abs() < 1e-5,
+        "{goal:?}"
+    );
     let base_vel = layout.critic.iter().find(|t| t.name == "base_lin_vel").expect("a term").offset;
     assert!((critic[base_vel] - SPEED as f32).abs() < 1e-6);
 }
