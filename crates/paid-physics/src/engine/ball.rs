@@ -4,6 +4,7 @@ use paid_lanes::{Mask, Real, Vec3};
 
 use super::block::{Block, ground_tangents, tangents};
 use super::group::{Group, Work};
+use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::spatial::Motion;
@@ -183,16 +184,16 @@ pub(crate) fn prepare_robot<V: Real>(
     found
 }
 
+phase! {
 /// Finds and prepares the contact of one slot; false if no lane touches.
-#[inline(always)]
-fn prepare_touch<V: Real>(
-    plan: &Plan<V::Scalar>,
-    constants: &Constants<V>,
-    g: &Group<V>,
-    w: &Work<V>,
+fn prepare_touch<'a, V>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    g: &'a Group<V>,
+    w: &'a Work<V>,
     slot: usize,
     center: Vec3<V>,
-    touch: &mut BallTouch<V>,
+    touch: &'a mut BallTouch<V>,
 ) -> bool {
     let zero = V::zero();
     let (path, shapes, bodies) = slot_path(plan, slot);
@@ -259,6 +260,7 @@ fn prepare_touch<V: Real>(
     touch.rows.free_base(w, &mut free);
     touch.free = free;
     true
+}
 }
 
 /// One improvement of every contact between ball and robot.

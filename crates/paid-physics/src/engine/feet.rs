@@ -4,6 +4,7 @@ use paid_lanes::{Mask, Mat3, Real, Vec3};
 
 use super::block::{Block, ground_tangents};
 use super::group::{Group, JointWork, Work};
+use super::phase::phase;
 use super::plan::Plan;
 use super::spatial::{BaseFactor, Force, Motion, splat3};
 use super::step::Constants;
@@ -203,14 +204,16 @@ impl<V: Real> Sole<V> {
     }
 }
 
-/// Prepares the feet and their sole points for the sweeps.
-#[inline(always)]
-pub(crate) fn prepare<V: Real, const PLANE: bool>(
-    plan: &Plan<V::Scalar>,
-    constants: &Constants<V>,
-    g: &Group<V>,
-    w: &mut Work<V>,
-) {
+phase! {
+/// How the feet answer to impulses, and their velocities without contacts.
+pub(crate) fn respond<'a, V>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    g: &'a Group<V>,
+    w: &'a mut Work<V>,
+) -> () {
+    // The base's linear velocity is that of its origin, which moves: spatial to classical acceleration.
+    w.gyro = g.omega.cross(g.vel).scale(constants.dt);
     let mut free = FreeBase { scaled: w.base_free, dt: constants.dt };
     for i in 0..6 {
         free.scaled[i] *= w.factor.inv[i];
@@ -235,6 +238,17 @@ pub(crate) fn prepare<V: Real, const PLANE: bool>(
         }
         w.cross[r] = row;
     }
+}
+}
+
+phase! {
+/// Prepares the sole points for the sweeps.
+pub(crate) fn prepare<'a, V, const PLANE: bool>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    g: &'a Group<V>,
+    w: &'a mut Work<V>,
+) -> () {
     let zero = V::zero();
     let restitution = g.params.robot_ground.restitution;
     let bouncy = zero.lt(restitution).any();
@@ -274,6 +288,7 @@ pub(crate) fn prepare<V: Real, const PLANE: bool>(
         couple(w, f, total);
     }
 }
+}
 
 /// Sum of the sole impulses of a foot about the base's origin.
 #[inline(always)]
@@ -301,9 +316,9 @@ fn couple<V: Real>(w: &mut Work<V>, f: usize, change: [V; 6]) {
     w.feet[1 - f].vel = Motion::from_array(v);
 }
 
+phase! {
 /// One sweep over all sole points. The feet alternate: their dependency chains hide each other's latency.
-#[inline(always)]
-pub(crate) fn sweep<V: Real, const PLANE: bool>(g: &Group<V>, w: &mut Work<V>) {
+pub(crate) fn sweep<'a, V, const PLANE: bool>(g: &'a Group<V>, w: &'a mut Work<V>) -> () {
     let surface = g.params.robot_ground;
     let mut vel = [w.feet[0].vel.array(), w.feet[1].vel.array()];
     for i in 0..w.soles.len() {
@@ -331,6 +346,7 @@ pub(crate) fn sweep<V: Real, const PLANE: bool>(g: &Group<V>, w: &mut Work<V>) {
         w.feet[f].impulse = Force::from_array(total);
         couple(w, f, change);
     }
+}
 }
 
 /// Adds the feet's half-solved impulses to joints and base; keeps the warm start and the contact forces.

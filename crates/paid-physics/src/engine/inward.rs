@@ -4,6 +4,7 @@ use paid_lanes::Real;
 
 use super::group::{Group, JointWork, Work};
 use super::params::GroupParams;
+use super::phase::phase;
 use super::plan::{Link, Plan};
 use super::soft;
 use super::spatial::{Articulated, BaseFactor, Force};
@@ -80,15 +81,15 @@ fn reduce<V: Real>(art: &mut Articulated<V>, joint: &mut JointWork<V>, torque: V
     art.bias = art.bias.plus(gain, torque);
 }
 
+phase! {
 /// The pass over the whole tree, ending with the factorised base.
-#[inline(always)]
-pub(crate) fn inward<V: Real>(
-    plan: &Plan<V::Scalar>,
-    constants: &Constants<V>,
-    g: &Group<V>,
-    w: &mut Work<V>,
-    drive: Drive<'_, V>,
-) {
+pub(crate) fn inward<'a, V>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    g: &'a Group<V>,
+    w: &'a mut Work<V>,
+    drive: Drive<'a, V>,
+) -> () {
     let h = constants.dt;
     for art in &mut w.art {
         *art = Articulated::zero();
@@ -142,6 +143,7 @@ pub(crate) fn inward<V: Real>(
     w.base_impulse = [V::zero(); 6];
     w.base_pending = [V::zero(); 6];
     w.base_sole_impulse = [V::zero(); 6];
+}
 }
 
 /// Actuator torque at the end of the step: the implicit controller's, within the effort limit [N m].

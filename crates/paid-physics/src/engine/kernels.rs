@@ -5,12 +5,16 @@
 
 use core::any::Any;
 
-use paid_lanes::{F32Array, Kernel, Real};
+use paid_lanes::{F32Array, Real};
 #[cfg(target_arch = "x86_64")]
 use paid_lanes::{F32x8, F32x16};
 
-use super::step::{Constants, Phase, physics_step};
+use super::phase::phase;
+use super::step::{Constants, physics_step};
 use super::{Engine, report, validate};
+
+/// Group, base wrench, joint torques; see [`Engine::accelerations_under`].
+type Accelerations<V> = fn(&mut Engine<V>, usize, [V; 6], &[V]) -> Vec<V>;
 
 /// Entry points for one lane type.
 #[derive(Clone, Copy)]
@@ -20,7 +24,7 @@ pub(crate) struct Kernels<V: Real> {
     /// Body poses and velocities of a group from its joints and base.
     pub refresh: fn(&mut Engine<V>, usize),
     /// Accelerations of a group under a base wrench and joint torques.
-    pub accelerations: fn(&mut Engine<V>, usize, [V; 6], &[V]) -> Vec<V>,
+    pub accelerations: Accelerations<V>,
 }
 
 impl<V: Real> Kernels<V> {
@@ -52,51 +56,25 @@ fn tables() -> Vec<&'static dyn Any> {
 }
 
 fn step<V: Real>(engine: &mut Engine<V>, group: usize, targets: &[V]) {
+    control_step(engine, group, targets);
+    refresh(engine, group);
+}
+
+fn refresh<V: Real>(engine: &mut Engine<V>, group: usize) {
+    report::poses(&engine.plan, &mut engine.groups[group], &mut engine.work);
+}
+
+phase! {
+/// All physics steps of a control step, and the reports that only they can make.
+fn control_step<'a, V>(engine: &'a mut Engine<V>, group: usize, targets: &'a [V]) -> () {
     let Engine { scene, plan, ground, groups, work, .. } = engine;
     let g = &mut groups[group];
     let constants = Constants::new(scene, ground);
     report::start(g);
     for _ in 0..scene.substeps {
-        if ground.is_plane() {
-            physics_step::<V, true>(plan, &constants, g, work, targets);
-        } else {
-            physics_step::<V, false>(plan, &constants, g, work, targets);
-        }
-        V::run(Forces(Phase { plan, constants: &constants, g, w: work }));
+        physics_step(plan, &constants, g, work, targets);
+        report::forces(g, work);
     }
-    V::run(Torques(Phase { plan, constants: &constants, g, w: work }, targets));
-    refresh(engine, group);
+    report::torques(plan, g, targets);
 }
-
-fn refresh<V: Real>(engine: &mut Engine<V>, group: usize) {
-    let Engine { scene, plan, ground, groups, work, .. } = engine;
-    let constants = &Constants::new(scene, ground);
-    V::run(Poses(Phase { plan, constants, g: &mut groups[group], w: work }));
-}
-
-struct Forces<'a, V: Real>(Phase<'a, V>);
-impl<V: Real> Kernel for Forces<'_, V> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        report::forces(self.0.g, self.0.w);
-    }
-}
-
-struct Torques<'a, V: Real>(Phase<'a, V>, &'a [V]);
-impl<V: Real> Kernel for Torques<'_, V> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        report::torques(self.0.plan, self.0.g, self.1);
-    }
-}
-
-struct Poses<'a, V: Real>(Phase<'a, V>);
-impl<V: Real> Kernel for Poses<'_, V> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        report::poses(self.0.plan, self.0.g, self.0.w);
-    }
 }

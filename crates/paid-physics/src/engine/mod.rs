@@ -20,6 +20,7 @@ mod kernels;
 mod outward;
 mod pairs;
 mod params;
+mod phase;
 mod plan;
 mod report;
 mod rows;

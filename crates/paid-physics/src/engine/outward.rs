@@ -3,6 +3,7 @@
 use paid_lanes::{Real, Vec3};
 
 use super::group::{Group, Work};
+use super::phase::phase;
 use super::plan::{Link, Plan};
 use super::spatial::{Kin, Motion, Rigid, splat_sym, splat3};
 
@@ -81,9 +82,9 @@ fn place_capsules<V: Real>(
     }
 }
 
+phase! {
 /// The pass over the whole tree.
-#[inline(always)]
-pub(crate) fn outward<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut Work<V>, gravity: V) {
+pub(crate) fn outward<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, gravity: V) -> () {
     w.base = base_kin(g, gravity);
     w.vel[0] = w.base.vel;
     place_capsules(plan, plan.base_capsules, &w.base, &mut w.ends);
@@ -104,4 +105,5 @@ pub(crate) fn outward<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut Wor
         }
         w.kin[c] = kin;
     }
+}
 }

@@ -3,6 +3,7 @@
 use paid_lanes::{Mask, Real, Vec3};
 
 use super::group::Work;
+use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::shapes::Capsule;
@@ -74,9 +75,13 @@ fn nearest<V: Real>(
     [along_a.scale_add(s, ends_a[0]), along_b.scale_add(t, ends_b[0])]
 }
 
+phase! {
 /// Finds and prepares the contacts; true if there is one.
-#[inline(always)]
-pub(crate) fn prepare<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>, w: &mut Work<V>) -> bool {
+pub(crate) fn prepare<'a, V>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    w: &'a mut Work<V>,
+) -> bool {
     let mut found = false;
     let mut touches = core::mem::take(&mut w.pairs);
     for i in 0..touches.len() {
@@ -86,6 +91,7 @@ pub(crate) fn prepare<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>,
     }
     w.pairs = touches;
     found
+}
 }
 
 /// Finds and prepares the contact of one pair of chains; false if no lane touches.

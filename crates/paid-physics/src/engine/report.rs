@@ -5,6 +5,7 @@ use paid_lanes::{Mat3, Real, Vec3};
 use super::group::{Group, Work};
 use super::inward::actuator_torque;
 use super::outward::{base_kin, over_joint};
+use super::phase::phase;
 use super::plan::Plan;
 use super::spatial::{Kin, splat3};
 use crate::{BallState, BodyState, GroupState};
@@ -53,9 +54,9 @@ fn body_state<V: Real>(kin: &Kin<V>, origin: Vec3<V>, com: Vec3<V>, frame: Optio
     }
 }
 
+phase! {
 /// Writes joints, bodies and ball from the state.
-#[inline(always)]
-pub(crate) fn poses<V: Real>(plan: &Plan<V::Scalar>, g: &mut Group<V>, w: &mut Work<V>) {
+pub(crate) fn poses<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a mut Group<V>, w: &'a mut Work<V>) -> () {
     let base = base_kin(g, V::zero());
     let com = splat3(&plan.base.com) + g.params.base_com_offset;
     g.state.bodies[0] = body_state(&base, g.pos, com, None);
@@ -76,6 +77,7 @@ pub(crate) fn poses<V: Real>(plan: &Plan<V::Scalar>, g: &mut Group<V>, w: &mut W
     ball.pos = g.ball_pos;
     ball.vel = g.ball_vel;
     ball.ang_vel = g.ball_omega;
+}
 }
 
 /// Actuator torques at the end of the last physics step.

@@ -1,12 +1,13 @@
 //! One physics step of a group.
 
-use paid_lanes::{Kernel, Real, Vec3};
+use paid_lanes::{Real, Vec3};
 
 use super::block::Approach;
 use super::ground::Ground;
 use super::group::{Group, Work};
 use super::inward::{Drive, inward};
 use super::outward::outward;
+use super::phase::phase;
 use super::plan::Plan;
 use super::spatial::Motion;
 use super::{ball, feet, pairs, rows};
@@ -45,95 +46,71 @@ impl<'a, V: Real> Constants<'a, V> {
     }
 }
 
-/// What every phase of a step works on.
-pub(crate) struct Phase<'a, V: Real> {
-    pub plan: &'a Plan<V::Scalar>,
-    pub constants: &'a Constants<'a, V>,
-    pub g: &'a mut Group<V>,
-    pub w: &'a mut Work<V>,
-}
-
-/// Declares a phase of the step as a kernel of its own: one function for the compiler, a few instructions to enter.
-macro_rules! phase {
-    ($name:ident, |$plan:ident, $constants:ident, $g:ident, $w:ident, $extra:ident: $extra_type:ty| -> $out:ty $body:block) => {
-        struct $name<'a, V: Real, const PLANE: bool>(Phase<'a, V>, $extra_type);
-        impl<V: Real, const PLANE: bool> Kernel for $name<'_, V, PLANE> {
-            type Output = $out;
-            #[inline(always)]
-            fn run(self) -> $out {
-                let Self(Phase { plan: $plan, constants: $constants, g: $g, w: $w }, $extra) = self;
-                $body
-            }
-        }
-    };
-}
-
-phase!(Dynamics, |plan, constants, g, w, targets: &'a [V]| -> () {
-    for force in &mut w.force {
-        *force = Vec3::zero();
-    }
-    outward(plan, g, w, constants.gravity);
-    inward(plan, constants, g, w, Drive::Targets(targets));
-    // The base's linear velocity is that of its origin, which moves: spatial to classical acceleration.
-    w.gyro = g.omega.cross(g.vel).scale(constants.dt);
-});
-
-phase!(PrepareFeet, |plan, constants, g, w, _unit: ()| -> () {
-    feet::prepare::<V, PLANE>(plan, constants, g, w);
-});
-
-phase!(PrepareOthers, |plan, constants, g, w, _unit: ()| -> bool {
-    let mut others = pairs::prepare(plan, constants, w);
-    if constants.ball {
-        ball::prepare_ground(constants, g, w);
-        others |= ball::prepare_robot(plan, constants, g, w);
-    }
-    others
-});
-
-phase!(Sweep, |plan, constants, g, w, others: bool| -> () {
-    for _ in 0..constants.sweeps {
-        feet::sweep::<V, PLANE>(g, w);
-        if others {
-            rows::spread_soles(plan, w);
-            pairs::sweep(plan, w);
-            ball::sweep_robot(plan, g, w);
-            rows::push_feet(plan, w);
-        }
-        if constants.ball {
-            ball::sweep_ground(g, w);
-        }
-    }
-});
-
-phase!(Finish, |plan, constants, g, w, _unit: ()| -> () {
-    feet::finish(plan, constants, g, w);
-    pairs::finish(plan, constants, w);
-    if constants.ball {
-        ball::finish(plan, constants, g, w);
-    }
-    advance(plan, constants, g, w);
-});
-
 /// Advances a group by one physics step towards the joint targets.
-pub(crate) fn physics_step<V: Real, const PLANE: bool>(
+#[inline(always)]
+pub(crate) fn physics_step<V: Real>(
     plan: &Plan<V::Scalar>,
     constants: &Constants<'_, V>,
     g: &mut Group<V>,
     w: &mut Work<V>,
     targets: &[V],
 ) {
-    // Only `PLANE` phases that differ are compiled twice.
-    V::run(Dynamics::<V, true>(Phase { plan, constants, g, w }, targets));
-    V::run(PrepareFeet::<V, PLANE>(Phase { plan, constants, g, w }, ()));
-    let others = V::run(PrepareOthers::<V, true>(Phase { plan, constants, g, w }, ()));
-    V::run(Sweep::<V, PLANE>(Phase { plan, constants, g, w }, others));
-    V::run(Finish::<V, true>(Phase { plan, constants, g, w }, ()));
+    let plane = constants.ground.is_plane();
+    for force in &mut w.force {
+        *force = Vec3::zero();
+    }
+    outward(plan, g, w, constants.gravity);
+    inward(plan, constants, g, w, Drive::Targets(targets));
+    feet::respond(plan, constants, g, w);
+    if plane {
+        feet::prepare::<V, true>(plan, constants, g, w);
+    } else {
+        feet::prepare::<V, false>(plan, constants, g, w);
+    }
+    let mut others = pairs::prepare(plan, constants, w);
+    if constants.ball {
+        ball::prepare_ground(constants, g, w);
+        others |= ball::prepare_robot(plan, constants, g, w);
+    }
+    for _ in 0..constants.sweeps {
+        if plane {
+            feet::sweep::<V, true>(g, w);
+        } else {
+            feet::sweep::<V, false>(g, w);
+        }
+        if others {
+            sweep_others(plan, g, w);
+        }
+        if constants.ball {
+            ball::sweep_ground(g, w);
+        }
+    }
+    finish(plan, constants, g, w);
 }
 
+phase! {
+/// One improvement of all contacts but the soles', and of the feet's velocities after it.
+fn sweep_others<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>) -> () {
+    rows::spread_soles(plan, w);
+    pairs::sweep(plan, w);
+    ball::sweep_robot(plan, g, w);
+    rows::push_feet(plan, w);
+}
+}
+
+phase! {
 /// Third pass, base to tips: new velocities and positions from bias, torques and contact impulses.
-#[inline(always)]
-fn advance<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<'_, V>, g: &mut Group<V>, w: &mut Work<V>) {
+fn finish<'a, V>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    g: &'a mut Group<V>,
+    w: &'a mut Work<V>,
+) -> () {
+    feet::finish(plan, constants, g, w);
+    pairs::finish(plan, constants, w);
+    if constants.ball {
+        ball::finish(plan, constants, g, w);
+    }
     let h = constants.dt;
     let mut change = w.base_free;
     for i in 0..6 {
@@ -160,4 +137,5 @@ fn advance<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<'_, V>, g: &mu
     }
     g.pos = g.vel.scale_add(h, g.pos);
     g.quat = g.quat.integrate(g.omega, h);
+}
 }
