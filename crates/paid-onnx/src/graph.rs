@@ -21,9 +21,9 @@ pub(crate) fn build(
     if let Some(n) = &weights.normalizer {
         let size = n.mean.len();
         let mean = g.float("normalizer.mean", &[1, size], &n.mean);
-        let std = g.float("normalizer.std", &[1, size], &n.std);
+        let scale = g.float("normalizer.scale", &[1, size], &n.scale);
         x = g.node("Sub", &[&x, &mean], "obs_centred");
-        x = g.node("Div", &[&x, &std], "obs_normalized");
+        x = g.node("Mul", &[&x, &scale], "obs_normalized");
         if let Some(clip) = n.clip {
             let low = g.float("normalizer.low", &[], &[-clip]);
             let high = g.float("normalizer.high", &[], &[clip]);
@@ -101,7 +101,9 @@ impl Builder {
         }
         let sequence = self.int64("lstm.sequence_shape", &[1, 1, -1]);
         let flat = self.int64("lstm.flat_shape", &[1, -1]);
-        let axis = self.int64("lstm.axis", &[0]);
+        if count > 1 {
+            self.int64("lstm.axis", &[0]);
+        }
         let mut x = self.node("Reshape", &[&x, &sequence], "lstm_input");
         let (mut h_outs, mut c_outs) = (Vec::new(), Vec::new());
         for (i, layer) in layers.iter().enumerate() {
@@ -110,8 +112,8 @@ impl Builder {
             if count > 1 {
                 let start = self.int64(&format!("lstm.{i}.start"), &[i as i64]);
                 let end = self.int64(&format!("lstm.{i}.end"), &[i as i64 + 1]);
-                h = self.node("Slice", &[&h, &start, &end, &axis], &format!("h_in_{i}"));
-                c = self.node("Slice", &[&c, &start, &end, &axis], &format!("c_in_{i}"));
+                h = self.node("Slice", &[&h, &start, &end, "lstm.axis"], &format!("h_in_{i}"));
+                c = self.node("Slice", &[&c, &start, &end, "lstm.axis"], &format!("c_in_{i}"));
                 h_out = format!("h_out_{i}");
                 c_out = format!("c_out_{i}");
             }

@@ -1,12 +1,12 @@
 //! A policy's numbers as plain arrays, independent of how they were learnt.
 
-/// Observation normalisation: `clamp((obs - mean) / std, -clip, clip)` per feature.
+/// Observation normalisation: `clamp((obs - mean) * scale, -clip, clip)` per feature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Normalizer {
     /// Mean `[features]`.
     pub mean: Vec<f32>,
-    /// Divisor `[features]`, positive; includes whatever small number the learner adds to the standard deviation.
-    pub std: Vec<f32>,
+    /// Factor `[features]`, positive: the inverse of the standard deviation and whatever the learner adds to it.
+    pub scale: Vec<f32>,
     /// Bound of the normalised value, if the learner clips it.
     pub clip: Option<f32>,
 }
@@ -69,9 +69,9 @@ impl PolicyWeights {
         let mut width = self.observations();
         if let Some(n) = &self.normalizer {
             check("normaliser mean", &n.mean, width)?;
-            check("normaliser std", &n.std, width)?;
-            if let Some(i) = n.std.iter().position(|&s| s <= 0.0) {
-                return Err(format!("normaliser std[{i}] is {}, expected a positive number", n.std[i]));
+            check("normaliser scale", &n.scale, width)?;
+            if let Some(i) = n.scale.iter().position(|&s| s <= 0.0) {
+                return Err(format!("normaliser scale[{i}] is {}, expected a positive number", n.scale[i]));
             }
             if n.clip.is_some_and(|c| !c.is_finite() || c <= 0.0) {
                 return Err("normaliser clip is not a positive number".to_owned());

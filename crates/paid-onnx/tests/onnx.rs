@@ -67,7 +67,7 @@ fn weights(seed: u64, lstm: Option<(usize, usize)>, hidden: &[usize], clip: Opti
     let mut r = Numbers(seed);
     let normalizer = Some(Normalizer {
         mean: r.many(OBSERVATIONS, 1.0),
-        std: r.many(OBSERVATIONS, 1.0).iter().map(|v| 0.3 + v.abs()).collect(),
+        scale: r.many(OBSERVATIONS, 1.0).iter().map(|v| 0.3 + v.abs()).collect(),
         clip,
     });
     let mut width = OBSERVATIONS;
@@ -105,7 +105,7 @@ fn forward(p: &PolicyWeights, obs: &[f32], h: &mut [Vec<f64>], c: &mut [Vec<f64>
     let mut x: Vec<f64> = obs.iter().map(|&v| f64::from(v)).collect();
     if let Some(n) = &p.normalizer {
         for i in 0..x.len() {
-            x[i] = (x[i] - f64::from(n.mean[i])) / f64::from(n.std[i]);
+            x[i] = (x[i] - f64::from(n.mean[i])) * f64::from(n.scale[i]);
             if let Some(clip) = n.clip {
                 x[i] = x[i].clamp(-f64::from(clip), f64::from(clip));
             }
