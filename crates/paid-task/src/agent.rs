@@ -1,8 +1,9 @@
 //! Agents that need no training: a check of a preset before time is spent on it.
 
 use paid_lanes::rng::Rng;
+use serde::Serialize;
 
-use crate::{TaskMetrics, TaskShard};
+use crate::{ObservationTerm, TaskMetrics, TaskShard};
 
 /// What the agent does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,33 +14,72 @@ pub enum Agent {
     Random,
 }
 
+/// What an agent saw of an observation term, over its values, environments and steps.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TermStatistics {
+    /// Name of the term.
+    pub name: String,
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// Smallest.
+    pub min: f64,
+    /// Largest.
+    pub max: f64,
+}
+
+/// What an agent met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AgentReport {
+    /// Rewards, episodes and kicks.
+    pub metrics: TaskMetrics,
+    /// The policy's observation, term by term.
+    pub policy: Vec<TermStatistics>,
+    /// The critic's observation, term by term.
+    pub critic: Vec<TermStatistics>,
+}
+
 /// Runs an agent for `steps` control steps and returns what happened. Observations are computed too, so that all of the
 /// task is exercised.
 ///
 /// # Errors
-/// A plain sentence if an observation or reward is not finite, with the step and the environment.
+/// A plain sentence if an observation or reward is not finite, with the step, the environment and the term.
 pub fn run_agent(
     shard: &mut dyn TaskShard,
     agent: Agent,
     steps: usize,
     seed: u64,
 ) -> Result<TaskMetrics, String> {
+    observe_agent(shard, agent, steps, seed).map(|report| report.metrics)
+}
+
+/// [`run_agent`] with statistics of the observations.
+///
+/// # Errors
+/// As [`run_agent`].
+pub fn observe_agent(
+    shard: &mut dyn TaskShard,
+    agent: Agent,
+    steps: usize,
+    seed: u64,
+) -> Result<AgentReport, String> {
     let envs = shard.num_envs();
-    let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
-    let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
+    let layout = shard.layout().clone();
+    let mut policy = (vec![0.0; shard.policy_obs_dim() * envs], sums(&layout.policy));
+    let mut critic = (vec![0.0; shard.critic_obs_dim() * envs], sums(&layout.critic));
     let mut actions = vec![0.0; shard.action_dim() * envs];
     let mut reward = vec![0.0; envs];
     let (mut terminated, mut truncated) = (vec![0; envs], vec![0; envs]);
     let mut rng = Rng::new(seed, u32::MAX, 0);
     shard.take_metrics();
     for step in 0..steps {
-        shard.observe(&mut policy, &mut critic);
-        for (name, values) in [("policy", &policy), ("critic", &critic)] {
-            if let Some(i) = values.iter().position(|x| !x.is_finite()) {
-                let (row, env) = (i / envs, i % envs);
-                return Err(format!(
-                    "step {step}, environment {env}: {name} observation {row} is not finite"
-                ));
+        shard.observe(&mut policy.0, &mut critic.0);
+        for (group, (values, sums)) in [("policy", &mut policy), ("critic", &mut critic)] {
+            for sum in sums {
+                sum.add(values, envs).map_err(|(name, env)| {
+                    format!("step {step}, environment {env}: {group} observation '{name}' is not finite")
+                })?;
             }
         }
         if agent == Agent::Random {
@@ -52,5 +92,103 @@ pub fn run_agent(
             return Err(format!("step {step}, environment {env}: the reward is not finite"));
         }
     }
-    Ok(shard.take_metrics())
+    let statistics = |sums: &[Sum]| sums.iter().map(Sum::statistics).collect();
+    Ok(AgentReport {
+        metrics: shard.take_metrics(),
+        policy: statistics(&policy.1),
+        critic: statistics(&critic.1),
+    })
+}
+
+fn sums(terms: &[ObservationTerm]) -> Vec<Sum> {
+    let new = |term: &ObservationTerm| Sum {
+        term: term.clone(),
+        count: 0,
+        sum: 0.0,
+        squares: 0.0,
+        min: f64::INFINITY,
+        max: f64::NEG_INFINITY,
+    };
+    terms.iter().map(new).collect()
+}
+
+/// Running sums of one term.
+struct Sum {
+    term: ObservationTerm,
+    count: u64,
+    sum: f64,
+    squares: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Sum {
+    /// Takes in the term's rows of `[features, envs]`; the error is the term's name and the environment of a value that is
+    /// not finite.
+    fn add(&mut self, values: &[f32], envs: usize) -> Result<(), (String, usize)> {
+        let rows = self.term.offset * envs..(self.term.offset + self.term.size) * envs;
+        for (i, &value) in values[rows].iter().enumerate() {
+            if !value.is_finite() {
+                return Err((self.term.name.clone(), i % envs));
+            }
+            let value = f64::from(value);
+            self.count += 1;
+            self.sum += value;
+            self.squares += value * value;
+            self.min = self.min.min(value);
+            self.max = self.max.max(value);
+        }
+        Ok(())
+    }
+
+    fn statistics(&self) -> TermStatistics {
+        let name = self.term.name.clone();
+        if self.count == 0 {
+            return TermStatistics { name, mean: 0.0, std: 0.0, min: 0.0, max: 0.0 };
+        }
+        let mean = self.sum / self.count as f64;
+        let std = (self.squares / self.count as f64 - mean * mean).max(0.0).sqrt();
+        TermStatistics { name, mean, std, min: self.min, max: self.max }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn term(offset: usize, size: usize) -> ObservationTerm {
+        let text = String::new;
+        ObservationTerm {
+            name: "x".into(),
+            offset,
+            size,
+            frame: text(),
+            order: text(),
+            unit: text(),
+            scale: 1.0,
+        }
+    }
+
+    #[test]
+    fn statistics_cover_the_rows_of_the_term_only() {
+        // Two environments; the term is the middle two of four features.
+        let values = [90.0, 91.0, 1.0, 2.0, 3.0, 6.0, -90.0, -91.0];
+        let mut sum = sums(&[term(1, 2)]).remove(0);
+        sum.add(&values, 2).expect("finite");
+        let s = sum.statistics();
+        assert_eq!((s.mean, s.min, s.max), (3.0, 1.0, 6.0));
+        assert!((s.std - 3.5_f64.sqrt()).abs() < 1e-12, "{}", s.std);
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_names_term_and_environment() {
+        let mut sum = sums(&[term(0, 2)]).remove(0);
+        assert_eq!(sum.add(&[1.0, 2.0, 3.0, f32::NAN], 2), Err(("x".to_owned(), 1)));
+    }
+
+    #[test]
+    fn no_steps_give_zeros() {
+        let s = sums(&[term(0, 1)]).remove(0).statistics();
+        assert_eq!((s.mean, s.std, s.min, s.max), (0.0, 0.0, 0.0, 0.0));
+    }
 }

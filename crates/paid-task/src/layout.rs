@@ -13,7 +13,9 @@ pub struct ObservationTerm {
     pub offset: usize,
     /// Number of values.
     pub size: usize,
-    /// Axes or order in which it is expressed.
+    /// What the values run over: `joints` (the robot's policy joint order), `x,y,z`, ...
+    pub order: String,
+    /// Frame in which it is expressed; `joint` for joint coordinates.
     pub frame: String,
     /// SI unit; empty for pure numbers.
     pub unit: String,
@@ -31,14 +33,15 @@ pub struct ObservationLayout {
     pub critic: Vec<ObservationTerm>,
 }
 
-fn terms(list: &[(&str, usize, &str, &str)]) -> Vec<ObservationTerm> {
+fn terms(list: &[(&str, usize, &str, &str, &str)]) -> Vec<ObservationTerm> {
     let mut offset = 0;
     list.iter()
-        .map(|&(name, size, frame, unit)| {
+        .map(|&(name, size, order, frame, unit)| {
             let term = ObservationTerm {
                 name: name.into(),
                 offset,
                 size,
+                order: order.into(),
                 frame: frame.into(),
                 unit: unit.into(),
                 scale: 1.0,
@@ -55,34 +58,34 @@ impl ObservationLayout {
     pub fn new(spec: &RobotSpec) -> Self {
         let joints = spec.policy_joint_order.len();
         let bodies = spec.tracked_bodies.len();
-        let order = "policy joint order";
+        let rotation = "first two columns of the rotation, row by row";
         Self {
             policy: terms(&[
-                ("reference_joint_pos", joints, order, "rad"),
-                ("reference_joint_vel", joints, order, "rad/s"),
-                ("projected_gravity", 3, "base", ""),
-                ("reference_anchor_ang_vel", 3, "world", "rad/s"),
-                ("base_ang_vel", 3, "base", "rad/s"),
-                ("joint_pos_rel", joints, order, "rad"),
-                ("joint_vel", joints, order, "rad/s"),
-                ("last_action", joints, order, ""),
-                ("ball_pos", 3, "base", "m"),
-                ("goal_pos", 3, "base", "m"),
+                ("reference_joint_pos", joints, "joints", "joint", "rad"),
+                ("reference_joint_vel", joints, "joints", "joint", "rad/s"),
+                ("projected_gravity", 3, "x,y,z", "base", ""),
+                ("reference_anchor_ang_vel", 3, "x,y,z", "world", "rad/s"),
+                ("base_ang_vel", 3, "x,y,z", "base", "rad/s"),
+                ("joint_pos_rel", joints, "joints", "joint", "rad"),
+                ("joint_vel", joints, "joints", "joint", "rad/s"),
+                ("last_action", joints, "joints", "joint", ""),
+                ("ball_pos", 3, "x,y,z", "base", "m"),
+                ("goal_pos", 3, "x,y,z", "base", "m"),
             ]),
             critic: terms(&[
-                ("reference_joint_pos", joints, order, "rad"),
-                ("reference_joint_vel", joints, order, "rad/s"),
-                ("anchor_pos_error", 3, "anchor", "m"),
-                ("anchor_ori_error", 6, "anchor; first two columns, row by row", ""),
-                ("body_pos", 3 * bodies, "anchor; tracked bodies", "m"),
-                ("body_ori", 6 * bodies, "anchor; tracked bodies, first two columns, row by row", ""),
-                ("base_lin_vel", 3, "base", "m/s"),
-                ("base_ang_vel", 3, "base", "rad/s"),
-                ("joint_pos_rel", joints, order, "rad"),
-                ("joint_vel", joints, order, "rad/s"),
-                ("last_action", joints, order, ""),
-                ("ball_pos", 3, "base", "m"),
-                ("goal_pos", 3, "base", "m"),
+                ("reference_joint_pos", joints, "joints", "joint", "rad"),
+                ("reference_joint_vel", joints, "joints", "joint", "rad/s"),
+                ("anchor_pos_error", 3, "x,y,z", "anchor", "m"),
+                ("anchor_ori_error", 6, rotation, "anchor", ""),
+                ("body_pos", 3 * bodies, "tracked bodies; x,y,z", "anchor", "m"),
+                ("body_ori", 6 * bodies, &format!("tracked bodies; {rotation}"), "anchor", ""),
+                ("base_lin_vel", 3, "x,y,z", "base", "m/s"),
+                ("base_ang_vel", 3, "x,y,z", "base", "rad/s"),
+                ("joint_pos_rel", joints, "joints", "joint", "rad"),
+                ("joint_vel", joints, "joints", "joint", "rad/s"),
+                ("last_action", joints, "joints", "joint", ""),
+                ("ball_pos", 3, "x,y,z", "base", "m"),
+                ("goal_pos", 3, "x,y,z", "base", "m"),
             ]),
         }
     }

@@ -29,7 +29,7 @@ mod snapshot;
 mod task;
 mod terms;
 
-pub use agent::{Agent, run_agent};
+pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
 pub use error::TaskError;
 pub use eval_control::{BodySample, EnvSample, EvalControl, EvalOptions, ForcedStart, KickEvent};
 pub use layout::{ObservationLayout, ObservationTerm};
