@@ -162,3 +162,15 @@ pub fn stance(model: &RobotModel) -> Vec<f64> {
     }
     q
 }
+
+/// Without controllers, friction and damping in the joints, and with joint ranges that nothing reaches.
+pub fn passive((mut model, mut spec): (RobotModel, EngineSpec)) -> (RobotModel, EngineSpec) {
+    for joint in &mut model.joints {
+        joint.friction_loss = 0.0;
+        joint.damping = 0.0;
+        joint.range = [-100.0, 100.0];
+    }
+    spec.stiffness.fill(0.0);
+    spec.damping.fill(0.0);
+    (model, spec)
+}

@@ -1,0 +1,168 @@
+//! Falling, lying, and limbs against limbs.
+
+mod common;
+
+use common::{biped, lane_at, passive, reset_all};
+use paid_lanes::Vec3;
+use paid_physics::{Engine, EngineSpec, SceneConfig, Simulator};
+use paid_robot::{RobotModel, Shape};
+
+/// Lowest point of any `collision` shape (except of the feet, whose soles carry them) and its body.
+fn lowest(engine: &Engine<f64>, feet: [usize; 2]) -> (f64, String) {
+    let mut out = (f64::MAX, String::new());
+    for (i, (state, body)) in engine.state(0).bodies.iter().zip(&engine.model().bodies).enumerate() {
+        for geom in body.geoms.iter().filter(|g| g.class == "collision" && !feet.contains(&i)) {
+            let (ends, radius) = match geom.shape {
+                Shape::Sphere { center, radius } => ([center; 2], radius),
+                Shape::Capsule { ends, radius } => (ends, radius),
+                Shape::Box { .. } => continue,
+            };
+            for end in ends {
+                let z = (state.pos + state.rot.mul_vec(Vec3(end))).0[2] - radius;
+                if z < out.0 {
+                    out = (z, geom.name.clone());
+                }
+            }
+        }
+    }
+    out
+}
+
+fn g1() -> (RobotModel, EngineSpec, Vec<f64>) {
+    let model = RobotModel::g1();
+    let spec = paid_robot::RobotSpec::g1();
+    let control = spec.resolve(&model).unwrap();
+    let feet = spec.indices(&model).unwrap().feet;
+    let engine = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
+    (model, engine, control.default_pos)
+}
+
+#[test]
+fn a_lying_robot_sinks_less_than_two_centimetres() {
+    let (model, spec, default) = g1();
+    // Forward, backward, onto each side.
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    for quat in
+        [[half, 0.0, half, 0.0], [half, 0.0, -half, 0.0], [half, half, 0.0, 0.0], [half, -half, 0.0, 0.0]]
+    {
+        let mut engine = Engine::<f64>::new(&model, spec.clone(), &SceneConfig::default(), 1).unwrap();
+        let mut start = lane_at(model.joints.len(), 0.4);
+        start.base_quat = quat;
+        start.joint_pos = default.clone();
+        reset_all(&mut engine, &start);
+        for _ in 0..100 {
+            engine.step(0, &default);
+        }
+        for step in 0..50 {
+            engine.step(0, &default);
+            let (z, name) = lowest(&engine, spec.feet);
+            assert!(z > -0.02, "{quat:?}: {name} at {z} m, control step {step}");
+        }
+        let pelvis = &engine.state(0).bodies[0];
+        assert!(pelvis.pos.0[2] < 0.35, "{quat:?}: lies at {} m", pelvis.pos.0[2]);
+        assert!(pelvis.lin_vel.norm() < 0.2, "{quat:?}: still moves at {:?}", pelvis.lin_vel);
+    }
+}
+
+/// Distance between the axes of two capsules given by body and name.
+fn gap(engine: &Engine<f64>, a: &str, b: &str) -> f64 {
+    let sample = |name: &str| -> (Vec<Vec3<f64>>, f64) {
+        let model = engine.model();
+        let i = model.body_index(name).unwrap();
+        let state = &engine.state(0).bodies[i];
+        let Shape::Capsule { ends, radius } = model.bodies[i].geoms[0].shape else {
+            panic!("{name} has a capsule");
+        };
+        let [p, q] = ends.map(|e| state.pos + state.rot.mul_vec(Vec3(e)));
+        ((0..=50).map(|k| (q - p).scale_add(f64::from(k) / 50.0, p)).collect(), radius)
+    };
+    let ((pa, ra), (pb, rb)) = (sample(a), sample(b));
+    let nearest = pa.iter().flat_map(|p| pb.iter().map(move |q| (*p - *q).norm())).fold(f64::MAX, f64::min);
+    nearest - ra - rb
+}
+
+#[test]
+fn legs_do_not_pass_through_each_other() {
+    let (model, spec) = biped();
+    let scene = SceneConfig { gravity: 0.0, ball: false, ..SceneConfig::default() };
+    for self_collision in [true, false] {
+        let scene = SceneConfig { self_collision, ..scene.clone() };
+        let mut engine = Engine::<f64>::new(&model, spec.clone(), &scene, 1).unwrap();
+        let mut start = lane_at(model.joints.len(), 5.0);
+        reset_all(&mut engine, &start);
+        start.joint_pos[model.joint_index("left_hip_roll_joint").unwrap()] = 0.1;
+        reset_all(&mut engine, &start);
+        // Both legs are driven 0.5 rad across the middle.
+        let mut targets = vec![0.0; model.joints.len()];
+        targets[model.joint_index("left_hip_roll_joint").unwrap()] = -0.5;
+        targets[model.joint_index("right_hip_roll_joint").unwrap()] = 0.5;
+        let mut deepest = f64::MAX;
+        for _ in 0..100 {
+            engine.step(0, &targets);
+            for (a, b) in
+                [("left_shin", "right_shin"), ("left_foot", "right_foot"), ("left_thigh", "right_thigh")]
+            {
+                deepest = deepest.min(gap(&engine, a, b));
+            }
+        }
+        if self_collision {
+            assert!(deepest > -0.01, "legs overlap by {} m", -deepest);
+            let force = engine.state(0).contact_force[model.body_index("left_foot").unwrap()]
+                + engine.state(0).contact_force[model.body_index("left_shin").unwrap()];
+            assert!(force > 10.0, "the legs press with {force} N");
+        } else {
+            assert!(deepest < -0.03, "without self-collision the legs must cross, got {deepest}");
+        }
+    }
+}
+
+#[test]
+fn colliding_legs_keep_the_robots_momentum() {
+    let (model, spec) = passive(biped());
+    let scene = SceneConfig { gravity: 0.0, ball: false, physics_dt_s: 0.001, ..SceneConfig::default() };
+    let mut engine = Engine::<f64>::new(&model, spec, &scene, 1).unwrap();
+    let mut start = lane_at(model.joints.len(), 5.0);
+    start.joint_vel[model.joint_index("left_hip_roll_joint").unwrap()] = -2.0;
+    start.joint_vel[model.joint_index("right_hip_roll_joint").unwrap()] = 2.0;
+    reset_all(&mut engine, &start);
+    let momentum = |e: &Engine<f64>| {
+        let mut sum = Vec3::zero();
+        for (state, body) in e.state(0).bodies.iter().zip(&e.model().bodies) {
+            sum += state.com_vel.scale(body.mass);
+        }
+        sum
+    };
+    let before = momentum(&engine);
+    let mut touched = false;
+    let targets = vec![0.0; model.joints.len()];
+    for _ in 0..30 {
+        engine.step(0, &targets);
+        touched |= engine.state(0).contact_force.iter().any(|&f| f > 0.0);
+    }
+    assert!(touched);
+    assert!((momentum(&engine) - before).norm() < 0.05, "{:?} from {before:?}", momentum(&engine));
+}
+
+#[test]
+fn hands_stay_out_of_the_thighs() {
+    let (model, spec, default) = g1();
+    let scene = SceneConfig { ball: false, gravity: 0.0, ..SceneConfig::default() };
+    let mut engine = Engine::<f64>::new(&model, spec, &scene, 1).unwrap();
+    let mut start = lane_at(model.joints.len(), 5.0);
+    start.joint_pos = default.clone();
+    reset_all(&mut engine, &start);
+    // Straight arms pulled inwards against the thighs.
+    let mut targets = default;
+    for (name, angle) in
+        [("left_shoulder_roll_joint", -0.5), ("left_elbow_joint", 1.4), ("left_shoulder_pitch_joint", 0.0)]
+    {
+        targets[model.joint_index(name).unwrap()] = angle;
+    }
+    let mut deepest = f64::MAX;
+    for _ in 0..100 {
+        engine.step(0, &targets);
+        deepest = deepest.min(gap(&engine, "left_wrist_yaw_link", "left_hip_roll_link"));
+    }
+    assert!(deepest < 0.01, "the hand must reach the thigh, nearest {deepest} m");
+    assert!(deepest > -0.015, "the hand enters the thigh by {} m", -deepest);
+}
