@@ -17,7 +17,7 @@ pub struct KickFacts {
     pub kick_frame: usize,
     /// That frame as a share of the clip, 0 to 1.
     pub kick_phase: f64,
-    /// How far the kicking foot's origin rises above its height in the first frame [m].
+    /// How far the kicking foot's origin rises from its lowest to its highest point over the clip [m].
     pub lift_m: f64,
     /// Height of the lowest contact shape over the clip; negative below the floor [m].
     pub lowest_point_m: f64,
@@ -38,13 +38,15 @@ pub fn kick_facts(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Option<K
     let anchor = model.body_index(&spec.anchor_body)?;
     let foot = model.body_index(&spec.feet[clip.kick_leg.index()])?;
     let last = clip.frames - 1;
-    let (mut kick_frame, mut peak, mut top) = (0, 0.0, f64::MIN);
+    let (mut kick_frame, mut peak) = (0, 0.0);
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for t in 0..clip.frames {
         let speed = Vec3(clip.body_lin_vel(t)[foot]).norm();
         if speed > peak {
             (kick_frame, peak) = (t, speed);
         }
-        top = top.max(clip.body_pos(t)[foot][2]);
+        let height = clip.body_pos(t)[foot][2];
+        (low, high) = (low.min(height), high.max(height));
     }
     Some(KickFacts {
         anchor_displacement: displacement_in_heading(
@@ -55,7 +57,7 @@ pub fn kick_facts(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Option<K
         peak_foot_speed: peak,
         kick_frame,
         kick_phase: kick_frame as f64 / last.max(1) as f64,
-        lift_m: top - clip.body_pos(0)[foot][2],
+        lift_m: high - low,
         lowest_point_m: (0..clip.frames)
             .map(|t| lowest_point(model, clip.body_pos(t), clip.body_quat(t)))
             .fold(f64::INFINITY, f64::min),

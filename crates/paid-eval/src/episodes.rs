@@ -1,0 +1,190 @@
+//! Many trials, each an episode with a forced start, in batches over lanes and threads.
+//!
+//! A trial's outcome depends on the seed and its own number only: not on the number of threads and not on which trials run
+//! beside it.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+
+use paid_lanes::Isa;
+use paid_robot::{RobotModel, RobotSpec};
+use paid_task::{
+    EnvSample, EvalControl, EvalOptions, ForcedStart, ReferenceLibrary, TaskPreset, TaskShard, build_shard,
+};
+
+use crate::EvalError;
+use crate::policy::{Policy, PolicyMaker};
+
+/// Trials that one worker steps together: wide enough for the policy's matrix products, narrow enough to share the work.
+const BATCH: usize = 64;
+
+/// The task that the trials run in.
+#[derive(Clone, Debug)]
+pub struct Arena {
+    /// Lane type.
+    pub isa: Isa,
+    /// The robot.
+    pub robot: RobotModel,
+    /// Its names and numbers.
+    pub spec: RobotSpec,
+    /// The motions.
+    pub library: Arc<ReferenceLibrary>,
+    /// The task.
+    pub preset: TaskPreset,
+    /// Worker threads; at least one is used.
+    pub threads: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// How the task says that an episode ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// By a failure.
+    Failed,
+    /// By the motion's end or the time limit.
+    Over,
+}
+
+/// Watches one trial.
+pub trait Observer: Send {
+    /// Sees the state at the start and after every control step; `ended` is set when the task ended the episode at this
+    /// state. Returns true when it has seen enough.
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool;
+}
+
+/// Runs every start as a trial and returns its observer, in the order of `starts`. `observer` makes the observer of a trial by number.
+/// A trial is over when its observer says so, when the task ended its episode, or after `max_steps` control steps.
+///
+/// # Errors
+/// If the policy does not fit the task or returns a number that is not finite, or the task refuses a start.
+pub fn run_episodes<O: Observer>(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    starts: &[ForcedStart],
+    options: EvalOptions,
+    max_steps: usize,
+    observer: impl Fn(usize) -> O + Sync,
+) -> Result<Vec<O>, EvalError> {
+    let lanes = arena.isa.lanes();
+    let batches = starts.len().div_ceil(BATCH);
+    let next = AtomicUsize::new(0);
+    let results = Mutex::new(Vec::new());
+    let worker = || {
+        loop {
+            let batch = next.fetch_add(1, Ordering::Relaxed);
+            if batch >= batches {
+                break;
+            }
+            let trials = batch * BATCH..((batch + 1) * BATCH).min(starts.len());
+            let result = run_batch(arena, policy, starts, trials, lanes, options, max_steps, &observer);
+            results.lock().unwrap_or_else(PoisonError::into_inner).push((batch, result));
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..arena.threads.clamp(1, batches.max(1)) {
+            scope.spawn(worker);
+        }
+        worker();
+    });
+    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    results.sort_by_key(|(batch, _)| *batch);
+    let mut all = Vec::with_capacity(starts.len());
+    for (_, result) in results {
+        all.extend(result?);
+    }
+    Ok(all)
+}
+
+#[allow(clippy::too_many_arguments)]
+fn run_batch<O: Observer>(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    starts: &[ForcedStart],
+    trials: Range<usize>,
+    lanes: usize,
+    options: EvalOptions,
+    max_steps: usize,
+    observer: &impl Fn(usize) -> O,
+) -> Result<Vec<O>, EvalError> {
+    let envs = trials.len().next_multiple_of(lanes);
+    let mut shard = build_shard(
+        arena.isa,
+        &arena.robot,
+        &arena.spec,
+        &arena.library,
+        &arena.preset,
+        envs,
+        trials.start,
+        arena.seed,
+    )?;
+    let mut policy = policy()?;
+    check_contract(shard.as_ref(), policy.as_ref())?;
+    let mut observers: Vec<O> = trials.clone().map(observer).collect();
+
+    let control = shard.eval();
+    control.set_eval(Some(options));
+    for env in 0..envs {
+        // Environments beyond the last trial fill the lane group with copies of it.
+        control.force_start(env, &starts[(trials.start + env).min(trials.end - 1)])?;
+    }
+    let mut active = vec![true; observers.len()];
+    look(control, &mut observers, &mut active, &[], &[])?;
+
+    let mut observations = vec![0.0; shard.policy_obs_dim() * envs];
+    let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
+    let mut actions = vec![0.0; shard.action_dim() * envs];
+    let mut reward = vec![0.0; envs];
+    let (mut terminated, mut truncated) = (vec![0; envs], vec![0; envs]);
+    policy.begin(envs);
+    for step in 0..max_steps {
+        if !active.contains(&true) {
+            break;
+        }
+        shard.observe(&mut observations, &mut critic);
+        policy.act(&observations, &mut actions);
+        if let Some(i) = actions.iter().position(|a| !a.is_finite()) {
+            let trial = (trials.start + i % envs).min(trials.end - 1);
+            return Err(EvalError::Action { action: i / envs, trial, step, value: actions[i] });
+        }
+        shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+        look(shard.eval(), &mut observers, &mut active, &terminated, &truncated)?;
+    }
+    Ok(observers)
+}
+
+fn look<O: Observer>(
+    control: &dyn EvalControl,
+    observers: &mut [O],
+    active: &mut [bool],
+    terminated: &[u8],
+    truncated: &[u8],
+) -> Result<(), EvalError> {
+    let set = |flags: &[u8], env: usize| flags.get(env).is_some_and(|f| *f != 0);
+    for (env, observer) in observers.iter_mut().enumerate() {
+        if !active[env] {
+            continue;
+        }
+        let ended = if set(terminated, env) {
+            Some(Ending::Failed)
+        } else {
+            set(truncated, env).then_some(Ending::Over)
+        };
+        let enough = observer.observe(&control.sample(env)?, ended);
+        active[env] = !enough && ended.is_none();
+    }
+    Ok(())
+}
+
+fn check_contract(shard: &dyn TaskShard, policy: &dyn Policy) -> Result<(), EvalError> {
+    let pairs = [
+        ("length of the observation", shard.policy_obs_dim(), policy.obs_dim()),
+        ("length of the action", shard.action_dim(), policy.action_dim()),
+    ];
+    match pairs.into_iter().find(|(_, task, policy)| task != policy) {
+        Some((what, task, policy)) => Err(EvalError::Contract { what, task, policy }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,189 @@
+//! Pixels: rectangles, lines, text, PNG.
+
+use std::path::Path;
+
+use super::font::{GLYPH_HEIGHT, GLYPH_WIDTH, glyph};
+use crate::EvalError;
+use crate::file::write_whole;
+
+/// Red, green, blue.
+pub type Rgb = [u8; 3];
+
+/// An image; (0, 0) is the top left pixel.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Canvas {
+    width: usize,
+    height: usize,
+    pixels: Vec<Rgb>,
+}
+
+impl Canvas {
+    /// An image of one colour.
+    pub fn new(width: usize, height: usize, background: Rgb) -> Self {
+        Self { width, height, pixels: vec![background; width * height] }
+    }
+    /// Pixels from left to right.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+    /// Pixels from top to bottom.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+    /// The colour of a pixel inside the image.
+    pub fn get(&self, x: usize, y: usize) -> Rgb {
+        self.pixels[y * self.width + x]
+    }
+    /// Sets a pixel; outside the image nothing happens.
+    pub fn set(&mut self, x: i64, y: i64, color: Rgb) {
+        if let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y))
+            && x < self.width
+            && y < self.height
+        {
+            self.pixels[y * self.width + x] = color;
+        }
+    }
+    /// Fills a rectangle.
+    pub fn rect(&mut self, x: i64, y: i64, width: i64, height: i64, color: Rgb) {
+        for py in y..y + height {
+            for px in x..x + width {
+                self.set(px, py, color);
+            }
+        }
+    }
+    /// A line between two points, `thickness` pixels wide.
+    pub fn line(&mut self, from: [f64; 2], to: [f64; 2], thickness: i64, color: Rgb) {
+        // Lines that leave the picture are cut to a bound, so that a wild coordinate costs no time.
+        let bound = |v: f64| v.clamp(-1e4, 1e4);
+        let (from, to) = (from.map(bound), to.map(bound));
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let steps = dx.abs().max(dy.abs()).ceil().max(1.0);
+        for i in 0..=steps as usize {
+            let s = i as f64 / steps;
+            let (x, y) = ((from[0] + s * dx).round() as i64, (from[1] + s * dy).round() as i64);
+            self.rect(x - thickness / 2, y - thickness / 2, thickness, thickness, color);
+        }
+    }
+    /// A filled disc.
+    pub fn disc(&mut self, centre: [f64; 2], radius: f64, color: Rgb) {
+        let r = radius.clamp(0.0, 1e4).ceil() as i64;
+        let (cx, cy) = (centre[0].round() as i64, centre[1].round() as i64);
+        for dy in -r..=r {
+            for dx in -r..=r {
+                if (dx * dx + dy * dy) as f64 <= radius * radius {
+                    self.set(cx + dx, cy + dy, color);
+                }
+            }
+        }
+    }
+    /// Text with its top left corner at (x, y), in capitals; characters without a glyph leave a gap.
+    pub fn text(&mut self, x: i64, y: i64, scale: i64, color: Rgb, text: &str) {
+        for (i, c) in text.chars().enumerate() {
+            let left = x + i as i64 * (GLYPH_WIDTH as i64 + 1) * scale;
+            for (row, bits) in glyph(c).iter().enumerate() {
+                for column in 0..GLYPH_WIDTH {
+                    if bits >> (GLYPH_WIDTH - 1 - column) & 1 == 1 {
+                        self.rect(left + column as i64 * scale, y + row as i64 * scale, scale, scale, color);
+                    }
+                }
+            }
+        }
+    }
+    /// Width and height of a text in pixels.
+    pub fn text_size(scale: i64, text: &str) -> [i64; 2] {
+        let n = text.chars().count() as i64;
+        [(n * (GLYPH_WIDTH as i64 + 1) - 1).max(0) * scale, GLYPH_HEIGHT as i64 * scale]
+    }
+    /// Copies another image with its top left corner at (x, y).
+    pub fn paste(&mut self, x: i64, y: i64, image: &Canvas) {
+        for py in 0..image.height {
+            for px in 0..image.width {
+                self.set(x + px as i64, y + py as i64, image.get(px, py));
+            }
+        }
+    }
+    /// Half the size, each pixel the mean of four: smooths edges.
+    pub fn halved(&self) -> Self {
+        let mut out = Self::new(self.width / 2, self.height / 2, [0; 3]);
+        for y in 0..out.height {
+            for x in 0..out.width {
+                let mut color = [0; 3];
+                for (k, channel) in color.iter_mut().enumerate() {
+                    let at = |dx, dy| u16::from(self.get(2 * x + dx, 2 * y + dy)[k]);
+                    *channel = ((at(0, 0) + at(1, 0) + at(0, 1) + at(1, 1) + 2) / 4) as u8;
+                }
+                out.pixels[y * out.width + x] = color;
+            }
+        }
+        out
+    }
+    /// The image as a PNG file's bytes.
+    ///
+    /// # Errors
+    /// If the encoder fails.
+    pub fn png(&self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(self.pixels.as_flattened())?;
+        writer.finish()?;
+        Ok(bytes)
+    }
+    /// Writes the image as PNG.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), EvalError> {
+        let bytes = self
+            .png()
+            .map_err(|e| EvalError::Write { path: path.to_owned(), source: std::io::Error::other(e) })?;
+        write_whole(path, &bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_saved_image_decodes_to_its_pixels() {
+        let mut image = Canvas::new(7, 5, [9, 9, 9]);
+        image.set(6, 4, [1, 2, 3]);
+        image.set(7, 0, [255; 3]);
+        let png = image.png().expect("encodes");
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().expect("decodes");
+        let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
+        let info = reader.next_frame(&mut bytes).expect("decodes");
+        assert_eq!((info.width, info.height), (7, 5));
+        assert_eq!(bytes, image.pixels.as_flattened());
+        assert_eq!(bytes[bytes.len() - 3..], [1, 2, 3]);
+    }
+
+    #[test]
+    fn drawing_outside_is_cut_off() {
+        let mut image = Canvas::new(4, 4, [0; 3]);
+        image.line([-50.0, 1.0], [f64::from(1 << 20), 1.0], 1, [255; 3]);
+        image.disc([-1.0, -1.0], 1.0, [7; 3]);
+        for x in 0..4 {
+            assert_eq!((image.get(x, 1), image.get(x, 2)), ([255; 3], [0; 3]));
+        }
+    }
+
+    #[test]
+    fn text_covers_the_size_that_it_claims() {
+        let [width, height] = Canvas::text_size(2, "100");
+        let mut image = Canvas::new(width as usize, height as usize, [0; 3]);
+        image.text(0, 0, 2, [255; 3], "100");
+        assert!((0..height as usize).any(|y| image.get(width as usize - 1, y) == [255; 3]));
+        assert!((0..width as usize).any(|x| image.get(x, height as usize - 1) == [255; 3]));
+    }
+
+    #[test]
+    fn halving_averages() {
+        let mut image = Canvas::new(2, 2, [0; 3]);
+        image.set(0, 0, [200, 100, 0]);
+        assert_eq!(image.halved().get(0, 0), [50, 25, 0]);
+    }
+}

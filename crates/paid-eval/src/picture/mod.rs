@@ -1,0 +1,14 @@
+//! Pictures without dependencies beyond the PNG encoder: heat maps, path plots, and the robot itself.
+
+mod canvas;
+mod font;
+mod heatmap;
+mod paths;
+mod robot;
+mod scene;
+
+pub use canvas::{Canvas, Rgb};
+pub use heatmap::{HeatMap, color_of};
+pub use paths::{Path, plot_paths};
+pub use robot::{Film, Pose, film_strip, frame};
+pub use scene::{Camera, Scene};

@@ -1,0 +1,161 @@
+//! The robot, the ball and the goal of an episode, as frames and as a film strip.
+
+use paid_lanes::{Quat, Vec3};
+use paid_robot::{RobotModel, Shape};
+use paid_task::EnvSample;
+
+use super::{Camera, Canvas, Rgb, Scene};
+use crate::episodes::{Ending, Observer};
+use crate::metrics::shooting::Goal;
+
+/// Everything that a picture of a moment shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Control steps since the start.
+    pub step: u32,
+    /// Body origins, model order, world [m].
+    pub pos: Vec<[f64; 3]>,
+    /// Body frames in the world, row-major, model order.
+    pub rot: Vec<[[f64; 3]; 3]>,
+    /// Ball centre [m].
+    pub ball: [f64; 3],
+    /// Goal centre [m].
+    pub goal: [f64; 3],
+    /// Heading of the shooting direction [rad].
+    pub heading: f64,
+    /// True after the first contact with the ball.
+    pub kicked: bool,
+}
+
+/// Records an episode.
+#[derive(Clone, Debug, Default)]
+pub struct Film {
+    /// Every control step, the start first.
+    pub poses: Vec<Pose>,
+}
+
+impl Film {
+    /// Base and ball after every step, past the goal plane (negative in front of it) and left of the goal's centre [m].
+    pub fn path(&self) -> Vec<[[f64; 2]; 2]> {
+        let local = |p: &Pose| {
+            let goal = Goal { centre: [p.goal[0], p.goal[1]], heading: p.heading, half_width: 0.0 };
+            let base = p.pos.first().copied().unwrap_or_default();
+            [goal.local([base[0], base[1]]), goal.local([p.ball[0], p.ball[1]])]
+        };
+        self.poses.iter().map(local).collect()
+    }
+}
+
+impl Observer for Film {
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
+        self.poses.push(Pose {
+            step: sample.step,
+            pos: sample.bodies.iter().map(|b| b.pos).collect(),
+            rot: sample.bodies.iter().map(|b| b.rot).collect(),
+            ball: sample.ball_pos,
+            goal: sample.goal_pos,
+            heading: sample.heading,
+            kicked: sample.kick.is_some(),
+        });
+        ended.is_some()
+    }
+}
+
+const SHELL: Rgb = [205, 208, 214];
+const BONE: Rgb = [95, 100, 112];
+const SOLE: Rgb = [70, 74, 84];
+const BALL: Rgb = [245, 150, 40];
+const POST: Rgb = [250, 250, 250];
+
+/// A picture of `width` x `height` pixels that looks over the robot's side to the goal. `ball_radius` in m; `None` without a ball;
+/// `half_width` is the goal's.
+pub fn frame(
+    model: &RobotModel,
+    pose: &Pose,
+    ball_radius: Option<f64>,
+    half_width: f64,
+    [width, height]: [usize; 2],
+) -> Canvas {
+    let base = pose.pos.first().copied().unwrap_or_default();
+    let (s, c) = pose.heading.sin_cos();
+    // Axes of the shot: ahead and to the left.
+    let at =
+        |ahead: f64, left: f64, up: f64| [base[0] + c * ahead - s * left, base[1] + s * ahead + c * left, up];
+    let camera = Camera { eye: at(-1.6, -2.9, 1.5), target: at(0.55, 0.1, 0.55), field: 0.72 };
+    // Drawn at twice the size and halved: smooth edges.
+    let mut scene = Scene::new(2 * width, 2 * height, camera);
+    for p in &pose.pos {
+        scene.shadow(*p, 0.07);
+    }
+    for (i, body) in model.bodies.iter().enumerate().take(pose.pos.len()) {
+        let rot = paid_lanes::Mat3(pose.rot[i]);
+        let world = |p: [f64; 3]| (rot.mul_vec(Vec3(p)) + Vec3(pose.pos[i])).0;
+        if let Some(parent) = body.parent {
+            scene.capsule([pose.pos[parent], pose.pos[i]], 0.028, BONE);
+        }
+        for geom in body.geoms.iter().filter(|g| g.class != "referee") {
+            let color = if geom.class == "sole" { SOLE } else { SHELL };
+            match geom.shape {
+                Shape::Sphere { center, radius } => scene.sphere(world(center), radius, color),
+                Shape::Capsule { ends, radius } => scene.capsule(ends.map(world), radius, color),
+                Shape::Box { center, half_size, quat } => {
+                    // Its longest inner capsule: enough to see where it is.
+                    let long = (0..3).fold(0, |a, b| if half_size[b] > half_size[a] { b } else { a });
+                    let radius = half_size.iter().copied().fold(f64::INFINITY, f64::min);
+                    let mut axis = [0.0; 3];
+                    axis[long] = half_size[long] - radius;
+                    let offset = Quat(quat).rotate(Vec3(axis));
+                    let ends = [(Vec3(center) - offset).0, (Vec3(center) + offset).0];
+                    scene.capsule(ends.map(world), radius, color);
+                }
+            }
+        }
+    }
+    if let Some(radius) = ball_radius {
+        scene.shadow(pose.ball, radius);
+        scene.sphere(pose.ball, radius, BALL);
+        let post = |left: f64, up: f64| [pose.goal[0] - s * left, pose.goal[1] + c * left, up];
+        for side in [-half_width, half_width] {
+            scene.capsule([post(side, 0.0), post(side, 1.0)], 0.04, POST);
+        }
+        scene.capsule([post(-half_width, 1.0), post(half_width, 1.0)], 0.04, POST);
+    }
+    scene.finish().halved()
+}
+
+/// `count` moments of an episode side by side in rows of four, evenly from the first to the last pose, or, if the ball was
+/// kicked, from 1.2 s before to 0.8 s after.
+pub fn film_strip(
+    model: &RobotModel,
+    film: &Film,
+    control_dt_s: f64,
+    ball_radius: Option<f64>,
+    half_width: f64,
+    count: usize,
+) -> Canvas {
+    const SIZE: [usize; 2] = [320, 300];
+    const COLUMNS: usize = 4;
+    let last = film.poses.len().saturating_sub(1);
+    let (from, to) = match film.poses.iter().position(|p| p.kicked) {
+        Some(kick) => {
+            let steps = |s: f64| (s / control_dt_s).round() as usize;
+            (kick.saturating_sub(steps(1.2)), (kick + steps(0.8)).min(last))
+        }
+        None => (0, last),
+    };
+    let count = count.clamp(1, film.poses.len().max(1));
+    let rows = count.div_ceil(COLUMNS);
+    let mut strip = Canvas::new(SIZE[0] * COLUMNS.min(count), SIZE[1] * rows, [255; 3]);
+    for k in 0..count {
+        let t = from + ((to - from) * k).checked_div(count - 1).unwrap_or(0);
+        let Some(pose) = film.poses.get(t) else { continue };
+        let mut image = frame(model, pose, ball_radius, half_width, SIZE);
+        let label = format!("{:.2} S", f64::from(pose.step) * control_dt_s);
+        image.text(8, 8, 3, [30; 3], &label);
+        if pose.kicked {
+            image.text(8, 30, 3, [180, 60, 20], "KICKED");
+        }
+        strip.paste((SIZE[0] * (k % COLUMNS)) as i64, (SIZE[1] * (k / COLUMNS)) as i64, &image);
+    }
+    strip
+}

@@ -1,0 +1,4 @@
+//! The two protocols of the paper.
+
+pub mod shooting;
+pub mod tracking;

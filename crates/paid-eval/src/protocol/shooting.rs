@@ -1,0 +1,152 @@
+//! Shooting at a goal from a grid of ball places (paper, section IV-B).
+
+mod grid;
+mod observer;
+mod report;
+
+use paid_task::{EvalOptions, ForcedStart};
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::episodes::{Arena, run_episodes};
+use crate::policy::PolicyMaker;
+use observer::Watch;
+
+pub use grid::{Placement, Trial, plan};
+pub use report::{CellScore, Outcome, ShootingReport};
+
+/// Ball places.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Grid {
+    /// First and last place ahead of the robot [m].
+    pub x: [f64; 2],
+    /// First and last place to the left [m].
+    pub y: [f64; 2],
+    /// Distance between places [m].
+    pub step: f64,
+}
+
+impl Grid {
+    /// The paper's effective workspace.
+    pub const EFFECTIVE: Self = Self { x: [0.5, 2.0], y: [-1.0, 1.0], step: 0.25 };
+    /// The paper's whole grid of 11 x 13 places.
+    pub const WHOLE: Self = Self { x: [0.5, 3.0], y: [-1.5, 1.5], step: 0.25 };
+
+    /// Places along an axis, both ends included.
+    pub fn places(&self, axis: [f64; 2]) -> Vec<f64> {
+        let n = ((axis[1] - axis[0]) / self.step + 1e-6).floor() as usize;
+        (0..=n).map(|i| axis[0] + i as f64 * self.step).collect()
+    }
+}
+
+/// What the ball place is measured from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Variant {
+    /// The robot's displaced first pose, as in the public evaluation: the displacement then changes nothing.
+    Robot,
+    /// The undisplaced first pose: the robot stands up to the displacement away from where ball and goal expect it.
+    World,
+}
+
+/// What to run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ShootingOptions {
+    /// Ball places.
+    pub grid: Grid,
+    /// Trials a place.
+    pub trials: usize,
+    /// What ball places are measured from.
+    pub variant: Variant,
+    /// Radius of the disc of robot displacements [m].
+    pub start_radius_m: f64,
+    /// Speed range of a rolling ball [m/s] in any direction; `None`: the ball lies still.
+    pub rolling: Option<[f64; 2]>,
+    /// Distance of the goal ahead of the robot's first pose [m].
+    pub goal_distance_m: f64,
+    /// Half of the goal's width [m].
+    pub goal_half_width_m: f64,
+    /// Time limit of a trial [s].
+    pub limit_s: f64,
+}
+
+impl Default for ShootingOptions {
+    /// The paper's static protocol on its effective workspace.
+    fn default() -> Self {
+        Self {
+            grid: Grid::EFFECTIVE,
+            trials: 10,
+            variant: Variant::World,
+            start_radius_m: 0.5,
+            rolling: None,
+            goal_distance_m: 5.0,
+            goal_half_width_m: 1.0,
+            limit_s: 12.0,
+        }
+    }
+}
+
+/// The rolling protocol's speeds [m/s].
+pub const ROLLING_SPEED: [f64; 2] = [0.1, 0.3];
+
+impl ShootingOptions {
+    fn check(&self) -> Result<(), EvalError> {
+        let bad = |option, expected: &str, found: String| {
+            Err(EvalError::Option { option, expected: expected.to_owned(), found })
+        };
+        let g = &self.grid;
+        if !(g.step > 0.0 && g.x[0] <= g.x[1] && g.y[0] <= g.y[1] && (g.x[1] - g.x[0]).is_finite()) {
+            return bad("grid", "ascending ends and a positive step", format!("{g:?}"));
+        }
+        if self.trials == 0 {
+            return bad("trials", "at least 1", "0".into());
+        }
+        if !(0.0..=2.0).contains(&self.start_radius_m) {
+            return bad("start radius", "0 to 2 m", self.start_radius_m.to_string());
+        }
+        if let Some([lo, hi]) = self.rolling
+            && !(0.0 <= lo && lo <= hi && hi.is_finite())
+        {
+            return bad("rolling", "0 <= slowest <= fastest", format!("{lo} to {hi}"));
+        }
+        if !(self.limit_s > 0.0 && self.limit_s <= 60.0) {
+            return bad("limit", "more than 0 and at most 60 s", self.limit_s.to_string());
+        }
+        Ok(())
+    }
+}
+
+/// The start of a planned trial.
+pub fn start_of(trial: &Trial) -> ForcedStart {
+    ForcedStart {
+        ball_xy: Some(trial.ball),
+        ball_velocity: trial.ball_velocity,
+        goal_xy: Some(trial.goal),
+        ..ForcedStart::nominal(trial.motion)
+    }
+}
+
+/// How evaluation episodes differ from training: after the motion its last pose is held, and nothing but time ends them.
+pub fn control_of(options: &ShootingOptions, control_dt_s: f64) -> (EvalOptions, usize) {
+    let steps = (options.limit_s / control_dt_s).round() as usize;
+    (EvalOptions { max_steps: u32::try_from(steps).ok(), ..EvalOptions::default() }, steps)
+}
+
+/// Runs the protocol.
+///
+/// # Errors
+/// As [`run_episodes`], or if an option makes no sense, or no motion leaves room for the ball.
+pub fn evaluate(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    options: &ShootingOptions,
+) -> Result<ShootingReport, EvalError> {
+    options.check()?;
+    let trials = plan(arena, options)?;
+    let starts: Vec<ForcedStart> = trials.iter().map(start_of).collect();
+    let (control, steps) = control_of(options, arena.preset.control_dt_s());
+    let watches = run_episodes(arena, policy, &starts, control, steps, |_| Watch::new(arena, options))?;
+    let outcomes =
+        trials.into_iter().zip(watches).map(|(trial, watch)| watch.outcome(trial, arena)).collect();
+    Ok(ShootingReport::new(options, outcomes))
+}

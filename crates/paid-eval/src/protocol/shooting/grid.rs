@@ -1,0 +1,203 @@
+//! Which ball, which robot start, which motion.
+
+use paid_lanes::rng::Rng;
+use paid_lanes::{Quat, Vec3};
+use paid_robot::{RobotModel, Shape};
+use serde::Serialize;
+
+use super::{ShootingOptions, Variant};
+use crate::EvalError;
+use crate::episodes::Arena;
+
+/// Redraws of a robot start before a ball place counts as impossible.
+const REDRAWS: usize = 1000;
+
+/// A trial as planned. Coordinates are those of the robot's own (displaced) first pose: origin at the anchor, x along its
+/// heading, y left [m].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// Grid place (x, y) [m].
+    pub place: [f64; 2],
+    /// Number of the trial at this place.
+    pub repeat: usize,
+    /// Displacement of the robot from where the grid expects it [m].
+    pub displacement: [f64; 2],
+    /// Ball centre [m].
+    pub ball: [f64; 2],
+    /// Ball velocity [m/s].
+    pub ball_velocity: [f64; 2],
+    /// Goal centre [m].
+    pub goal: [f64; 2],
+    /// The motion whose displacement is nearest to the ball.
+    pub motion: usize,
+}
+
+/// What the choice of a motion and of a free ball place needs to know of each motion.
+#[derive(Debug)]
+pub struct Placement<'a> {
+    arena: &'a Arena,
+    /// Anchor displacement in the first heading [m].
+    displacements: Vec<[f64; 2]>,
+}
+
+impl<'a> Placement<'a> {
+    /// From the arena's motions.
+    pub fn new(arena: &'a Arena) -> Self {
+        let local = |f: &paid_task::MotionFacts| {
+            let (s, c) = f.heading.sin_cos();
+            let [dx, dy] = f.displacement;
+            [c * dx + s * dy, c * dy - s * dx]
+        };
+        Self { arena, displacements: arena.library.facts().iter().map(local).collect() }
+    }
+
+    /// The motion whose anchor displacement is nearest to the ball; the first of equals.
+    pub fn nearest(&self, ball: [f64; 2]) -> usize {
+        let distance = |d: &[f64; 2]| (d[0] - ball[0]).hypot(d[1] - ball[1]);
+        let mut best = 0;
+        for (i, d) in self.displacements.iter().enumerate() {
+            if distance(d) < distance(&self.displacements[best]) {
+                best = i;
+            }
+        }
+        best
+    }
+
+    /// True if a ball lying at `ball` would touch the robot in the first frame of `motion`.
+    pub fn overlaps(&self, motion: usize, ball: [f64; 2]) -> bool {
+        let (clip, facts) = (&self.arena.library.clips()[motion], &self.arena.library.facts()[motion]);
+        let radius = self.arena.preset.ball_params.radius_m;
+        let (s, c) = facts.heading.sin_cos();
+        let centre = [
+            facts.start_xy[0] + c * ball[0] - s * ball[1],
+            facts.start_xy[1] + s * ball[0] + c * ball[1],
+            radius,
+        ];
+        robot_distance(&self.arena.robot, &clip.body_pos, &clip.body_quat, centre) < radius
+    }
+}
+
+/// Distance from a point to the nearest contact shape (zero inside a box); poses in model order.
+fn robot_distance(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]], point: [f64; 3]) -> f64 {
+    let mut nearest = f64::INFINITY;
+    for ((body, p), q) in model.bodies.iter().zip(pos).zip(quat) {
+        let local = Quat(*q).conj().rotate(Vec3(point) - Vec3(*p));
+        for geom in body.geoms.iter().filter(|g| g.class != "referee") {
+            let distance = match geom.shape {
+                Shape::Sphere { center, radius } => (local - Vec3(center)).norm() - radius,
+                Shape::Capsule { ends: [a, b], radius } => {
+                    let (along, to) = (Vec3(b) - Vec3(a), local - Vec3(a));
+                    let t = (to.dot(along) / along.norm2().max(1e-12)).clamp(0.0, 1.0);
+                    (to - along.scale(t)).norm() - radius
+                }
+                Shape::Box { center, half_size, quat } => {
+                    let Vec3(v) = Quat(quat).conj().rotate(local - Vec3(center));
+                    Vec3([0, 1, 2].map(|k| (v[k].abs() - half_size[k]).max(0.0))).norm()
+                }
+            };
+            nearest = nearest.min(distance);
+        }
+    }
+    nearest
+}
+
+/// All trials, place by place; trial `i` depends on the seed and `i` only.
+///
+/// # Errors
+/// If no robot start in the disc leaves room for the ball at some place.
+pub fn plan(arena: &Arena, options: &ShootingOptions) -> Result<Vec<Trial>, EvalError> {
+    let placement = Placement::new(arena);
+    let mut trials = Vec::new();
+    for x in options.grid.places(options.grid.x) {
+        for y in options.grid.places(options.grid.y) {
+            for repeat in 0..options.trials {
+                // A stream of its own: the numbers must not be those of the environment's resets.
+                let mut rng = Rng::new(arena.seed, trials.len() as u32, STREAM);
+                let trial = (0..REDRAWS)
+                    .map(|_| draw(&mut rng, &placement, options, [x, y], repeat))
+                    .find(|t| !placement.overlaps(t.motion, t.ball));
+                trials.push(trial.ok_or_else(|| EvalError::Option {
+                    option: "grid",
+                    expected: "places that leave room for the ball beside the robot".to_owned(),
+                    found: format!("({x}, {y})"),
+                })?);
+            }
+        }
+    }
+    Ok(trials)
+}
+
+/// Random stream of the plan.
+const STREAM: u32 = 0x5107;
+
+fn draw(
+    rng: &mut Rng,
+    placement: &Placement,
+    options: &ShootingOptions,
+    place: [f64; 2],
+    repeat: usize,
+) -> Trial {
+    use std::f64::consts::TAU;
+    let radius = options.start_radius_m * rng.unit().sqrt();
+    let (s, c) = (TAU * rng.unit()).sin_cos();
+    let displacement = [radius * c, radius * s];
+    let (speed, angle) = (rng.unit(), TAU * rng.unit());
+    let ball_velocity = options.rolling.map_or([0.0; 2], |[lo, hi]| {
+        let v = lo + (hi - lo) * speed;
+        [v * angle.cos(), v * angle.sin()]
+    });
+    let (ball, goal) = match options.variant {
+        Variant::Robot => (place, [options.goal_distance_m, 0.0]),
+        // Seen from the displaced robot, what stands still in the world moved the other way.
+        Variant::World => (
+            [place[0] - displacement[0], place[1] - displacement[1]],
+            [options.goal_distance_m - displacement[0], -displacement[1]],
+        ),
+    };
+    Trial { place, repeat, displacement, ball, ball_velocity, goal, motion: placement.nearest(ball) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::shooting::Grid;
+    use paid_robot::{Body, Geom};
+
+    #[test]
+    fn the_grids_have_the_papers_places() {
+        let count = |g: Grid| (g.places(g.x).len(), g.places(g.y).len());
+        assert_eq!(count(Grid::EFFECTIVE), (7, 9));
+        assert_eq!(count(Grid::WHOLE), (11, 13));
+        assert_eq!(Grid::EFFECTIVE.places([0.5, 2.0]).last(), Some(&2.0));
+    }
+
+    #[test]
+    fn distances_to_the_three_shapes_by_hand() {
+        let turned = [0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()]; // 90 degrees about z
+        let distance = |shape| {
+            let body = Body {
+                name: "b".into(),
+                parent: None,
+                pos: [0.0; 3],
+                quat: [1.0, 0.0, 0.0, 0.0],
+                mass: 1.0,
+                com: [0.0; 3],
+                inertia: [1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
+                geoms: vec![Geom { name: "g".into(), class: "collision".into(), shape }],
+            };
+            let model = RobotModel {
+                name: "m".into(),
+                bodies: vec![body],
+                joints: vec![],
+                contact_exclusions: vec![],
+            };
+            // The body stands at (1, 0, 0) and is turned: its x axis is the world's y.
+            robot_distance(&model, &[[1.0, 0.0, 0.0]], &[turned], [1.0, 2.0, 0.0])
+        };
+        assert!((distance(Shape::Sphere { center: [1.0, 0.0, 0.0], radius: 0.25 }) - 0.75).abs() < 1e-12);
+        let capsule = Shape::Capsule { ends: [[0.0; 3], [0.5, 0.0, 0.0]], radius: 0.1 };
+        assert!((distance(capsule) - 1.4).abs() < 1e-12);
+        let cuboid = Shape::Box { center: [0.0; 3], half_size: [0.5, 3.0, 1.0], quat: [1.0, 0.0, 0.0, 0.0] };
+        assert!((distance(cuboid) - 1.5).abs() < 1e-12);
+    }
+}

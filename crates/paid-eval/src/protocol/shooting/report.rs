@@ -1,0 +1,340 @@
+//! Figures of a shooting evaluation, per trial, per ball place and in all.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::{Grid, ShootingOptions, Trial, Variant};
+use crate::metrics::statistics::{Share, mean};
+use crate::table::{Table, number};
+
+/// What came of a trial.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outcome {
+    /// The plan.
+    #[serde(flatten)]
+    pub trial: Trial,
+    /// Name of the motion.
+    pub motion_name: String,
+    /// True if the robot met the ball (more than the preset's contact force).
+    pub contact: bool,
+    /// True if the labelled foot was the nearer one at first contact.
+    pub correct_foot: bool,
+    /// Body that met the ball first.
+    pub body: Option<String>,
+    /// Time of first contact [s].
+    pub kick_time_s: Option<f64>,
+    /// Speed of the kicking foot just after first contact [m/s].
+    pub foot_speed: Option<f64>,
+    /// True if the kicked ball's centre crossed the goal plane within the mouth.
+    pub goal: bool,
+    /// Where it crossed the plane, left positive [m].
+    pub lateral_m: Option<f64>,
+    /// When [s].
+    pub goal_time_s: Option<f64>,
+    /// Cosine between the ball's horizontal outgoing velocity and the direction from the ball at impact to the goal's centre.
+    pub cosine: Option<f64>,
+    /// Horizontal outgoing ball speed, 5 control steps after first contact [m/s].
+    pub ball_speed: Option<f64>,
+    /// Vertical outgoing ball velocity [m/s].
+    pub ball_rise: Option<f64>,
+    /// Largest horizontal ball speed after first contact [m/s].
+    pub peak_ball_speed: f64,
+    /// True if the robot fell within two seconds after first contact.
+    pub fell_after_kick: bool,
+    /// True if it fell at any time.
+    pub fell: bool,
+    /// Control steps of the trial.
+    pub steps: u32,
+    /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's centre [m]; not in the JSON.
+    #[serde(skip)]
+    pub path: Vec<[[f64; 2]; 2]>,
+}
+
+/// Means and shares of some trials.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CellScore {
+    /// Grid place [m]; `None` for all trials together.
+    pub place: Option<[f64; 2]>,
+    /// Goals of all trials.
+    pub success: Share,
+    /// Goals of the trials with a contact (the paper's number of kicks).
+    pub success_of_kicks: Share,
+    /// Trials with a contact.
+    pub contact: Share,
+    /// Labelled foot first, of the trials with a contact.
+    pub correct_foot: Share,
+    /// Falls within two seconds after the contact, of all trials.
+    pub falls: Share,
+    /// Falls at any time.
+    pub falls_ever: Share,
+    /// Mean cosine over the contacts.
+    pub accuracy: Option<f64>,
+    /// Mean outgoing ball speed over the contacts [m/s].
+    pub ball_speed: Option<f64>,
+    /// Mean over the contacts of the largest ball speed [m/s].
+    pub peak_ball_speed: Option<f64>,
+    /// Mean foot speed just after the contact [m/s].
+    pub foot_speed: Option<f64>,
+}
+
+impl CellScore {
+    fn of(place: Option<[f64; 2]>, outcomes: &[&Outcome]) -> Self {
+        let kicks = || outcomes.iter().filter(|o| o.contact);
+        let all = || outcomes.iter();
+        Self {
+            place,
+            success: Share::of(all().map(|o| o.goal)),
+            success_of_kicks: Share::of(kicks().map(|o| o.goal)),
+            contact: Share::of(all().map(|o| o.contact)),
+            correct_foot: Share::of(kicks().map(|o| o.correct_foot)),
+            falls: Share::of(all().map(|o| o.fell_after_kick)),
+            falls_ever: Share::of(all().map(|o| o.fell)),
+            accuracy: mean(kicks().filter_map(|o| o.cosine)),
+            ball_speed: mean(kicks().filter_map(|o| o.ball_speed)),
+            peak_ball_speed: mean(kicks().map(|o| o.peak_ball_speed)),
+            foot_speed: mean(kicks().filter_map(|o| o.foot_speed)),
+        }
+    }
+}
+
+/// Everything.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ShootingReport {
+    /// What was run.
+    pub options: ShootingOptions,
+    /// All trials together.
+    pub total: CellScore,
+    /// Per grid place, x slowest.
+    pub cells: Vec<CellScore>,
+    /// Every trial.
+    pub trials: Vec<Outcome>,
+}
+
+impl ShootingReport {
+    pub(super) fn new(options: &ShootingOptions, trials: Vec<Outcome>) -> Self {
+        let cells = trials
+            .chunks(options.trials.max(1))
+            .map(|cell| CellScore::of(cell.first().map(|o| o.trial.place), &cell.iter().collect::<Vec<_>>()))
+            .collect();
+        let total = CellScore::of(None, &trials.iter().collect::<Vec<_>>());
+        Self { options: options.clone(), total, cells, trials }
+    }
+
+    /// One line that says what was run.
+    pub fn title(&self) -> String {
+        let o = &self.options;
+        let Grid { x, y, step } = o.grid;
+        let ball = match o.rolling {
+            None => "static ball".to_owned(),
+            Some([lo, hi]) => format!("ball rolling at {lo} to {hi} m/s"),
+        };
+        let variant = match o.variant {
+            Variant::Robot => "ball place given in the robot's first pose (its displacement changes nothing)",
+            Variant::World => "ball place and goal fixed in the world, robot displaced",
+        };
+        format!(
+            "{ball}, grid [{}, {}] x [{}, {}] m every {step} m, {} trials a place, robot start within {} m; {variant}",
+            x[0], x[1], y[0], y[1], o.trials, o.start_radius_m
+        )
+    }
+
+    /// The report as text: totals, then success and accuracy over the grid (rows: x ahead, columns: y left).
+    pub fn table(&self) -> String {
+        let mut out = format!("{}\n\n", self.title());
+        let mut totals = Table::new(&["figure", "", "value", "95% low", "high", "n"]);
+        let t = &self.total;
+        for (name, s) in [
+            ("success", t.success),
+            ("success of kicks", t.success_of_kicks),
+            ("contact", t.contact),
+            ("correct foot of kicks", t.correct_foot),
+            ("falls within 2 s of the kick", t.falls),
+            ("falls at any time", t.falls_ever),
+        ] {
+            let p = |v: f64| format!("{:.1}%", 100.0 * v);
+            totals.row([name.into(), String::new(), p(s.share), p(s.low), p(s.high), s.trials.to_string()]);
+        }
+        for (name, value) in [
+            ("accuracy (cosine)", t.accuracy),
+            ("ball speed [m/s]", t.ball_speed),
+            ("peak ball speed [m/s]", t.peak_ball_speed),
+            ("foot speed at contact [m/s]", t.foot_speed),
+        ] {
+            let value = value.map_or("-".to_owned(), |v| number(v, 3));
+            totals.row([name.into(), String::new(), value, String::new(), String::new(), String::new()]);
+        }
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "{totals}");
+        for (name, value) in [
+            ("success [%]", (|c| Some(100.0 * c.success.share)) as fn(&CellScore) -> Option<f64>),
+            ("accuracy x 100", |c| c.accuracy.map(|a| 100.0 * a)),
+        ] {
+            let _ =
+                writeln!(out, "{name}; rows: x ahead [m], columns: y left [m]\n{}", self.grid_text(value));
+        }
+        out.push_str(match self.options.rolling {
+            None => "paper (MuJoCo, static): Pure RL 33.0% 0.524, AMP 46.8% 0.715, Single-Stage 78.1% 0.922, PAiD 91.3% 0.969\n",
+            Some(_) => "paper (MuJoCo, rolling): Pure RL 23.5% 0.359, AMP 35.5% 0.531, Single-Stage 54.3% 0.798, PAiD 71.9% 0.889\n",
+        });
+        out
+    }
+
+    /// Values over the grid, `[x][y]`.
+    pub fn grid_values(&self, value: fn(&CellScore) -> Option<f64>) -> Vec<Vec<Option<f64>>> {
+        let columns = self.options.grid.places(self.options.grid.y).len();
+        self.cells.chunks(columns).map(|row| row.iter().map(value).collect()).collect()
+    }
+
+    fn grid_text(&self, value: fn(&CellScore) -> Option<f64>) -> String {
+        let grid = &self.options.grid;
+        let mut text = String::from("      ");
+        for y in grid.places(grid.y) {
+            let _ = write!(text, "{y:>6.2}");
+        }
+        for (x, row) in grid.places(grid.x).iter().zip(self.grid_values(value)) {
+            let _ = write!(text, "\n{x:>5.2} ");
+            for v in row {
+                text.push_str(&v.map_or("     -".to_owned(), |v| format!("{v:>6.0}")));
+            }
+        }
+        text.push('\n');
+        text
+    }
+
+    /// One line a trial.
+    pub fn csv(&self) -> String {
+        let mut out = String::from(
+            "x,y,repeat,displacement_x,displacement_y,ball_x,ball_y,ball_vx,ball_vy,goal_x,goal_y,motion,contact,correct_foot,\
+             body,kick_time_s,foot_speed,goal,lateral_m,goal_time_s,cosine,ball_speed,ball_rise,peak_ball_speed,\
+             fell_after_kick,fell,steps\n",
+        );
+        let o = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
+        for r in &self.trials {
+            let t = &r.trial;
+            let _ = writeln!(
+                out,
+                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{}",
+                t.place[0],
+                t.place[1],
+                t.repeat,
+                t.displacement[0],
+                t.displacement[1],
+                t.ball[0],
+                t.ball[1],
+                t.ball_velocity[0],
+                t.ball_velocity[1],
+                t.goal[0],
+                t.goal[1],
+                quoted(&r.motion_name),
+                r.contact,
+                r.correct_foot,
+                quoted(r.body.as_deref().unwrap_or("")),
+                o(r.kick_time_s),
+                o(r.foot_speed),
+                r.goal,
+                o(r.lateral_m),
+                o(r.goal_time_s),
+                o(r.cosine),
+                o(r.ball_speed),
+                o(r.ball_rise),
+                r.peak_ball_speed,
+                r.fell_after_kick,
+                r.fell,
+                r.steps
+            );
+        }
+        out
+    }
+}
+
+/// A text as a CSV field.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(place: [f64; 2], repeat: usize, contact: bool, goal: bool, cosine: f64) -> Outcome {
+        Outcome {
+            trial: Trial {
+                place,
+                repeat,
+                displacement: [0.0; 2],
+                ball: place,
+                ball_velocity: [0.0; 2],
+                goal: [5.0, 0.0],
+                motion: 0,
+            },
+            motion_name: "kick, hard".into(),
+            contact,
+            correct_foot: contact,
+            body: None,
+            kick_time_s: contact.then_some(2.0),
+            foot_speed: contact.then_some(5.0),
+            goal,
+            lateral_m: None,
+            goal_time_s: None,
+            cosine: contact.then_some(cosine),
+            ball_speed: contact.then_some(4.0),
+            ball_rise: None,
+            peak_ball_speed: 4.5,
+            fell_after_kick: false,
+            fell: !contact,
+            steps: 300,
+            path: vec![],
+        }
+    }
+
+    fn report() -> ShootingReport {
+        let grid = Grid { x: [0.5, 0.75], y: [0.0, 0.0], step: 0.25 };
+        let options = ShootingOptions { grid, trials: 2, ..ShootingOptions::default() };
+        ShootingReport::new(
+            &options,
+            vec![
+                outcome([0.5, 0.0], 0, true, true, 1.0),
+                outcome([0.5, 0.0], 1, true, false, 0.5),
+                outcome([0.75, 0.0], 0, false, false, 0.0),
+                outcome([0.75, 0.0], 1, true, true, 0.9),
+            ],
+        )
+    }
+
+    #[test]
+    fn shares_are_of_trials_and_accuracy_is_over_contacts() {
+        let r = report();
+        assert_eq!((r.total.success.count, r.total.success.trials), (2, 4));
+        assert_eq!((r.total.success_of_kicks.count, r.total.success_of_kicks.trials), (2, 3));
+        assert!((r.total.accuracy.expect("contacts") - 0.8).abs() < 1e-12);
+        assert_eq!(r.cells.len(), 2);
+        assert_eq!(r.cells[1].place, Some([0.75, 0.0]));
+        assert_eq!((r.cells[1].contact.count, r.cells[1].accuracy), (1, Some(0.9)));
+        assert_eq!(r.total.falls_ever.count, 1);
+        assert_eq!(r.grid_values(|c| Some(c.success.share)), vec![vec![Some(0.5)], vec![Some(0.5)]]);
+    }
+
+    #[test]
+    fn the_csv_has_a_row_a_trial_and_as_many_fields_as_titles() {
+        let csv = report().csv();
+        let lines: Vec<&str> = csv.lines().collect();
+        assert_eq!(lines.len(), 5);
+        let titles = lines[0].split(',').count();
+        // The motion's name holds a comma inside its quotes.
+        assert!(
+            lines[1..].iter().all(|l| l.split(',').count() == titles + 1 && l.contains("\"kick, hard\""))
+        );
+    }
+
+    #[test]
+    fn the_variant_and_the_grid_are_named() {
+        let table = report().table();
+        assert!(table.contains("fixed in the world, robot displaced") && table.contains("grid [0.5, 0.75]"));
+        assert!(table.contains("50.0%") && table.contains("PAiD 91.3%"), "{table}");
+    }
+}

@@ -1,0 +1,145 @@
+//! The protocols on the built-in engine with the real motions, driven by a policy that needs no training.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use paid_eval::episodes::Arena;
+use paid_eval::policy::{Policy, ZeroPolicy};
+use paid_eval::shooting::{self, Grid, Placement, ShootingOptions, Variant, plan};
+use paid_eval::tracking::{self, TrackingOptions};
+use paid_eval::{EvalError, picture};
+use paid_lanes::Isa;
+use paid_motion::MotionLibrary;
+use paid_robot::{RobotModel, RobotSpec};
+use paid_task::{ObservationLayout, ReferenceLibrary, TaskPreset};
+
+/// The folder of the standard kicks, if this machine has it.
+fn motions(test: &str) -> Option<PathBuf> {
+    let shared = std::env::var_os("PAID_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
+    let folder = shared.join("data/motions/paid/standard");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{test}: needs {}", folder.display());
+    println!("SKIPPED (needs shared data): {test}");
+    None
+}
+
+fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let motions = MotionLibrary::load(folder, &robot, &spec, 50.0).expect("good motions");
+    let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
+    Arena {
+        isa: Isa::detect(),
+        robot,
+        spec,
+        library: Arc::new(library),
+        preset: TaskPreset::builtin(task).expect("built in"),
+        threads,
+        seed: 5,
+    }
+}
+
+fn zero(arena: &Arena) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
+    let layout = ObservationLayout::new(&arena.spec);
+    let obs_dim = layout.policy.iter().map(|t| t.size).sum();
+    let action_dim = arena.spec.policy_joint_order.len();
+    move || Ok(Box::new(ZeroPolicy { obs_dim, action_dim }) as Box<dyn Policy>)
+}
+
+#[test]
+fn shots_repeat_whatever_the_number_of_threads() {
+    let Some(folder) = motions("shots_repeat_whatever_the_number_of_threads") else { return };
+    let options = ShootingOptions {
+        grid: Grid { x: [0.75, 1.0], y: [0.0, 0.0], step: 0.25 },
+        trials: 40,
+        rolling: Some(shooting::ROLLING_SPEED),
+        limit_s: 0.6,
+        ..ShootingOptions::default()
+    };
+    let run = |threads| {
+        let arena = arena(&folder, "stage2", threads);
+        shooting::evaluate(&arena, &zero(&arena), &options).expect("runs")
+    };
+    let (one, three) = (run(1), run(3));
+    assert_eq!(one, three);
+    assert_eq!((one.cells.len(), one.trials.len()), (2, 80));
+    let start = one.trials[7].path[0][1];
+    let end = one.trials[7].path.last().expect("steps")[1];
+    assert!((start[0] - end[0]).hypot(start[1] - end[1]) > 0.03, "the ball rolls: {start:?} {end:?}");
+    // The goal is 5 m ahead of the grid's origin, wherever the robot was put.
+    let trial = &one.trials[0].trial;
+    let ball = one.trials[0].path[0][1];
+    assert!(
+        (ball[0] - (trial.place[0] - 5.0)).abs() < 1e-3 && (ball[1] - trial.place[1]).abs() < 1e-3,
+        "{ball:?}"
+    );
+}
+
+#[test]
+fn standing_still_tracks_no_kick() {
+    let Some(folder) = motions("standing_still_tracks_no_kick") else { return };
+    let arena = arena(&folder, "stage1", 2);
+    let options = TrackingOptions { starts: 2, sets: vec!["standard".to_owned(); arena.library.len()] };
+    let report = tracking::evaluate(&arena, &zero(&arena), &options).expect("runs");
+    assert_eq!(report.runs.len(), 3 * arena.library.len());
+    let set = &report.sets[0];
+    assert!(set.exact.displacement_share.abs() < 0.5, "{set:?}");
+    assert!(set.exact.foot_speed_share < 0.5 && set.exact.errors.mpjpe_mm > 5.0, "{set:?}");
+    assert!(report.table().contains("PAiD (paper)"));
+    // The first frame is the motion's own: its error is the engine's rounding.
+    assert!(report.runs.iter().filter(|r| r.exact).all(|r| r.frames > 1));
+}
+
+#[test]
+fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
+    let Some(folder) = motions("a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball") else { return };
+    let arena = arena(&folder, "stage2", 1);
+    let placement = Placement::new(&arena);
+    let world = plan(&arena, &ShootingOptions { trials: 5, ..ShootingOptions::default() }).expect("plans");
+    assert_eq!(world.len(), 7 * 9 * 5);
+    for t in &world {
+        for k in 0..2 {
+            assert!((t.ball[k] + t.displacement[k] - t.place[k]).abs() < 1e-12);
+        }
+        assert!(t.displacement[0].hypot(t.displacement[1]) <= 0.5);
+        assert!(!placement.overlaps(t.motion, t.ball));
+        assert_eq!(t.motion, placement.nearest(t.ball));
+    }
+    let robot = ShootingOptions { trials: 1, variant: Variant::Robot, ..ShootingOptions::default() };
+    assert!(plan(&arena, &robot).expect("plans").iter().all(|t| t.ball == t.place && t.goal == [5.0, 0.0]));
+    // The ball does not fit under the feet; and motion 001 goes 0.82 m straight ahead.
+    assert!(placement.overlaps(0, [0.0, 0.1]) && placement.overlaps(0, [0.0, -0.1]));
+    assert_eq!(placement.nearest([0.82, 0.0]), 0);
+}
+
+#[test]
+fn a_policy_of_another_size_is_refused() {
+    let Some(folder) = motions("a_policy_of_another_size_is_refused") else { return };
+    let arena = arena(&folder, "stage2", 1);
+    let options = ShootingOptions { trials: 1, ..ShootingOptions::default() };
+    let small = || Ok(Box::new(ZeroPolicy { obs_dim: 3, action_dim: 29 }) as Box<dyn Policy>);
+    let error = shooting::evaluate(&arena, &small, &options).expect_err("does not fit").to_string();
+    assert!(error.contains("length of the observation") && error.contains('3'), "{error}");
+}
+
+#[test]
+fn a_film_shows_the_robot() {
+    let Some(folder) = motions("a_film_shows_the_robot") else { return };
+    let arena = arena(&folder, "stage2", 1);
+    let (control, _) = shooting::control_of(&ShootingOptions::default(), 0.02);
+    let start = paid_task::ForcedStart::nominal(0);
+    let films = paid_eval::episodes::run_episodes(&arena, &zero(&arena), &[start], control, 10, |_| {
+        picture::Film::default()
+    })
+    .expect("runs");
+    assert_eq!(films[0].poses.len(), 11);
+    let image = picture::frame(&arena.robot, &films[0].poses[10], Some(0.11), 1.0, [160, 120]);
+    let mut empty = films[0].poses[10].clone();
+    empty.pos.truncate(1);
+    let without = picture::frame(&arena.robot, &empty, Some(0.11), 1.0, [160, 120]);
+    let differ = (0..120).flat_map(|y| (0..160).map(move |x| (x, y)));
+    let differ = differ.filter(|&(x, y)| image.get(x, y) != without.get(x, y)).count();
+    assert!(differ > 300, "the robot covers part of the picture: {differ} pixels");
+}
