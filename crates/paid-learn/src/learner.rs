@@ -109,11 +109,7 @@ impl Learner {
         let std = Some(config.ppo.initial_std);
         let actor = Model::new(policy_obs, actions, &config.actor, std, &mut Rng::new(seed, 0, INIT_STREAM));
         let critic = Model::new(critic_obs, 1, &config.critic, None, &mut Rng::new(seed, 1, INIT_STREAM));
-        let schedule = Schedule {
-            learning_rate: config.ppo.learning_rate,
-            adam_step: 0,
-            shuffle: Rng::new(seed, 0, SHUFFLE_STREAM),
-        };
+        let schedule = fresh_schedule(config, seed);
         Ok(Self {
             config: config.clone(),
             seed,
@@ -262,6 +258,24 @@ impl Learner {
         )
     }
 
+    /// The schedule at the start of training.
+    pub(crate) fn fresh_schedule(&self) -> Schedule {
+        fresh_schedule(&self.config, self.seed)
+    }
+
+    /// Sets the standard deviation of every action, for example at the start of a stage.
+    ///
+    /// # Errors
+    /// If it is outside the configured bounds.
+    pub fn set_std(&mut self, std: f64) -> Result<(), ConfigError> {
+        let mut config = self.config.clone();
+        config.ppo.initial_std = std;
+        config.check()?;
+        let weights = self.actor.net.layout().len();
+        self.actor.params[weights..].fill(std.ln() as f32);
+        Ok(())
+    }
+
     fn prepare_workers(&mut self, threads: usize) {
         self.workers.resize_with(threads.max(1), Worker::default);
     }
@@ -300,5 +314,13 @@ impl Learner {
             return Err(ShardError { shard, expected: text(&old), found: text(&new) });
         }
         Ok(())
+    }
+}
+
+fn fresh_schedule(config: &LearnConfig, seed: u64) -> Schedule {
+    Schedule {
+        learning_rate: config.ppo.learning_rate,
+        adam_step: 0,
+        shuffle: Rng::new(seed, 0, SHUFFLE_STREAM),
     }
 }

@@ -6,6 +6,8 @@
 //! [`Learner`] is the way in: it collects a horizon from shards of environments ([`VecEnv`]) and updates actor and critic.
 
 pub mod adam;
+pub mod bench;
+pub mod checkpoint;
 pub mod config;
 pub mod element;
 pub mod env;
@@ -22,6 +24,7 @@ pub mod shard;
 pub mod update;
 pub mod value_loss;
 
+pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::{ConfigError, LearnConfig, LstmConfig, NetworkConfig, NetworkKind, PpoConfig};
 pub use env::{StepBuffers, VecEnv};
 pub use learner::{CollectStats, IterationStats, Learner, ShardError};

@@ -1,0 +1,155 @@
+//! Named tensors in a safetensors file.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+
+use super::CheckpointError;
+
+/// A tensor as bytes, little-endian.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tensor {
+    /// Element type.
+    pub dtype: Dtype,
+    /// Shape.
+    pub shape: Vec<usize>,
+    /// Elements.
+    pub data: Vec<u8>,
+}
+
+/// All tensors and metadata of a file.
+#[derive(Clone, Debug, Default)]
+pub struct TensorFile {
+    /// Where it is or will be.
+    pub path: PathBuf,
+    /// Tensors by name.
+    pub tensors: BTreeMap<String, Tensor>,
+    /// Text by name.
+    pub metadata: BTreeMap<String, String>,
+}
+
+macro_rules! numbers {
+    ($read:ident, $put:ident, $type:ty, $dtype:expr) => {
+        /// Elements of a tensor after checking type, shape and that they are finite.
+        ///
+        /// # Errors
+        /// Naming the tensor, what was expected and what was found.
+        pub fn $read(&self, name: &str, shape: &[usize]) -> Result<Vec<$type>, CheckpointError> {
+            let data = &self.checked(name, $dtype, shape)?.data;
+            let chunks = data.chunks_exact(size_of::<$type>());
+            let values: Vec<$type> = chunks
+                .map(|chunk| {
+                    let mut word = [0; size_of::<$type>()];
+                    word.copy_from_slice(chunk);
+                    <$type>::from_le_bytes(word)
+                })
+                .collect();
+            if let Some(k) = values.iter().position(|x| !(*x as f64).is_finite()) {
+                let reason =
+                    format!("tensor {name}: element {k}: expected a finite number, found {}", values[k]);
+                return Err(CheckpointError::Format { path: self.path.clone(), reason });
+            }
+            Ok(values)
+        }
+
+        /// Adds a tensor.
+        pub fn $put(&mut self, name: impl Into<String>, shape: &[usize], values: &[$type]) {
+            let data = values.iter().flat_map(|x| x.to_le_bytes()).collect();
+            self.tensors.insert(name.into(), Tensor { dtype: $dtype, shape: shape.to_vec(), data });
+        }
+    };
+}
+
+impl TensorFile {
+    numbers!(f32s, put_f32s, f32, Dtype::F32);
+    numbers!(f64s, put_f64s, f64, Dtype::F64);
+    numbers!(u64s, put_u64s, u64, Dtype::U64);
+
+    /// Adds bytes.
+    pub fn put_bytes(&mut self, name: impl Into<String>, bytes: &[u8]) {
+        let tensor = Tensor { dtype: Dtype::U8, shape: vec![bytes.len()], data: bytes.to_vec() };
+        self.tensors.insert(name.into(), tensor);
+    }
+
+    fn checked(&self, name: &str, dtype: Dtype, shape: &[usize]) -> Result<&Tensor, CheckpointError> {
+        let tensor = self.tensors.get(name);
+        match tensor {
+            Some(tensor) if tensor.dtype == dtype && tensor.shape == shape => Ok(tensor),
+            _ => Err(CheckpointError::Tensor {
+                path: self.path.clone(),
+                tensor: name.to_owned(),
+                expected: format!("{dtype:?} {shape:?}"),
+                found: tensor.map_or("none".to_owned(), |t| format!("{:?} {:?}", t.dtype, t.shape)),
+            }),
+        }
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is not in the safetensors format.
+    pub fn load(path: &Path) -> Result<Self, CheckpointError> {
+        let bytes = fs::read(path).map_err(|source| CheckpointError::Io {
+            path: path.to_owned(),
+            action: "read",
+            source,
+        })?;
+        let wrong = |error: safetensors::SafeTensorError| CheckpointError::Format {
+            path: path.to_owned(),
+            reason: error.to_string(),
+        };
+        let (_, header) = SafeTensors::read_metadata(&bytes).map_err(wrong)?;
+        let parsed = SafeTensors::deserialize(&bytes).map_err(wrong)?;
+        let mut file = Self { path: path.to_owned(), ..Self::default() };
+        for (name, view) in parsed.iter() {
+            let tensor =
+                Tensor { dtype: view.dtype(), shape: view.shape().to_vec(), data: view.data().to_vec() };
+            file.tensors.insert(name.to_owned(), tensor);
+        }
+        if let Some(metadata) = header.metadata() {
+            file.metadata.extend(metadata.iter().map(|(key, value)| (key.clone(), value.clone())));
+        }
+        Ok(file)
+    }
+
+    /// Writes the file under its path; an older one stays whole if this fails.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn save(&self) -> Result<(), CheckpointError> {
+        let wrong = |error: safetensors::SafeTensorError| CheckpointError::Format {
+            path: self.path.clone(),
+            reason: error.to_string(),
+        };
+        let mut views = Vec::new();
+        for (name, tensor) in &self.tensors {
+            let view = TensorView::new(tensor.dtype, tensor.shape.clone(), &tensor.data).map_err(wrong)?;
+            views.push((name.as_str(), view));
+        }
+        let metadata: HashMap<String, String> =
+            self.metadata.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
+        let bytes = safetensors::serialize(views, Some(metadata)).map_err(wrong)?;
+        write_atomically(&self.path, &bytes)
+    }
+}
+
+/// Writes to a temporary name beside `path`, flushes to the disk and renames.
+///
+/// # Errors
+/// If the file system refuses; the temporary file is removed and an older file under `path` stays as it was.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), CheckpointError> {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    let temporary = path.with_file_name(name);
+    let written = fs::File::create(&temporary)
+        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // Best effort: the error that matters is the first one.
+        let _ = fs::remove_file(&temporary);
+        CheckpointError::Io { path: path.to_owned(), action: "write", source }
+    })
+}

@@ -1,0 +1,167 @@
+//! Saving and restoring a learner.
+
+use std::path::Path;
+
+use super::{Checkpoint, CheckpointError, Meta, TensorFile, VERSION};
+use crate::learner::Learner;
+use crate::model::Model;
+use crate::net::State;
+use crate::normalizer::Normalizer;
+use crate::shard::Shard;
+
+/// Recurrent states of a shard's blocks as one `[2 * layers * size, envs]` matrix.
+fn gather(states: &[State<f32>], envs: usize) -> (usize, Vec<f32>) {
+    let rows = states
+        .first()
+        .map_or(0, |state| state.h.iter().chain(&state.c).map(|layer| layer.len() / state.n.max(1)).sum());
+    let mut out = vec![0.0; rows * envs];
+    let mut first = 0;
+    for state in states {
+        let layers = state.h.iter().zip(&state.c).flat_map(|(h, c)| [h, c]);
+        let values = layers.flat_map(|layer| layer.chunks(state.n));
+        for (row, values) in values.enumerate() {
+            out[row * envs + first..row * envs + first + state.n].copy_from_slice(values);
+        }
+        first += state.n;
+    }
+    (rows, out)
+}
+
+/// The reverse of [`gather`].
+fn scatter(data: &[f32], states: &mut [State<f32>], envs: usize) {
+    let mut first = 0;
+    for state in states {
+        let n = state.n;
+        let layers = state.h.iter_mut().zip(&mut state.c).flat_map(|(h, c)| [h, c]);
+        for (row, values) in layers.flat_map(|layer| layer.chunks_mut(n)).enumerate() {
+            values.copy_from_slice(&data[row * envs + first..row * envs + first + n]);
+        }
+        first += n;
+    }
+}
+
+impl Learner {
+    /// Writes a checkpoint with the caller's `blobs` (environment states, sampler, preset); an older file stays whole if
+    /// this fails.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn save(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
+        let mut file = TensorFile { path: path.to_owned(), ..TensorFile::default() };
+        for (name, model) in [("actor", &self.actor), ("critic", &self.critic)] {
+            for spec in model.layout.tensors() {
+                for (prefix, data) in [("", &model.params), ("adam.m.", &model.m), ("adam.v.", &model.v)] {
+                    let place = format!("{prefix}{name}.{}", spec.name);
+                    file.put_f32s(place, &spec.shape, &data[spec.range.clone()]);
+                }
+            }
+        }
+        for (name, normalizer) in [("policy", &self.policy_normalizer), ("critic", &self.critic_normalizer)] {
+            let moments = normalizer.moments();
+            let features = [moments.mean.len()];
+            file.put_f64s(format!("normalizer.{name}.mean"), &features, &moments.mean);
+            file.put_f64s(format!("normalizer.{name}.m2"), &features, &moments.m2);
+            file.put_f64s(format!("normalizer.{name}.count"), &[1], &[moments.count]);
+        }
+        file.put_f64s("learner.learning_rate", &[1], &[self.schedule.learning_rate]);
+        let counters = [
+            self.seed,
+            self.iteration,
+            self.env_steps,
+            self.schedule.adam_step,
+            self.schedule.shuffle.position(),
+            self.shards.len() as u64,
+        ];
+        file.put_u64s("learner.counters", &[counters.len()], &counters);
+        let sizes: Vec<u64> = self.shards.iter().map(|shard| shard.rollout.plan.envs as u64).collect();
+        file.put_u64s("learner.shards", &[sizes.len()], &sizes);
+        for (k, shard) in self.shards.iter().enumerate() {
+            let envs = shard.rollout.plan.envs;
+            for (name, states) in [("actor", &shard.actor_state), ("critic", &shard.critic_state)] {
+                let (rows, data) = gather(states, envs);
+                file.put_f32s(format!("carry.{k}.{name}"), &[rows, envs], &data);
+            }
+        }
+        for (name, bytes) in blobs {
+            file.put_bytes(format!("blob.{name}"), bytes);
+        }
+        let meta = Meta {
+            version: VERSION,
+            policy_obs: self.actor.net.input,
+            critic_obs: self.critic.net.input,
+            actions: self.actor.net.output,
+            actor: self.config.actor.clone(),
+            critic: self.config.critic.clone(),
+            iteration: self.iteration,
+        };
+        let text = serde_json::to_string(&meta)
+            .map_err(|error| CheckpointError::Format { path: path.to_owned(), reason: error.to_string() })?;
+        file.metadata.insert("paid".to_owned(), text);
+        file.save()
+    }
+
+    /// Goes on where the checkpoint stopped: weights, moments, normalisers, rates, counters, seed and recurrent states. With
+    /// environments restored to the same point, training ends in the same weights as without the interruption. On an error the
+    /// learner is as before.
+    ///
+    /// # Errors
+    /// If the checkpoint is of another architecture.
+    pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        let (mut actor, mut critic, policy_normalizer, critic_normalizer) = self.weights_of(checkpoint)?;
+        for (name, model) in [("actor", &mut actor), ("critic", &mut critic)] {
+            model.m = checkpoint.parameters(&format!("adam.m.{name}"), &model.layout)?;
+            model.v = checkpoint.parameters(&format!("adam.v.{name}"), &model.layout)?;
+        }
+        let file = &checkpoint.file;
+        let learning_rate = file.f64s("learner.learning_rate", &[1])?[0];
+        let counters = file.u64s("learner.counters", &[6])?;
+        let sizes = file.u64s("learner.shards", &[counters[5] as usize])?;
+        let mut shards = Vec::new();
+        for (k, &envs) in sizes.iter().enumerate() {
+            let envs = envs as usize;
+            let mut shard = Shard::new(self.plan(envs), &actor, &critic);
+            for (name, states) in [("actor", &mut shard.actor_state), ("critic", &mut shard.critic_state)] {
+                let rows = gather(states, envs).0;
+                let data = file.f32s(&format!("carry.{k}.{name}"), &[rows, envs])?;
+                scatter(&data, states, envs);
+            }
+            shards.push(shard);
+        }
+        (self.actor, self.critic) = (actor, critic);
+        (self.policy_normalizer, self.critic_normalizer) = (policy_normalizer, critic_normalizer);
+        self.shards = shards;
+        self.seed = counters[0];
+        self.iteration = counters[1];
+        self.env_steps = counters[2];
+        self.schedule = self.fresh_schedule();
+        self.schedule.learning_rate = learning_rate;
+        self.schedule.adam_step = counters[3];
+        self.schedule.shuffle.seek(counters[4]);
+        Ok(())
+    }
+
+    /// Takes weights, standard deviations and normalisers only: the start of a next stage. Moments, rates, counters and
+    /// recurrent states stay as they are. On an error the learner is as before.
+    ///
+    /// # Errors
+    /// If the checkpoint is of another architecture.
+    pub fn load_weights(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        let (actor, critic, policy_normalizer, critic_normalizer) = self.weights_of(checkpoint)?;
+        (self.actor, self.critic) = (actor, critic);
+        (self.policy_normalizer, self.critic_normalizer) = (policy_normalizer, critic_normalizer);
+        Ok(())
+    }
+
+    /// Copies of the models with the checkpoint's weights, and its normalisers.
+    fn weights_of(
+        &self,
+        checkpoint: &Checkpoint,
+    ) -> Result<(Model, Model, Normalizer, Normalizer), CheckpointError> {
+        let (mut actor, mut critic) = (self.actor.clone(), self.critic.clone());
+        actor.params = checkpoint.parameters("actor", &actor.layout)?;
+        critic.params = checkpoint.parameters("critic", &critic.layout)?;
+        let policy_normalizer = checkpoint.normalizer("policy", actor.net.input)?;
+        let critic_normalizer = checkpoint.normalizer("critic", critic.net.input)?;
+        Ok((actor, critic, policy_normalizer, critic_normalizer))
+    }
+}

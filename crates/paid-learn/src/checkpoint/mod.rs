@@ -1,0 +1,153 @@
+//! Checkpoints: everything that a learner needs to go on as if it had not stopped, in one safetensors file.
+//!
+//! Tensors: `actor.*`, `critic.*` (weights, `actor.log_std`), `adam.m.*`, `adam.v.*`, `normalizer.{policy,critic}.{mean,m2,count}`
+//! (`f64`), `learner.*` (rates and counters), `carry.<shard>.{actor,critic}` (recurrent state, `[2 * layers * size, envs]`: `h` then
+//! `c` a layer) and `blob.<name>` (bytes that the caller added). The metadata hold the shape of the networks as JSON.
+
+mod file;
+mod learner;
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::config::NetworkConfig;
+use crate::model::Policy;
+use crate::net::{Layout, Network};
+use crate::normalizer::{Moments, Normalizer};
+
+pub use file::{Tensor, TensorFile, write_atomically};
+
+/// Version of the format.
+const VERSION: u32 = 1;
+
+/// A checkpoint that cannot be written, read or used.
+#[derive(Debug, thiserror::Error)]
+pub enum CheckpointError {
+    /// The file system refused.
+    #[error("{}: cannot {action}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was tried.
+        action: &'static str,
+        /// Why it failed.
+        source: std::io::Error,
+    },
+    /// The file is not a checkpoint of this program.
+    #[error("{}: not a checkpoint: {reason}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A tensor is missing or has another shape than the learner's.
+    #[error(
+        "{}: checkpoint of another architecture: tensor {tensor}: expected {expected}, found {found}",
+        path.display()
+    )]
+    Tensor {
+        /// The file.
+        path: PathBuf,
+        /// The tensor.
+        tensor: String,
+        /// What the learner has.
+        expected: String,
+        /// What the file has.
+        found: String,
+    },
+}
+
+/// Shape of the learner that wrote a checkpoint.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Meta {
+    /// Version of the format.
+    pub version: u32,
+    /// Features of the policy's observation.
+    pub policy_obs: usize,
+    /// Features of the critic's observation.
+    pub critic_obs: usize,
+    /// Number of actions.
+    pub actions: usize,
+    /// Policy network.
+    pub actor: NetworkConfig,
+    /// Value network.
+    pub critic: NetworkConfig,
+    /// Iterations done.
+    pub iteration: u64,
+}
+
+/// A checkpoint in memory.
+#[derive(Clone, Debug)]
+pub struct Checkpoint {
+    file: TensorFile,
+    meta: Meta,
+}
+
+impl Checkpoint {
+    /// Reads a checkpoint.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is none.
+    pub fn load(path: &Path) -> Result<Self, CheckpointError> {
+        let file = TensorFile::load(path)?;
+        let wrong = |reason: String| CheckpointError::Format { path: path.to_owned(), reason };
+        let text = file.metadata.get("paid").ok_or_else(|| wrong("no metadata entry 'paid'".to_owned()))?;
+        let meta: Meta = serde_json::from_str(text).map_err(|error| wrong(format!("metadata: {error}")))?;
+        if meta.version != VERSION {
+            return Err(wrong(format!("version: expected {VERSION}, found {}", meta.version)));
+        }
+        Ok(Self { file, meta })
+    }
+
+    /// The file that it came from.
+    pub fn path(&self) -> &Path {
+        &self.file.path
+    }
+
+    /// Shape of the learner that wrote it.
+    pub fn meta(&self) -> &Meta {
+        &self.meta
+    }
+
+    /// Bytes that the caller of `save` added under a name.
+    pub fn blob(&self, name: &str) -> Option<&[u8]> {
+        self.file.tensors.get(&format!("blob.{name}")).map(|tensor| tensor.data.as_slice())
+    }
+
+    /// The names of all such bytes, sorted.
+    pub fn blob_names(&self) -> Vec<&str> {
+        self.file.tensors.keys().filter_map(|name| name.strip_prefix("blob.")).collect()
+    }
+
+    /// The policy, for evaluation and export.
+    ///
+    /// # Errors
+    /// If a tensor does not fit the metadata.
+    pub fn policy(&self) -> Result<Policy, CheckpointError> {
+        let net = Network::new(self.meta.policy_obs, self.meta.actions, &self.meta.actor);
+        let params = self.parameters("actor", net.layout())?;
+        let log_std = self.file.f32s("actor.log_std", &[self.meta.actions])?;
+        let std = log_std.iter().map(|x| x.exp()).collect();
+        let normalizer = self.normalizer("policy", self.meta.policy_obs)?;
+        Ok(Policy { net, params, normalizer, std })
+    }
+
+    /// All tensors of a layout, each checked by name and shape.
+    fn parameters(&self, prefix: &str, layout: &Layout) -> Result<Vec<f32>, CheckpointError> {
+        let mut params = Vec::with_capacity(layout.len());
+        for spec in layout.tensors() {
+            params.extend(self.file.f32s(&format!("{prefix}.{}", spec.name), &spec.shape)?);
+        }
+        Ok(params)
+    }
+
+    fn normalizer(&self, name: &str, features: usize) -> Result<Normalizer, CheckpointError> {
+        let mean = self.file.f64s(&format!("normalizer.{name}.mean"), &[features])?;
+        let m2 = self.file.f64s(&format!("normalizer.{name}.m2"), &[features])?;
+        let count = self.file.f64s(&format!("normalizer.{name}.count"), &[1])?[0];
+        Ok(Normalizer::from_moments(Moments { count, mean, m2 }))
+    }
+}

@@ -1,0 +1,167 @@
+//! A resumed run equals one that was not stopped; files that do not fit are refused with one clear error.
+
+mod common;
+
+use std::fs;
+
+use common::{PointMass, Recall};
+use paid_learn::{
+    Checkpoint, LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, VecEnv,
+};
+
+fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
+    let network = NetworkConfig {
+        kind,
+        hidden: hidden.to_vec(),
+        lstm: LstmConfig { layers: 2, size: 6 },
+        ..NetworkConfig::default()
+    };
+    LearnConfig {
+        actor: network.clone(),
+        critic: network,
+        ppo: PpoConfig { horizon: 8, minibatches: 2, block: 32, sequence_block: 16, ..PpoConfig::default() },
+    }
+}
+
+fn recalls() -> Vec<Box<dyn VecEnv>> {
+    [20, 33].iter().map(|&n| Box::new(Recall::new(n, n as u64)) as Box<dyn VecEnv>).collect()
+}
+
+fn weights(learner: &Learner) -> Vec<u32> {
+    learner.actor().params.iter().chain(&learner.critic().params).map(|x| x.to_bits()).collect()
+}
+
+#[test]
+fn a_resumed_run_ends_in_the_same_weights() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.safetensors");
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+        let config = config(kind, &[8]);
+        let mut whole = Learner::new(2, 2, 1, &config, 4).unwrap();
+        let mut envs = recalls();
+        for _ in 0..3 {
+            whole.iterate(&mut envs, 2).unwrap();
+        }
+        let states: Vec<Vec<u8>> = envs.iter().map(|env| env.save()).collect();
+        whole.save(&path, &[("env.0", &states[0]), ("env.1", &states[1])]).unwrap();
+        for _ in 0..3 {
+            whole.iterate(&mut envs, 2).unwrap();
+        }
+
+        let checkpoint = Checkpoint::load(&path).unwrap();
+        assert_eq!(checkpoint.blob_names(), ["env.0", "env.1"]);
+        // Another seed on purpose: the checkpoint brings its own.
+        let mut resumed = Learner::new(2, 2, 1, &config, 77).unwrap();
+        resumed.restore(&checkpoint).unwrap();
+        assert_eq!(resumed.iteration(), 3);
+        let mut envs = recalls();
+        for (k, env) in envs.iter_mut().enumerate() {
+            env.restore(checkpoint.blob(&format!("env.{k}")).unwrap()).unwrap();
+        }
+        for _ in 0..3 {
+            resumed.iterate(&mut envs, 1).unwrap();
+        }
+        assert_eq!(weights(&whole), weights(&resumed), "{kind:?}");
+        assert_eq!(whole.learning_rate(), resumed.learning_rate());
+    }
+}
+
+#[test]
+fn a_policy_from_a_checkpoint_acts_like_the_learners() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("policy.safetensors");
+    let mut learner = Learner::new(2, 2, 1, &config(NetworkKind::Lstm, &[8]), 4).unwrap();
+    learner.iterate(&mut recalls(), 1).unwrap();
+    learner.save(&path, &[]).unwrap();
+    let policies = [learner.policy(), Checkpoint::load(&path).unwrap().policy().unwrap()];
+    let mut actions = [[0.0; 3], [0.0; 3]];
+    for (policy, actions) in policies.iter().zip(&mut actions) {
+        let mut state = policy.start(3);
+        for step in 0..4 {
+            let obs: Vec<f32> = (0..6).map(|k| (k * step) as f32 * 0.1).collect();
+            policy.act(&obs, &mut state, actions);
+        }
+    }
+    assert_eq!(actions[0], actions[1]);
+    assert!(actions[0].iter().any(|&a| a != 0.0));
+    assert_eq!(policies[0].std, policies[1].std);
+}
+
+#[test]
+fn weights_alone_start_a_next_stage() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("stage1.safetensors");
+    let config = config(NetworkKind::Mlp, &[8]);
+    let mut first = Learner::new(2, 2, 1, &config, 4).unwrap();
+    first.iterate(&mut recalls(), 1).unwrap();
+    first.save(&path, &[]).unwrap();
+    let mut second = Learner::new(2, 2, 1, &config, 5).unwrap();
+    second.load_weights(&Checkpoint::load(&path).unwrap()).unwrap();
+    assert_eq!(weights(&first), weights(&second));
+    assert_eq!(second.iteration(), 0);
+    assert_eq!(second.learning_rate(), 1e-3);
+    second.set_std(0.25).unwrap();
+    assert!(second.policy().std.iter().all(|std| (std - 0.25).abs() < 1e-6));
+    assert!(second.set_std(-1.0).is_err());
+}
+
+#[test]
+fn a_checkpoint_of_another_architecture_is_refused_and_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("other.safetensors");
+    Learner::new(2, 2, 1, &config(NetworkKind::Mlp, &[8]), 4).unwrap().save(&path, &[]).unwrap();
+    let checkpoint = Checkpoint::load(&path).unwrap();
+    let mut learner = Learner::new(2, 2, 1, &config(NetworkKind::Mlp, &[9]), 4).unwrap();
+    let before = weights(&learner);
+    let error = learner.restore(&checkpoint).unwrap_err().to_string();
+    assert!(error.contains("other.safetensors: checkpoint of another architecture"), "{error}");
+    assert!(error.contains("actor.mlp.0.weight: expected F32 [9, 2], found F32 [8, 2]"), "{error}");
+    let mut recurrent = Learner::new(2, 2, 1, &config(NetworkKind::Lstm, &[8]), 4).unwrap();
+    let error = recurrent.load_weights(&checkpoint).unwrap_err().to_string();
+    assert!(error.contains("lstm.0.weight_ih") && error.contains("found none"), "{error}");
+    assert_eq!(before, weights(&learner));
+}
+
+#[test]
+fn files_that_are_no_checkpoints_are_refused_and_a_failed_write_leaves_the_old_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let missing = Checkpoint::load(&folder.path().join("none")).unwrap_err().to_string();
+    assert!(missing.contains("cannot read"), "{missing}");
+    let path = folder.path().join("broken");
+    fs::write(&path, b"not a checkpoint").unwrap();
+    let broken = Checkpoint::load(&path).unwrap_err().to_string();
+    assert!(broken.contains("broken: not a checkpoint"), "{broken}");
+
+    let learner = Learner::new(3, 2, 1, &config(NetworkKind::Mlp, &[8]), 4).unwrap();
+    let path = folder.path().join("good");
+    learner.save(&path, &[]).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    let cut = bytes.len() - 5;
+    bytes.truncate(cut);
+    fs::write(folder.path().join("cut"), &bytes).unwrap();
+    assert!(Checkpoint::load(&folder.path().join("cut")).is_err());
+    // A folder in the file's place: the rename fails, and no temporary file stays.
+    let taken = folder.path().join("taken");
+    fs::create_dir(&taken).unwrap();
+    fs::write(taken.join("inside"), b"x").unwrap();
+    let error = learner.save(&taken, &[]).unwrap_err().to_string();
+    assert!(error.contains("taken: cannot write"), "{error}");
+    assert!(taken.join("inside").exists());
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert!(!left.iter().any(|name| name.to_string_lossy().contains("tmp")), "{left:?}");
+}
+
+#[test]
+fn weights_that_are_not_finite_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("nan");
+    let mut learner = Learner::new(2, 3, 1, &config(NetworkKind::Mlp, &[8]), 4).unwrap();
+    learner.save(&path, &[]).unwrap();
+    let mut file = paid_learn::checkpoint::TensorFile::load(&path).unwrap();
+    file.put_f32s("critic.mlp.1.bias", &[1], &[f32::NAN]);
+    file.save().unwrap();
+    let error = learner.load_weights(&Checkpoint::load(&path).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("critic.mlp.1.bias: element 0: expected a finite number"), "{error}");
+    let mut env: Vec<Box<dyn VecEnv>> = vec![Box::new(PointMass::new(16, 0))];
+    learner.iterate(&mut env, 1).unwrap();
+}
