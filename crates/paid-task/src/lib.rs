@@ -8,6 +8,7 @@ mod config;
 mod error;
 mod eval_control;
 mod group;
+mod kernels;
 mod kick;
 mod layout;
 mod library;

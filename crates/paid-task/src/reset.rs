@@ -20,6 +20,13 @@ pub(crate) struct Start {
     pub goal: [f64; 3],
 }
 
+/// A foot on the ground (x, y), world.
+struct Sole {
+    place: [f64; 2],
+    /// Unit vector of the foot's x axis.
+    along: [f64; 2],
+}
+
 /// What the draw depends on.
 pub(crate) struct StartContext<'a> {
     pub config: &'a TaskConfig,
@@ -128,15 +135,15 @@ impl StartContext<'_> {
         if self.config.preset.resets.lift_to_ground {
             // Three points of each sole, 8 cm apart along the foot.
             let mut lift = 0.0_f64;
-            for (foot, along) in &feet {
+            for Sole { place, along } in &feet {
                 for k in [-0.08, 0.0, 0.08] {
-                    lift = lift.max(ground([foot[0] + k * along[0], foot[1] + k * along[1]]));
+                    lift = lift.max(ground([place[0] + k * along[0], place[1] + k * along[1]]));
                 }
             }
             state.base_pos[2] += lift;
         }
         let radius = params.ball.radius_m;
-        let (ball, velocity) = self.ball(motion, &[feet[0].0, feet[1].0], rng);
+        let (ball, velocity) = self.ball(motion, &[feet[0].place, feet[1].place], rng);
         state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
         if !self.config.preset.scene.ball {
             // A marker: at its height above the plane, whatever the terrain below.
@@ -180,7 +187,7 @@ impl StartContext<'_> {
         noisy: bool,
         shift: [f64; 2],
         rng: &mut Rng,
-    ) -> (LaneState, [([f64; 2], [f64; 2]); 2]) {
+    ) -> (LaneState, [Sole; 2]) {
         let config = self.config;
         let preset = &config.preset.resets;
         let clip = &self.library.clips()[motion];
@@ -214,7 +221,7 @@ impl StartContext<'_> {
             let p = clip.body_pos[foot];
             let x = Quat(clip.body_quat[foot]).rotate(Vec3([1.0, 0.0, 0.0])).0;
             let length = x[0].hypot(x[1]).max(1e-6);
-            ([p[0] + offset[0], p[1] + offset[1]], [x[0] / length, x[1] / length])
+            Sole { place: [p[0] + offset[0], p[1] + offset[1]], along: [x[0] / length, x[1] / length] }
         });
         let state = LaneState {
             base_pos: [pos[0] + offset[0], pos[1] + offset[1], pos[2] + offset[2]],

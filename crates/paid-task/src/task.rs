@@ -3,17 +3,18 @@
 use std::sync::Arc;
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{Kernel, Real, Vec3};
+use paid_lanes::{Real, Vec3};
 use paid_physics::{EnvParams, GroupState, Simulator};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::config::TaskConfig;
-use crate::group::{GroupTask, load_f32, store_f32};
-use crate::observe::{Draw, MAX_NOISE, Rows, Seen, in_base, observe_critic, observe_policy};
+use crate::group::GroupTask;
+use crate::kernels::{Act, Gather, Observe, ScoreGroup};
+use crate::observe::{Draw, MAX_NOISE, Seen, in_base};
 use crate::perception::deviation;
 use crate::reference::MAX_LANES;
 use crate::reset::{StartContext, velocity_noise};
-use crate::score::{Score, Sums, score};
+use crate::score::{Score, Sums};
 use crate::{
     EndCause, EvalOptions, ForcedStart, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
     TaskPreset,
@@ -23,10 +24,11 @@ use crate::{
 const RESET_STREAM: u32 = 0;
 const PUSH_STREAM: u32 = 1;
 const PERCEPTION_STREAM: u32 = 3;
-/// Actions are limited to this; a NaN becomes the lower limit, so that it cannot reach the physics.
-const ACTION_LIMIT: f64 = 100.0;
 /// Control steps after the contact at which a kick's ball velocity is taken.
 const KICK_DELAY: u32 = 5;
+
+/// Groups whose observations are written out together.
+const BLOCK_GROUPS: usize = 8;
 
 /// What the task remembers of one environment outside the lanes.
 #[derive(Clone, Debug)]
@@ -67,6 +69,9 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) observations: u64,
     pub(crate) eval: Option<EvalOptions>,
     targets: Vec<V>,
+    /// Observations of [`BLOCK_GROUPS`] groups on their way out.
+    policy_rows: Vec<f32>,
+    critic_rows: Vec<f32>,
 }
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
@@ -130,6 +135,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             observations: 0,
             eval: None,
             targets: vec![V::zero(); config.joints()],
+            policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],
+            critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
             library: Arc::clone(library),
             config,
             sim,
@@ -219,29 +226,46 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         assert_eq!(policy.len(), self.config.layout.policy_dim() * envs, "policy observations");
         assert_eq!(critic.len(), self.config.layout.critic_dim() * envs, "critic observations");
         let disturbed = self.disturbed();
-        for group in 0..self.groups.len() {
-            let mut ids = [0; MAX_LANES];
-            for lane in 0..V::LANES {
-                ids[lane] = self.envs[group * V::LANES + lane].id;
+        // A group's rows are 32 or 64 bytes, `envs` numbers apart: written through a small matrix of a few groups, so that
+        // the large one receives longer runs and its rows do not fight for the same cache sets.
+        let width = BLOCK_GROUPS * V::LANES;
+        for block in 0..self.groups.len().div_ceil(BLOCK_GROUPS) {
+            let first = block * BLOCK_GROUPS;
+            let groups = BLOCK_GROUPS.min(self.groups.len() - first);
+            for group in first..first + groups {
+                self.observe_group(group, disturbed, (group - first) * V::LANES, width);
             }
-            let seen = self.misperceived(group);
-            V::run(Observe {
-                config: &self.config,
-                state: self.sim.state(group),
-                group: &self.groups[group],
-                seen,
-                draw: Draw {
-                    envs: if disturbed { &ids[..V::LANES] } else { &[] },
-                    seed: self.seed,
-                    count: self.observations,
-                },
-                policy: &mut *policy,
-                critic: &mut *critic,
-                stride: envs,
-                first: group * V::LANES,
-            });
+            let used = groups * V::LANES;
+            for (out, rows) in [(&mut *policy, &self.policy_rows), (&mut *critic, &self.critic_rows)] {
+                for (to, from) in out.chunks_exact_mut(envs).zip(rows.chunks_exact(width)) {
+                    to[first * V::LANES..][..used].copy_from_slice(&from[..used]);
+                }
+            }
         }
         self.observations += 1;
+    }
+
+    fn observe_group(&mut self, group: usize, disturbed: bool, first: usize, stride: usize) {
+        let mut ids = [0; MAX_LANES];
+        for lane in 0..V::LANES {
+            ids[lane] = self.envs[group * V::LANES + lane].id;
+        }
+        let seen = self.misperceived(group);
+        V::run(Observe {
+            config: &self.config,
+            state: self.sim.state(group),
+            group: &self.groups[group],
+            seen,
+            draw: Draw {
+                envs: if disturbed { &ids[..V::LANES] } else { &[] },
+                seed: self.seed,
+                count: self.observations,
+            },
+            policy: &mut self.policy_rows,
+            critic: &mut self.critic_rows,
+            stride,
+            first,
+        });
     }
 
     /// Ball and goal as the policy sees them where that differs from the truth: the ball is held outside the perceived band,
@@ -416,10 +440,10 @@ fn record_kick<V: Real>(
             foot_vel: state.bodies[config.followed[config.feet[foot]]].com_vel.lane(lane),
             ball_vel_after: None,
         });
-    } else if let Some(kick) = &mut env.kick {
-        if env.step == kick.step + KICK_DELAY {
-            kick.ball_vel_after = Some(state.ball.vel.lane(lane));
-        }
+    } else if let Some(kick) = &mut env.kick
+        && env.step == kick.step + KICK_DELAY
+    {
+        kick.ball_vel_after = Some(state.ball.vel.lane(lane));
     }
 }
 
@@ -450,94 +474,4 @@ fn count_episode<V: Real>(
     kick.on_target += is(story.on_target);
     kick.ball_speed_sum += finite(story.best_speed.lane(lane));
     kick.ball_cosine_sum += finite(story.best_cosine.lane(lane));
-}
-
-struct Gather<'a, V> {
-    library: &'a ReferenceLibrary,
-    group: &'a mut GroupTask<V>,
-    motions: [usize; MAX_LANES],
-    frames: [usize; MAX_LANES],
-}
-
-impl<V: Real> Kernel for Gather<'_, V> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        self.group.reference.gather(self.library, &self.motions, &self.frames);
-    }
-}
-
-struct Observe<'a, V> {
-    config: &'a TaskConfig,
-    state: &'a GroupState<V>,
-    group: &'a GroupTask<V>,
-    seen: Option<Seen<V>>,
-    draw: Draw<'a>,
-    policy: &'a mut [f32],
-    critic: &'a mut [f32],
-    stride: usize,
-    first: usize,
-}
-
-impl<V: Real> Kernel for Observe<'_, V> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        let seen = match self.seen {
-            Some(seen) => seen,
-            None => Seen {
-                ball: in_base(self.state, self.state.ball.pos),
-                goal: in_base(self.state, self.group.goal),
-            },
-        };
-        let rows = Rows::new(self.policy, self.stride, self.first);
-        observe_policy(self.config, self.state, self.group, seen, &self.draw, rows);
-        let rows = Rows::new(self.critic, self.stride, self.first);
-        observe_critic(self.config, self.state, self.group, rows);
-    }
-}
-
-struct Act<'a, V> {
-    config: &'a TaskConfig,
-    group: &'a mut GroupTask<V>,
-    actions: &'a [f32],
-    stride: usize,
-    first: usize,
-    targets: &'a mut [V],
-}
-
-impl<V: Real> Kernel for Act<'_, V> {
-    type Output = ();
-    /// Joint targets: default + offset + scale x action.
-    #[inline(always)]
-    fn run(self) {
-        let control = &self.config.control;
-        for j in 0..self.config.joints() {
-            let m = self.config.to_model[j];
-            let action = load_f32::<V>(&self.actions[j * self.stride + self.first..]);
-            let action = action.clamp(V::c(-ACTION_LIMIT), V::c(ACTION_LIMIT));
-            self.group.previous[j] = self.group.action[j];
-            self.group.action[j] = action;
-            let rest = self.group.joint_offset[m] + V::c(control.default_pos[m]);
-            self.targets[m] = action.mul_add(V::c(control.action_scale[m]), rest);
-        }
-    }
-}
-
-struct ScoreGroup<'a, V> {
-    config: &'a TaskConfig,
-    state: &'a GroupState<V>,
-    group: &'a mut GroupTask<V>,
-    sums: &'a mut Sums<V>,
-    reward: &'a mut [f32],
-}
-
-impl<V: Real> Kernel for ScoreGroup<'_, V> {
-    type Output = Score<V>;
-    #[inline(always)]
-    fn run(self) -> Score<V> {
-        let result = score(self.config, self.state, self.group, self.sums);
-        store_f32(result.reward, self.reward);
-        result
-    }
 }
