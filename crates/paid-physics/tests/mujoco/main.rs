@@ -1,0 +1,7 @@
+//! The engine against MuJoCo: recorded values, and MuJoCo itself where it is present.
+//!
+//! One test program, since every one that steps the engine compiles it anew.
+
+mod common;
+mod golden;
+mod live;
