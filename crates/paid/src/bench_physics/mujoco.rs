@@ -103,7 +103,9 @@ impl Subject for Mujoco<'_> {
         }
         let (foot_contact_share, mean_base_height_m) = means.get();
         // The mixture that is timed, from its second episode on.
-        (0..EPISODE).for_each(|_| drop(runner.round(w)));
+        for _ in 0..EPISODE {
+            runner.round(w);
+        }
         runner.contacts = 0;
         let steps: u64 = (0..EPISODE).map(|_| runner.round(w)).sum();
         let none = Speed { physics_steps_per_s: 0.0, control_steps_per_s: 0.0 };

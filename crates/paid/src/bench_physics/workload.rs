@@ -117,7 +117,7 @@ pub fn timed<S>(
         }
     };
     let results: Vec<Result<f64, Failure>> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(&one)).collect();
+        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
         let failed = || Err(Failure::input("a thread of the benchmark panicked"));
         handles.into_iter().map(|h| h.join().unwrap_or_else(|_| failed())).collect()
     });
