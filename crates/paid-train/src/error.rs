@@ -39,6 +39,9 @@ pub enum TrainError {
         /// Expected and found.
         message: String,
     },
+    /// A file that the learner's crate wrote or read for us.
+    #[error(transparent)]
+    File(#[from] paid_learn::CheckpointError),
     /// A checkpoint does not fit the run.
     #[error("checkpoint {path}: {message}")]
     Checkpoint {

@@ -4,6 +4,8 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use paid_learn::checkpoint::write_atomically;
+
 use crate::record::Record;
 use crate::{EventWriter, TrainError};
 
@@ -11,27 +13,6 @@ use crate::{EventWriter, TrainError};
 pub const PRESET_FILE: &str = "preset.toml";
 /// Name of the metrics file in a run folder: one JSON object a line.
 pub const METRICS_FILE: &str = "metrics.jsonl";
-
-/// Writes a file to a temporary name beside it and renames it, so that an earlier file stays whole if this fails.
-///
-/// # Errors
-/// [`TrainError::Write`] with the final path.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".tmp");
-    let temporary = PathBuf::from(temporary);
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    };
-    write().map_err(|source| {
-        // Nothing more can be done if the leftover cannot be removed either.
-        let _ = fs::remove_file(&temporary);
-        TrainError::Write { path: path.to_owned(), source }
-    })
-}
 
 /// A folder that belongs to one stage of one run.
 #[derive(Debug)]
@@ -56,7 +37,7 @@ impl RunFolder {
                         .to_owned(),
             });
         }
-        write_whole(&path.join(PRESET_FILE), preset.as_bytes())?;
+        write_atomically(&path.join(PRESET_FILE), preset.as_bytes())?;
         Self::open(path, 0)
     }
 
@@ -76,7 +57,7 @@ impl RunFolder {
             .filter(|line| line.ends_with('\n') && line_iteration(line).is_some_and(|i| i <= iteration))
             .collect();
         if kept != text {
-            write_whole(&metrics, kept.as_bytes())?;
+            write_atomically(&metrics, kept.as_bytes())?;
         }
         Self::open(path, iteration + 1)
     }
@@ -212,7 +193,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("folder");
         let folder = RunFolder::create(dir.path(), "").expect("create");
         for i in [5, 10, 9, 100] {
-            write_whole(&dir.path().join(checkpoint_name(i)), b"x").expect("write");
+            write_atomically(&dir.path().join(checkpoint_name(i)), b"x").expect("write");
         }
         folder.prune(2).expect("prune");
         let left: Vec<u64> = checkpoints(dir.path()).expect("list").iter().map(|c| c.0).collect();
@@ -221,15 +202,12 @@ mod tests {
     }
 
     #[test]
-    fn a_failed_write_names_the_path_and_leaves_the_old_file() {
+    fn a_refused_write_names_the_path_and_leaves_what_is_there() {
         let dir = tempfile::tempdir().expect("folder");
-        let path = dir.path().join("model_1.safetensors");
-        write_whole(&path, b"old").expect("write");
-        // A folder in the way of the temporary name stands for any refusal of the operating system.
-        fs::create_dir(dir.path().join("model_1.safetensors.tmp")).expect("folder in the way");
-        let error = write_whole(&path, b"new").expect_err("refused").to_string();
-        assert!(error.contains("model_1.safetensors"), "{error}");
-        assert_eq!(fs::read(&path).expect("old file"), b"old");
-        assert!(RunFolder::create(&path.join("below_a_file"), "").is_err());
+        let file = dir.path().join("file");
+        fs::write(&file, "old").expect("write");
+        let error = RunFolder::create(&file.join("below"), "").expect_err("refused").to_string();
+        assert!(error.contains("below"), "{error}");
+        assert_eq!(fs::read(&file).expect("file"), b"old");
     }
 }

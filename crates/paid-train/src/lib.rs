@@ -1,12 +1,30 @@
 //! Rollout workers, stages, logging, resume.
 
+pub mod bench;
 mod error;
 pub mod events;
 pub mod folder;
+pub mod preset;
+pub mod progress;
 pub mod record;
+#[cfg(test)]
+mod run_tests;
+pub mod setup;
+pub mod shard;
+pub mod stage;
+#[cfg(test)]
+mod toy;
+pub mod trainer;
 pub mod tree;
 
+pub use bench::{TrainBench, bench_train, peak_rss_mib};
 pub use error::TrainError;
 pub use events::EventWriter;
 pub use folder::RunFolder;
+pub use preset::{RunConfig, RunPreset};
+pub use progress::Progress;
 pub use record::{LossRecord, Named, Record};
+pub use setup::Scene;
+pub use shard::{TaskEnv, TrainShard};
+pub use stage::{End, Limits, Outcome, StageJob, Start, train_stage};
+pub use trainer::Trainer;

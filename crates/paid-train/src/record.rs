@@ -84,6 +84,8 @@ pub struct Record {
     pub metrics: Named,
     /// Environments that were reset because a number was not finite, in this iteration.
     pub nan_resets: u64,
+    /// Observations and rewards that were not finite and were replaced by zero, in this iteration.
+    pub nan_samples: u64,
     /// Minibatches that were skipped because a gradient was not finite, in this iteration.
     pub nan_minibatches: u64,
 }
@@ -106,6 +108,7 @@ impl Record {
             ("Train/mean_episode_length", self.mean_episode_length),
             ("Train/samples", self.samples as f64),
             ("Train/nan_resets", self.nan_resets as f64),
+            ("Train/nan_samples", self.nan_samples as f64),
             ("Train/nan_minibatches", self.nan_minibatches as f64),
         ]
         .map(|(tag, value)| (tag.to_owned(), value))
@@ -168,11 +171,11 @@ impl Record {
             }
             let _ = writeln!(out, "{line}");
         }
-        if self.nan_resets + self.nan_minibatches > 0 {
+        if self.nan_resets + self.nan_samples + self.nan_minibatches > 0 {
             let _ = writeln!(
                 out,
-                "  not finite: {} environments reset, {} minibatches skipped",
-                self.nan_resets, self.nan_minibatches
+                "  not finite: {} environments reset, {} samples cleared, {} minibatches skipped",
+                self.nan_resets, self.nan_samples, self.nan_minibatches
             );
         }
         out

@@ -38,9 +38,12 @@ pub fn parse(place: &str, text: &str) -> Result<Table, TrainError> {
 /// # Errors
 /// Key, expected and found, as one line.
 pub fn typed<T: DeserializeOwned>(tree: &Table) -> Result<T, String> {
-    T::deserialize(Value::Table(tree.clone())).map_err(|error| {
-        error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ")
-    })
+    T::deserialize(Value::Table(tree.clone())).map_err(|error| one_line(&error))
+}
+
+/// An error's text without line breaks.
+pub(crate) fn one_line(error: &dyn core::fmt::Display) -> String {
+    error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -1,14 +1,211 @@
-//! `paid train`.
+//! `paid train`: Stage I, Stage II from it, then the evaluation; or one stage.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use clap::ValueEnum;
+use paid_train::folder::PRESET_FILE;
+use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
 
 /// Arguments of `paid train`.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Which stage; without it both stages and the evaluation.
+    #[arg(value_enum)]
+    stage: Option<Stage>,
+    /// Built-in run preset or the path of a preset file; needs a stage [default: the stage's].
+    #[arg(long, value_name = "NAME|FILE", requires = "stage")]
+    preset: Option<String>,
+    /// Start from the weights of this run folder or checkpoint; needs a stage.
+    #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
+    from: Option<PathBuf>,
+    /// Continue the run in the output folder where its last checkpoint left it.
+    #[arg(long)]
+    resume: bool,
+    /// Folder of the motion files (.npz, searched recursively).
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/<stage>, or runs for both].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Stop after this much wall clock (for both stages: half for each) [min].
+    #[arg(long, value_name = "M")]
+    minutes: Option<f64>,
+    /// Iterations of the stage, or of each stage [default: the preset's].
+    #[arg(long, value_name = "N")]
+    iterations: Option<u64>,
+    /// Worker threads; the result does not depend on it [default: all cores].
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Change a preset value, such as learn.ppo.epochs=5 (repeatable).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Print every iteration as a line of JSON.
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
+    /// Print nothing but errors.
+    #[arg(long)]
+    quiet: bool,
+}
 
-/// Not built yet in this commit: says so.
-pub fn run(_args: Args) -> Result<ExitCode, Failure> {
-    Err(Failure::input("'paid train' is not part of this build yet"))
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Stage {
+    /// Track the motions.
+    Stage1,
+    /// Kick the ball.
+    Stage2,
+}
+
+impl Stage {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Stage1 => "stage1",
+            Self::Stage2 => "stage2",
+        }
+    }
+}
+
+/// Exit code after a first Ctrl-C, once everything is saved.
+const STOPPED: u8 = 130;
+
+/// Trains, prints progress, and ends with 0 when the budget is used up or 130 after Ctrl-C.
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    if args.minutes.is_some_and(|m| !(m > 0.0 && m.is_finite())) {
+        return Err(Failure::input(format!(
+            "--minutes: expected a positive number, found {}",
+            args.minutes.unwrap_or_default()
+        )));
+    }
+    thread_count(args.threads)?;
+    let stop = stop_on_ctrl_c()?;
+    if let Some(stage) = args.stage {
+        let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(stage.name()));
+        let start = match (&args.from, args.resume) {
+            (_, true) => Start::Resume,
+            (Some(from), _) => Start::From(from.clone()),
+            (None, false) => Start::Fresh,
+        };
+        let outcome = run_stage(&args, stage, start, out, args.minutes, &stop)?;
+        return Ok(exit_code(&outcome));
+    }
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs"));
+    let minutes = args.minutes.map(|m| m / 2.0);
+    let mut previous: Option<PathBuf> = None;
+    for stage in [Stage::Stage1, Stage::Stage2] {
+        let folder = out.join(stage.name());
+        let start = match &previous {
+            _ if args.resume && folder.join(PRESET_FILE).exists() => Start::Resume,
+            None => Start::Fresh,
+            Some(run) => Start::From(run.clone()),
+        };
+        let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop)?;
+        if outcome.end == End::Stopped {
+            return Ok(exit_code(&outcome));
+        }
+        previous = Some(folder);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Worker threads: as asked, or one a core.
+pub fn thread_count(asked: Option<usize>) -> Result<usize, Failure> {
+    match asked {
+        Some(0) => Err(Failure::input("--threads: expected at least 1, found 0")),
+        Some(threads) => Ok(threads),
+        None => Ok(std::thread::available_parallelism().map_or(1, usize::from)),
+    }
+}
+
+fn exit_code(outcome: &Outcome) -> ExitCode {
+    if outcome.end == End::Stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
+}
+
+/// The first Ctrl-C asks the trainer to save and end; the second ends at once.
+fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::SeqCst) {
+            std::process::exit(i32::from(STOPPED));
+        }
+        eprintln!("stopping after this iteration; Ctrl-C again ends at once without saving");
+    })
+    .map_err(|error| Failure::input(format!("cannot watch for Ctrl-C: {error}")))?;
+    Ok(stop)
+}
+
+fn run_stage(
+    args: &Args,
+    stage: Stage,
+    start: Start,
+    out: PathBuf,
+    minutes: Option<f64>,
+    stop: &AtomicBool,
+) -> Result<Outcome, Failure> {
+    let mut sets = args.sets.clone();
+    if let Some(motions) = &args.motions {
+        // A debug-formatted string is a TOML string for every path that people use.
+        sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+    }
+    if let Some(iterations) = args.iterations {
+        sets.push(format!("run.iterations={iterations}"));
+    }
+    let preset = match start {
+        Start::Resume => RunPreset::of_run(&out, &sets),
+        _ => RunPreset::resolve(args.preset.as_deref().unwrap_or(stage.name()), &sets),
+    }
+    .map_err(Failure::input)?;
+    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let job = StageJob { preset, out, start, limits: Limits { minutes }, threads };
+    let mut printer = Printer { json: args.json, quiet: args.quiet, last: None };
+    let outcome = train_stage(&job, stop, &mut |record| printer.iteration(record)).map_err(Failure::input)?;
+    printer.end(&job, &outcome);
+    Ok(outcome)
+}
+
+/// Progress in the terminal: a block of text every few seconds, or JSON lines, or nothing.
+struct Printer {
+    json: bool,
+    quiet: bool,
+    last: Option<Instant>,
+}
+
+impl Printer {
+    /// Iterations take fractions of a second; nobody reads faster than this.
+    const PAUSE: Duration = Duration::from_secs(5);
+
+    fn iteration(&mut self, record: &Record) {
+        if self.json {
+            match serde_json::to_string(record) {
+                Ok(line) => println!("{line}"),
+                Err(error) => eprintln!("iteration {}: {error}", record.iteration),
+            }
+        } else if !self.quiet && self.last.is_none_or(|last| last.elapsed() >= Self::PAUSE) {
+            print!("{}", record.text());
+            self.last = Some(Instant::now());
+        }
+    }
+
+    fn end(&self, job: &StageJob, outcome: &Outcome) {
+        if self.json || self.quiet {
+            return;
+        }
+        let why = match outcome.end {
+            End::Done => "done",
+            End::TimeUp => "time is up",
+            End::Stopped => "stopped",
+        };
+        println!(
+            "{} {why} after {} iterations and {:.2} M samples: {}",
+            job.preset.stage,
+            outcome.iteration,
+            outcome.samples as f64 / 1e6,
+            outcome.checkpoint.display()
+        );
+    }
 }

@@ -1,0 +1,168 @@
+//! The trainer and its run folder on the toy task.
+
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::folder::{METRICS_FILE, RunFolder, checkpoint_name, checkpoints};
+use crate::stage::run_iterations;
+use crate::toy::Toy;
+use crate::{End, Limits, Outcome, RunPreset, StageJob, Start, Trainer};
+
+fn trainer(preset: &RunPreset) -> Trainer<Toy> {
+    Trainer::new(preset, Toy::shards(preset), vec!["toy".to_owned()]).expect("trainer")
+}
+
+fn weights(trainer: &Trainer<Toy>) -> Vec<u32> {
+    trainer
+        .learner()
+        .actor()
+        .params
+        .iter()
+        .chain(&trainer.learner().critic().params)
+        .map(|x| x.to_bits())
+        .collect()
+}
+
+#[test]
+fn the_thread_count_does_not_change_the_weights() {
+    for preset in [Toy::preset(&[]), Toy::preset(&["learn.actor.kind=lstm", "learn.critic.kind=lstm"])] {
+        let mut one = trainer(&preset);
+        let mut three = trainer(&preset);
+        for _ in 0..3 {
+            let a = one.iterate(1).expect("iterates");
+            let b = three.iterate(3).expect("iterates");
+            assert_eq!((a.mean_reward, a.loss, a.rewards), (b.mean_reward, b.loss, b.rewards));
+        }
+        assert_eq!(weights(&one), weights(&three));
+    }
+}
+
+#[test]
+fn a_resumed_run_ends_in_the_weights_of_an_uninterrupted_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    for preset in [Toy::preset(&[]), Toy::preset(&["learn.actor.kind=lstm", "learn.critic.kind=lstm"])] {
+        let mut straight = trainer(&preset);
+        let mut killed = trainer(&preset);
+        for _ in 0..3 {
+            straight.iterate(2).expect("iterates");
+            killed.iterate(2).expect("iterates");
+        }
+        killed.save(&path).expect("saves");
+        drop(killed);
+        let mut resumed = trainer(&preset);
+        resumed.resume(&path).expect("resumes");
+        for _ in 0..3 {
+            let a = straight.iterate(2).expect("iterates");
+            let b = resumed.iterate(2).expect("iterates");
+            assert_eq!((a.iteration, a.samples), (b.iteration, b.samples));
+            assert_eq!(a.loss, b.loss);
+        }
+        assert_eq!(weights(&straight), weights(&resumed));
+    }
+}
+
+#[test]
+fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    let preset = Toy::preset(&[]);
+    let mut first = trainer(&preset);
+    first.iterate(1).expect("iterates");
+    first.save(&path).expect("saves");
+    let refuse = |trainer: &mut Trainer<Toy>, path: &Path| {
+        let before = weights(trainer);
+        let error = trainer.resume(path).expect_err("refused").to_string();
+        assert_eq!(weights(trainer), before, "a refused checkpoint changes nothing");
+        error
+    };
+    let mut other = Trainer::new(&preset, Toy::shards(&preset), vec!["kick".to_owned()]).expect("trainer");
+    let error = refuse(&mut other, &path);
+    assert!(error.contains("kick") && error.contains("toy"), "{error}");
+    let error = refuse(&mut trainer(&Toy::preset(&["run.shards=8"])), &path);
+    assert!(error.contains("run.shards"), "{error}");
+    let error = refuse(&mut trainer(&Toy::preset(&["learn.actor.hidden=[16]"])), &path);
+    assert!(error.contains("actor"), "{error}");
+    fs::write(&path, b"not a checkpoint").expect("write");
+    let error = refuse(&mut trainer(&preset), &path);
+    assert!(error.contains("model.safetensors"), "{error}");
+}
+
+#[test]
+fn a_reward_that_is_not_finite_is_counted_and_the_run_goes_on() {
+    let preset = Toy::preset(&[]);
+    let mut shards = Toy::shards(&preset);
+    shards[2].broken = true;
+    let mut trainer = Trainer::new(&preset, shards, Vec::new()).expect("trainer");
+    let record = trainer.iterate(2).expect("iterates");
+    assert_eq!(record.nan_samples, preset.learn.ppo.horizon as u64);
+    assert!(trainer.learner().actor().params.iter().all(|x| x.is_finite()));
+}
+
+fn run(out: &Path, preset: &RunPreset, resume: bool, stop_after: u64) -> Outcome {
+    let start = if resume { Start::Resume } else { Start::Fresh };
+    let job = StageJob {
+        preset: preset.clone(),
+        out: out.to_owned(),
+        start,
+        limits: Limits::default(),
+        threads: 2,
+    };
+    let mut trainer = trainer(preset);
+    let mut folder = if resume {
+        trainer.resume(&crate::folder::latest_checkpoint(out).expect("checkpoint")).expect("resumes");
+        RunFolder::resume(out, trainer.progress().iteration).expect("folder")
+    } else {
+        RunFolder::create(out, &preset.to_toml().expect("text")).expect("folder")
+    };
+    let stop = AtomicBool::new(false);
+    let mut report = |record: &crate::Record| {
+        if record.iteration == stop_after {
+            stop.store(true, Ordering::SeqCst);
+        }
+    };
+    run_iterations(&job, &mut trainer, &mut folder, &stop, &mut report).expect("runs")
+}
+
+#[test]
+fn a_stopped_run_saves_and_its_continuation_equals_an_uninterrupted_run() {
+    let folder = tempfile::tempdir().expect("folder");
+    let preset = Toy::preset(&["run.keep_checkpoints=2"]);
+    let (straight, stopped) = (folder.path().join("straight"), folder.path().join("stopped"));
+    let whole = run(&straight, &preset, false, u64::MAX);
+    assert_eq!((whole.end, whole.iteration, whole.samples), (End::Done, 6, 6 * 64 * 24));
+    let kept: Vec<u64> = checkpoints(&straight).expect("list").iter().map(|c| c.0).collect();
+    assert_eq!(kept, [4, 6]);
+
+    let first = run(&stopped, &preset, false, 3);
+    assert_eq!((first.end, first.iteration), (End::Stopped, 3));
+    assert!(stopped.join(checkpoint_name(3)).exists());
+    let second = run(&stopped, &preset, true, u64::MAX);
+    assert_eq!((second.end, second.iteration, second.samples), (End::Done, 6, whole.samples));
+
+    let policy = |outcome: &Outcome| {
+        let checkpoint = paid_learn::Checkpoint::load(&outcome.checkpoint).expect("reads");
+        checkpoint.policy().expect("policy").params
+    };
+    assert_eq!(policy(&whole), policy(&second));
+    let lines = fs::read_to_string(stopped.join(METRICS_FILE)).expect("metrics");
+    let iterations: Vec<u64> = lines
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("json")["iteration"].as_u64())
+        .map(|i| i.expect("number"))
+        .collect();
+    assert_eq!(iterations, [1, 2, 3, 4, 5, 6]);
+}
+
+#[test]
+fn training_improves_the_toy() {
+    let preset = Toy::preset(&["run.envs=256", "run.iterations=40", "learn.ppo.entropy=0"]);
+    let mut trainer = trainer(&preset);
+    let first = trainer.iterate(2).expect("iterates").mean_reward;
+    let mut last = first;
+    for _ in 1..40 {
+        last = trainer.iterate(2).expect("iterates").mean_reward;
+    }
+    assert!(last > 0.5 * first, "mean return {first} became {last}");
+}

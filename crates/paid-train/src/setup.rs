@@ -1,0 +1,114 @@
+//! From a preset and a folder of motions to shards of environments.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_motion::{Clip, MotionLibrary};
+use paid_robot::{RobotModel, RobotSpec};
+use paid_task::{ReferenceClip, ReferenceLibrary, build_shard};
+
+use crate::shard::TaskEnv;
+use crate::{RunPreset, TrainError};
+
+/// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies beside it under the same name.
+///
+/// # Errors
+/// File, line, expected and found.
+pub fn load_robot(robot: &str) -> Result<(RobotModel, RobotSpec), TrainError> {
+    if robot == "g1" {
+        return Ok((RobotModel::g1(), RobotSpec::g1()));
+    }
+    let toml = Path::new(robot);
+    if toml.extension().is_none_or(|e| e != "toml") {
+        return Err(TrainError::Setup(format!(
+            "robot: expected 'g1' or the path of a .toml file, found '{robot}'"
+        )));
+    }
+    let mjcf = toml.with_extension("xml");
+    let text = |path: &Path| fs::read_to_string(path).map_err(TrainError::read(path));
+    let spec = RobotSpec::from_toml(&text(toml)?, robot).map_err(|e| TrainError::Setup(e.to_string()))?;
+    let model = RobotModel::from_mjcf(&text(&mjcf)?, &mjcf.to_string_lossy())
+        .map_err(|e| TrainError::Setup(e.to_string()))?;
+    Ok((model, spec))
+}
+
+/// A motion in the task's form. The files' body velocities are those of the centres of mass.
+pub fn reference_clip(clip: &Clip) -> ReferenceClip {
+    ReferenceClip {
+        name: clip.name.clone(),
+        fps: clip.fps,
+        kick_foot: clip.kick_leg.index(),
+        frames: clip.frames,
+        joint_pos: clip.joint_pos.clone(),
+        joint_vel: clip.joint_vel.clone(),
+        body_pos: clip.body_pos.clone(),
+        body_quat: clip.body_quat.clone(),
+        body_com_vel: clip.body_lin_vel.clone(),
+        body_ang_vel: clip.body_ang_vel.clone(),
+    }
+}
+
+/// The robot and the motions of a run.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Tree, masses, contact shapes.
+    pub model: RobotModel,
+    /// Gains and names.
+    pub spec: RobotSpec,
+    /// The motions in the task's form.
+    pub library: Arc<ReferenceLibrary>,
+}
+
+impl Scene {
+    /// Loads what the preset names.
+    ///
+    /// # Errors
+    /// One sentence naming file, place, expected and found.
+    pub fn load(preset: &RunPreset) -> Result<Self, TrainError> {
+        let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
+        let (model, spec) = load_robot(&preset.robot)?;
+        if preset.run.motions.is_empty() {
+            return Err(TrainError::Setup(
+                "no motions: expected a folder of .npz files from --motions or run.motions, found none"
+                    .to_owned(),
+            ));
+        }
+        let rate = 1.0 / preset.task.control_dt_s();
+        let motions = MotionLibrary::load(Path::new(&preset.run.motions), &model, &spec, rate)
+            .map_err(|e| setup(&e))?;
+        let clips = motions.clips.iter().map(reference_clip).collect();
+        let library = ReferenceLibrary::new(clips, &model, &spec).map_err(|e| setup(&e))?;
+        Ok(Self { model, spec, library: Arc::new(library) })
+    }
+
+    /// Names of the motions in order.
+    pub fn motion_names(&self) -> Vec<String> {
+        self.library.facts().iter().map(|fact| fact.name.clone()).collect()
+    }
+
+    /// The shards of a run: equal in size, environments numbered through.
+    ///
+    /// # Errors
+    /// If preset, robot and motions do not fit together.
+    pub fn shards(&self, preset: &RunPreset) -> Result<Vec<TaskEnv>, TrainError> {
+        let isa = preset.isa().map_err(TrainError::Setup)?;
+        let envs = preset.run.envs / preset.run.shards;
+        (0..preset.run.shards)
+            .map(|shard| {
+                build_shard(
+                    isa,
+                    &self.model,
+                    &self.spec,
+                    &self.library,
+                    &preset.task,
+                    envs,
+                    shard * envs,
+                    preset.run.seed,
+                )
+                .map(TaskEnv)
+                .map_err(|error| TrainError::Setup(error.to_string()))
+            })
+            .collect()
+    }
+}

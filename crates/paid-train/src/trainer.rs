@@ -1,0 +1,232 @@
+//! Learner, shards and sampler together: one iteration after another, saved and restored exactly.
+
+use std::path::Path;
+use std::time::Instant;
+
+use paid_learn::{Checkpoint, Learner, VecEnv};
+use paid_task::{SamplerState, TaskMetrics};
+use serde::{Deserialize, Serialize};
+
+use crate::progress::{Progress, describe};
+use crate::shard::Handle;
+use crate::{LossRecord, Record, RunPreset, TrainError, TrainShard};
+
+/// A stage in training.
+pub struct Trainer<E> {
+    preset: RunPreset,
+    motions: Vec<String>,
+    learner: Learner,
+    envs: Vec<Box<dyn VecEnv>>,
+    shards: Vec<Handle<E>>,
+    sampler: SamplerState,
+    progress: Progress,
+}
+
+/// What a checkpoint holds besides the learner's tensors and the shards' states.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Meta {
+    stage: String,
+    progress: Progress,
+    shards: usize,
+    motions: Vec<String>,
+}
+
+const META: &str = "trainer.json";
+const PRESET: &str = "preset.toml";
+const SAMPLER: &str = "sampler";
+const SHARD: &str = "shard.";
+
+impl<E: TrainShard + 'static> Trainer<E> {
+    /// A trainer with fresh networks.
+    ///
+    /// # Errors
+    /// If there is no shard or the learner cannot be built for these.
+    pub fn new(preset: &RunPreset, shards: Vec<E>, motions: Vec<String>) -> Result<Self, TrainError> {
+        let Some(first) = shards.first() else {
+            return Err(TrainError::Setup("expected at least one shard, found none".to_owned()));
+        };
+        let sampler = first.new_sampler();
+        let learner = Learner::new(
+            first.policy_obs_dim(),
+            first.critic_obs_dim(),
+            first.action_dim(),
+            &preset.learn,
+            preset.run.seed,
+        )
+        .map_err(|error| TrainError::Setup(error.to_string()))?;
+        let shards: Vec<Handle<E>> = shards.into_iter().map(Handle::new).collect();
+        let envs = shards.iter().map(|shard| Box::new(shard.another()) as Box<dyn VecEnv>).collect();
+        Ok(Self {
+            preset: preset.clone(),
+            motions,
+            learner,
+            envs,
+            shards,
+            sampler,
+            progress: Progress::default(),
+        })
+    }
+
+    /// Counters.
+    pub fn progress(&self) -> &Progress {
+        &self.progress
+    }
+
+    /// The learner.
+    pub fn learner(&self) -> &Learner {
+        &self.learner
+    }
+
+    /// Handles of the shards.
+    pub fn handles(&self) -> impl Iterator<Item = Handle<E>> + '_ {
+        self.shards.iter().map(Handle::another)
+    }
+
+    /// Environments over all shards.
+    pub fn num_envs(&self) -> usize {
+        self.envs.iter().map(|env| env.num_envs()).sum()
+    }
+
+    /// One rollout, one update, one update of the sampler.
+    ///
+    /// # Errors
+    /// If a shard does not fit the learner.
+    pub fn iterate(&mut self, threads: usize) -> Result<Record, TrainError> {
+        let start = Instant::now();
+        let stats = self
+            .learner
+            .iterate(&mut self.envs, threads)
+            .map_err(|error| TrainError::Setup(error.to_string()))?;
+        let metrics = self.merge_shards();
+        let elapsed = start.elapsed().as_secs_f64();
+        let progress = &mut self.progress;
+        progress.iteration += 1;
+        progress.samples += stats.collect.samples as u64;
+        progress.elapsed_s += elapsed;
+        progress.add_episodes(&metrics);
+        let (mean_reward, mean_episode_length) = progress.episode_means();
+        let mut record = Record {
+            stage: self.preset.stage.clone(),
+            iteration: progress.iteration,
+            iterations: self.preset.run.iterations,
+            samples: progress.samples,
+            elapsed_s: progress.elapsed_s,
+            samples_per_s: stats.collect.samples as f64 / elapsed,
+            collect_s: stats.collect.wall_s,
+            learn_s: stats.learn_s,
+            mean_reward,
+            mean_episode_length,
+            loss: LossRecord {
+                value_function: stats.update.value_loss,
+                surrogate: stats.update.surrogate_loss,
+                entropy: stats.entropy,
+                learning_rate: stats.learning_rate,
+                kl: stats.update.kl,
+                gradient_norm: stats.update.grad_norm,
+            },
+            mean_noise_std: stats.mean_std,
+            nan_samples: stats.collect.non_finite,
+            nan_minibatches: stats.update.skipped,
+            ..Record::default()
+        };
+        describe(&metrics, self.preset.task.control_dt_s(), &mut record);
+        Ok(record)
+    }
+
+    /// Takes the shards' counts in the order of the shards and hands the new distribution to all of them.
+    fn merge_shards(&mut self) -> TaskMetrics {
+        let mut metrics = TaskMetrics::default();
+        let mut failures = vec![0.0; self.sampler.failures.len()];
+        for shard in &self.shards {
+            let mut shard = shard.get();
+            metrics.merge(&shard.take_metrics());
+            for (sum, count) in failures.iter_mut().zip(shard.take_failures()) {
+                *sum += count;
+            }
+        }
+        self.sampler.update(&failures, &self.preset.task.sampling);
+        for shard in &self.shards {
+            shard.get().set_sampler(&self.sampler);
+        }
+        metrics
+    }
+
+    /// Writes everything that the next iteration depends on to one file; an older file stays whole if this fails.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save(&self, path: &Path) -> Result<(), TrainError> {
+        let meta = Meta {
+            stage: self.preset.stage.clone(),
+            progress: self.progress.clone(),
+            shards: self.shards.len(),
+            motions: self.motions.clone(),
+        };
+        let meta = serde_json::to_vec(&meta)
+            .map_err(|error| TrainError::Checkpoint { path: path.to_owned(), message: error.to_string() })?;
+        let preset = self.preset.to_toml()?;
+        let failures: Vec<u8> = self.sampler.failures.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let states: Vec<(String, Vec<u8>)> = self
+            .shards
+            .iter()
+            .enumerate()
+            .map(|(k, shard)| (format!("{SHARD}{k}"), shard.get().save()))
+            .collect();
+        let mut blobs: Vec<(&str, &[u8])> =
+            vec![(META, &meta), (PRESET, preset.as_bytes()), (SAMPLER, &failures)];
+        blobs.extend(states.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
+        Ok(self.learner.save(path, &blobs)?)
+    }
+
+    /// Continues exactly where a checkpoint of the same run stopped.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is of other networks, shards or motions.
+    pub fn resume(&mut self, path: &Path) -> Result<(), TrainError> {
+        let fail = |message: String| TrainError::Checkpoint { path: path.to_owned(), message };
+        let checkpoint = Checkpoint::load(path)?;
+        let blob = |name: &str| {
+            checkpoint
+                .blob(name)
+                .ok_or_else(|| fail(format!("expected an entry '{name}' (a full checkpoint), found none")))
+        };
+        let meta: Meta =
+            serde_json::from_slice(blob(META)?).map_err(|error| fail(format!("{META}: {error}")))?;
+        if meta.shards != self.shards.len() {
+            return Err(fail(format!("run.shards: expected {}, found {}", self.shards.len(), meta.shards)));
+        }
+        if meta.motions != self.motions {
+            return Err(fail(format!(
+                "motions: expected {}, found {}",
+                self.motions.join(", "),
+                meta.motions.join(", ")
+            )));
+        }
+        let failures: Vec<f32> = blob(SAMPLER)?
+            .chunks_exact(4)
+            .map(|chunk| f32::from_le_bytes([chunk[0], chunk[1], chunk[2], chunk[3]]))
+            .collect();
+        let expected = self.sampler.failures.len();
+        if failures.len() != expected || failures.iter().any(|x| !x.is_finite()) {
+            return Err(fail(format!("{SAMPLER}: expected {expected} finite numbers, found others")));
+        }
+        self.learner.restore(&checkpoint)?;
+        for (k, shard) in self.shards.iter().enumerate() {
+            let name = format!("{SHARD}{k}");
+            shard.get().restore(blob(&name)?).map_err(|error| fail(format!("{name}: {error}")))?;
+        }
+        self.sampler.failures = failures;
+        self.progress = meta.progress;
+        Ok(())
+    }
+
+    /// Takes the networks and normalisers of a checkpoint, as Stage II does of Stage I. Counters, optimiser and environments
+    /// stay fresh.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is of other networks.
+    pub fn start_from(&mut self, path: &Path) -> Result<(), TrainError> {
+        Ok(self.learner.load_weights(&Checkpoint::load(path)?)?)
+    }
+}
