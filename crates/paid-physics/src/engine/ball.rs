@@ -110,7 +110,8 @@ pub(crate) fn sweep_ground<V: Real>(g: &Group<V>, w: &mut Work<V>) {
     let params = &g.params;
     let mut ball = w.ball;
     let v = ball.surface_velocity(&ball.frame, params.ball.radius);
-    let change = ball.block.solve(v, ball.target, V::one(), &params.ball_ground, &mut ball.impulse);
+    let change =
+        ball.block.solve(v, ball.target, V::one(), params.ball_ground.friction(), &mut ball.impulse).change;
     let frame = ball.frame;
     ball.push(&frame, &change, params.ball.radius, params.ball.inv_mass, params.ball.inv_inertia);
     w.ball = ball;
@@ -279,7 +280,10 @@ pub(crate) fn sweep_robot<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut
         touch.rows.pushed_base(w, &mut robot);
         let v = w.ball.surface_velocity(&touch.frame, ball.radius);
         let v = [v[0] - robot[0], v[1] - robot[1], v[2] - robot[2]];
-        let change = touch.block.solve(v, touch.target, touch.on, &g.params.ball_robot, &mut touch.impulse);
+        let change = touch
+            .block
+            .solve(v, touch.target, touch.on, g.params.ball_robot.friction(), &mut touch.impulse)
+            .change;
         w.ball.push(&touch.frame, &change, ball.radius, ball.inv_mass, ball.inv_inertia);
         let back = [-change[0], -change[1], -change[2]];
         touch.rows.push_joints(w, path, &back);

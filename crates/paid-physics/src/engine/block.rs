@@ -2,8 +2,6 @@
 
 use paid_lanes::{Real, Vec3};
 
-use super::params::Surface;
-
 /// Relative inflation of the inverse mass, which keeps its inverse bounded.
 const REGULARISATION: f64 = 1.001;
 
@@ -36,9 +34,16 @@ impl<V: Real> Block<V> {
     }
 
     /// Improves `impulse` (t1, t2, n) so that the relative velocity `v` reaches `target` along the normal and zero
-    /// across, within no pull and the friction disc; returns the change. `on` is 1 in lanes in contact, else 0.
+    /// across, within no pull and the friction disc. `on` is 1 in lanes in contact, else 0.
     #[inline(always)]
-    pub fn solve(&self, v: [V; 3], target: V, on: V, surface: &Surface<V>, impulse: &mut [V; 3]) -> [V; 3] {
+    pub fn solve(
+        &self,
+        v: [V; 3],
+        target: V,
+        on: V,
+        friction: Friction<V>,
+        impulse: &mut [V; 3],
+    ) -> Improved<V> {
         let old = *impulse;
         let normal = (target - v[2]).mul_add(self.inv_normal, old[2]).max(V::zero()) * on;
         let change = normal - old[2];
@@ -47,14 +52,29 @@ impl<V: Real> Block<V> {
         let inv = &self.inv_tangent;
         let x = inv[0].neg_mul_add(vx, inv[2].neg_mul_add(vy, old[0]));
         let y = inv[1].neg_mul_add(vy, inv[2].neg_mul_add(vx, old[1]));
-        // Sticks within the static disc, else slides at the dynamic coefficient.
         let length2 = x.mul_add(x, y.mul_add(y, V::c(1e-12)));
         let inv_length = length2.rsqrt();
-        let sticks = (length2 * inv_length).le(surface.static_friction * normal);
-        let scale = V::select(sticks, V::one(), surface.dynamic_friction * normal * inv_length);
+        let sticks = (length2 * inv_length).le(friction.stick * normal);
+        let scale = V::select(sticks, V::one(), friction.slide * normal * inv_length);
         *impulse = [x * scale, y * scale, normal];
-        [impulse[0] - old[0], impulse[1] - old[1], change]
+        Improved { change: [impulse[0] - old[0], impulse[1] - old[1], change], wanted: [x, y] }
     }
+}
+
+/// A contact sticks while its tangential impulse is within `stick` times the normal one, else it slides with `slide`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Friction<V> {
+    pub stick: V,
+    pub slide: V,
+}
+
+/// Result of [`Block::solve`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Improved<V> {
+    /// Change of the impulse (t1, t2, n).
+    pub change: [V; 3],
+    /// Tangential impulse that sticking would take.
+    pub wanted: [V; 2],
 }
 
 /// Two unit vectors that complete the unit vector `n`, which must not point along y.

@@ -2,7 +2,7 @@
 
 use paid_lanes::{Mask, Mat3, Real, Vec3};
 
-use super::block::{Block, ground_tangents};
+use super::block::{Block, Friction, ground_tangents};
 use super::group::{Group, JointWork, Work};
 use super::phase::phase;
 use super::plan::Plan;
@@ -35,6 +35,8 @@ pub(crate) struct Foot<V> {
     pub vel: Motion<V>,
     /// Sum of the contact impulses.
     pub impulse: Force<V>,
+    /// Coefficient of friction of the sole under way: static or dynamic.
+    friction: V,
 }
 
 impl<V: Real> Foot<V> {
@@ -46,6 +48,7 @@ impl<V: Real> Foot<V> {
             inverse: [z; 21],
             vel: Motion::zero(),
             impulse: Force::zero(),
+            friction: z,
         }
     }
 
@@ -285,6 +288,7 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
         let total = wrench::<V, PLANE>(w, f);
         w.feet[f].impulse = Force::from_array(total);
         w.feet[f].push(total);
+        w.feet[f].friction = g.params.robot_ground.static_friction;
         couple(w, f, total);
     }
 }
@@ -318,14 +322,23 @@ fn couple<V: Real>(w: &mut Work<V>, f: usize, change: [V; 6]) {
 
 phase! {
 /// One sweep over all sole points. The feet alternate: their dependency chains hide each other's latency.
-pub(crate) fn sweep<'a, V, const PLANE: bool>(g: &'a Group<V>, w: &'a mut Work<V>) -> () {
+///
+/// A foot sticks or slides as a whole: points that slid one by one would hand their load to the next until all slide.
+/// Where `decide` is set, what the sweep finds holds for the rest of the step.
+pub(crate) fn sweep<'a, V, const PLANE: bool>(g: &'a Group<V>, w: &'a mut Work<V>, decide: bool) -> () {
     let surface = g.params.robot_ground;
     let mut vel = [w.feet[0].vel.array(), w.feet[1].vel.array()];
+    let mut wanted = [[V::zero(); 3]; 2];
     for i in 0..w.soles.len() {
         for f in 0..2 {
             let sole = &mut w.soles[i][f];
             let v = sole.in_frame::<PLANE>(Motion::from_array(vel[f]).at(sole.point));
-            let change = sole.block.solve(v, sole.target, sole.on, &surface, &mut sole.impulse);
+            let friction = Friction { stick: w.feet[f].friction, slide: w.feet[f].friction };
+            let improved = sole.block.solve(v, sole.target, sole.on, friction, &mut sole.impulse);
+            let change = improved.change;
+            wanted[f][0] += improved.wanted[0];
+            wanted[f][1] += improved.wanted[1];
+            wanted[f][2] += sole.impulse[2];
             for r in 0..6 {
                 let row = &sole.response[r];
                 let x = row[1].mul_add(change[1], row[0].mul_add(change[0], vel[f][r]));
@@ -335,6 +348,12 @@ pub(crate) fn sweep<'a, V, const PLANE: bool>(g: &'a Group<V>, w: &'a mut Work<V
     }
     for f in 0..2 {
         w.feet[f].vel = Motion::from_array(vel[f]);
+        if decide {
+            let [x, y, normal] = wanted[f];
+            let most = surface.static_friction * normal;
+            let sticks = x.mul_add(x, y * y).le(most * most);
+            w.feet[f].friction = V::select(sticks, surface.static_friction, surface.dynamic_friction);
+        }
     }
     for f in 0..2 {
         let total = wrench::<V, PLANE>(w, f);

@@ -25,6 +25,8 @@ mod plan;
 mod report;
 mod rows;
 mod shapes;
+#[cfg(test)]
+mod slope_tests;
 mod soft;
 mod spatial;
 mod step;

@@ -2,6 +2,7 @@
 
 use paid_lanes::{Real, Vec3};
 
+use super::block::Friction;
 use crate::{BallParams, Combine, EnvParams, Material, SceneConfig};
 
 /// Coefficients of a contact between two surfaces.
@@ -13,6 +14,11 @@ pub(crate) struct Surface<V> {
 }
 
 impl<V: Real> Surface<V> {
+    /// Coulomb friction of a contact of one point.
+    #[inline(always)]
+    pub fn friction(&self) -> Friction<V> {
+        Friction { stick: self.static_friction, slide: self.dynamic_friction }
+    }
     fn new(m: Material) -> Self {
         Self {
             static_friction: V::c(m.static_friction),
@@ -138,5 +144,37 @@ impl<V: Real> GroupParams<V> {
         let average = Combine::Average;
         self.ball_robot.set_lane(lane, combine(p.ball.material, p.robot, average, average));
         self.lanes[lane] = p.clone();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::combine;
+    use crate::{Combine, Material};
+
+    const A: Material = Material { static_friction: 0.8, dynamic_friction: 0.6, restitution: 0.5 };
+    const B: Material = Material { static_friction: 0.2, dynamic_friction: 0.4, restitution: 0.8 };
+
+    #[test]
+    fn every_rule_combines_two_surfaces() {
+        // B's dynamic coefficient of 0.4 raises its static one.
+        for (rule, static_friction, dynamic_friction, restitution) in [
+            (Combine::Average, 0.6, 0.5, 0.65),
+            (Combine::Min, 0.4, 0.4, 0.5),
+            (Combine::Multiply, 0.32, 0.24, 0.4),
+            (Combine::Max, 0.8, 0.6, 0.8),
+        ] {
+            let got = combine(A, B, rule, rule);
+            assert!((got.static_friction - static_friction).abs() < 1e-12, "{rule:?}: {got:?}");
+            assert!((got.dynamic_friction - dynamic_friction).abs() < 1e-12, "{rule:?}: {got:?}");
+            assert!((got.restitution - restitution).abs() < 1e-12, "{rule:?}: {got:?}");
+        }
+    }
+
+    #[test]
+    fn friction_and_restitution_follow_their_own_rules() {
+        let got = combine(A, B, Combine::Min, Combine::Multiply);
+        assert!((got.dynamic_friction - 0.4).abs() < 1e-12);
+        assert!((got.restitution - 0.4).abs() < 1e-12);
     }
 }

@@ -72,11 +72,12 @@ pub(crate) fn physics_step<V: Real>(
         ball::prepare_ground(constants, g, w);
         others |= ball::prepare_robot(plan, constants, g, w);
     }
-    for _ in 0..constants.sweeps {
+    for i in 0..constants.sweeps {
+        let decide = i + 1 == constants.sweeps.div_ceil(2);
         if plane {
-            feet::sweep::<V, true>(g, w);
+            feet::sweep::<V, true>(g, w, decide);
         } else {
-            feet::sweep::<V, false>(g, w);
+            feet::sweep::<V, false>(g, w, decide);
         }
         if others {
             sweep_others(plan, g, w);
