@@ -8,6 +8,7 @@ use std::time::Instant;
 use paid_learn::checkpoint::write_atomically;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
+use crate::policy_file::{LICENCE, POLICY_FILE, TrainedPolicy};
 use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
 
 /// Where a stage starts.
@@ -92,7 +93,9 @@ pub fn train_stage(
             RunFolder::resume(&job.out, trainer.progress().iteration)?
         }
     };
-    run_iterations(job, &mut trainer, &mut run, stop, report)
+    let outcome = run_iterations(job, &mut trainer, &mut run, stop, report)?;
+    TrainedPolicy::load(&outcome.checkpoint)?.write_onnx(&job.out.join(POLICY_FILE), LICENCE, None)?;
+    Ok(outcome)
 }
 
 /// The loop of [`train_stage`].

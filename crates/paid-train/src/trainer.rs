@@ -33,7 +33,7 @@ struct Meta {
 }
 
 const META: &str = "trainer.json";
-const PRESET: &str = "preset.toml";
+pub(crate) const PRESET: &str = "preset.toml";
 const SAMPLER: &str = "sampler";
 const SHARD: &str = "shard.";
 

@@ -1,14 +1,116 @@
-//! `paid agent`.
+//! `paid agent`: a task under a zero or random agent.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
+
+use clap::ValueEnum;
+use paid_task::{Agent, AgentReport, TermStatistics, observe_agent};
+use paid_train::{RunPreset, Scene};
+use serde::Serialize;
 
 use crate::failure::Failure;
 
 /// Arguments of `paid agent`.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// What the agent does.
+    #[arg(value_enum)]
+    agent: Kind,
+    /// Built-in run preset or the path of a preset file.
+    #[arg(long, value_name = "NAME|FILE", default_value = "stage1")]
+    preset: String,
+    /// Folder of the motion files (.npz, searched recursively).
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Control steps.
+    #[arg(long, value_name = "N", default_value_t = 500)]
+    steps: usize,
+    /// Environments; a multiple of the lanes of the instruction set (at most 16).
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    envs: usize,
+    /// Seed of everything random.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Change a preset value, such as task.rewards.action_rate.weight=-0.05 (repeatable).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Print one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
 
-/// Not built yet in this commit: says so.
-pub fn run(_args: Args) -> Result<ExitCode, Failure> {
-    Err(Failure::input("'paid agent' is not part of this build yet"))
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Kind {
+    /// Holds the default pose.
+    Zero,
+    /// Standard normal actions.
+    Random,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    preset: &'a str,
+    steps: usize,
+    envs: usize,
+    metrics: serde_json::Map<String, serde_json::Value>,
+    policy_observation: &'a [TermStatistics],
+    critic_observation: &'a [TermStatistics],
+}
+
+/// Runs the agent and prints each term's mean.
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    let mut sets = args.sets.clone();
+    sets.extend([
+        format!("run.envs={}", args.envs),
+        "run.shards=1".to_owned(),
+        format!("run.seed={}", args.seed),
+    ]);
+    if let Some(motions) = &args.motions {
+        sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+    }
+    let preset = RunPreset::resolve(&args.preset, &sets).map_err(Failure::input)?;
+    let scene = Scene::load(&preset).map_err(Failure::input)?;
+    let mut shards = scene.shards(&preset).map_err(Failure::input)?;
+    let agent = match args.agent {
+        Kind::Zero => Agent::Zero,
+        Kind::Random => Agent::Random,
+    };
+    let shard = shards.first_mut().ok_or_else(|| Failure::input("run.shards: expected 1, found 0"))?;
+    let report = observe_agent(shard.0.as_mut(), agent, args.steps, args.seed).map_err(Failure::input)?;
+    if args.json {
+        let metrics = report.metrics.summary().into_iter().map(|(name, x)| (name, x.into())).collect();
+        let line = serde_json::to_string(&Report {
+            preset: &args.preset,
+            steps: args.steps,
+            envs: args.envs,
+            metrics,
+            policy_observation: &report.policy,
+            critic_observation: &report.critic,
+        });
+        println!("{}", line.map_err(Failure::input)?);
+    } else {
+        print(&args, &report);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print(args: &Args, report: &AgentReport) {
+    println!("{}: {} steps of {} environments", args.preset, args.steps, args.envs);
+    println!("\n{:<36} {:>12}", "figure", "mean");
+    for (name, value) in report.metrics.summary() {
+        println!("{name:<36} {value:>12.5}");
+    }
+    for (group, terms) in [("policy", &report.policy), ("critic", &report.critic)] {
+        println!(
+            "\n{:<36} {:>12} {:>12} {:>12} {:>12}",
+            format!("{group} observation"),
+            "mean",
+            "std",
+            "min",
+            "max"
+        );
+        for t in terms {
+            println!("{:<36} {:>12.5} {:>12.5} {:>12.5} {:>12.5}", t.name, t.mean, t.std, t.min, t.max);
+        }
+    }
 }

@@ -1,14 +1,83 @@
-//! `paid export`.
+//! `paid export`: a trained policy as ONNX.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
+
+use paid_motion::{read_clip, resample};
+use paid_onnx::OnnxPolicy;
+use paid_train::TrainedPolicy;
+use paid_train::policy_file::{LICENCE, POLICY_FILE};
+use serde::Serialize;
 
 use crate::failure::Failure;
 
 /// Arguments of `paid export`.
 #[derive(Debug, clap::Args)]
-pub struct Args {}
+pub struct Args {
+    /// Run folder (its newest checkpoint) or checkpoint.
+    run: PathBuf,
+    /// The file to write.
+    #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]
+    out: PathBuf,
+    /// Embed this motion file (.npz) as outputs at `time_step`; the policy file then inherits the motion's licence.
+    #[arg(long, value_name = "CLIP")]
+    with_reference: Option<PathBuf>,
+    /// Terms under which the policy may be used, written into the file.
+    #[arg(
+        long,
+        value_name = "TEXT",
+        default_value = LICENCE
+    )]
+    licence: String,
+    /// Print one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
 
-/// Not built yet in this commit: says so.
-pub fn run(_args: Args) -> Result<ExitCode, Failure> {
-    Err(Failure::input("'paid export' is not part of this build yet"))
+#[derive(Serialize)]
+struct Written<'a> {
+    file: String,
+    checkpoint: String,
+    bytes: u64,
+    contract: &'a paid_onnx::Contract,
+}
+
+/// Writes the file and reads it back.
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    let trained = TrainedPolicy::load(&args.run).map_err(Failure::input)?;
+    let clip = match &args.with_reference {
+        None => None,
+        Some(path) => {
+            let clip = read_clip(path, &trained.model, &trained.spec).map_err(Failure::input)?;
+            let rate = 1.0 / trained.preset.task.control_dt_s();
+            let same = (clip.fps - rate).abs() < 1e-9 * rate;
+            Some(if same { clip } else { resample(&clip, &trained.model, rate) })
+        }
+    };
+    trained.write_onnx(&args.out, &args.licence, clip.as_ref()).map_err(Failure::input)?;
+    let policy = OnnxPolicy::load(&args.out).map_err(Failure::input)?;
+    let bytes = std::fs::metadata(&args.out)
+        .map_err(|e| Failure::input(format!("{}: {e}", args.out.display())))?
+        .len();
+    let contract = policy.contract();
+    let (file, checkpoint) = (args.out.display().to_string(), trained.checkpoint.display().to_string());
+    if args.json {
+        let line = serde_json::to_string(&Written { file, checkpoint, bytes, contract });
+        println!("{}", line.map_err(Failure::input)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("{file}: {bytes} bytes, from {checkpoint}");
+    let memory =
+        contract.recurrent.map_or("none".to_owned(), |r| format!("LSTM {} x {}", r.layers, r.hidden));
+    println!(
+        "robot {}, {} observations in {} terms, {} actions at {:.0} Hz, memory {memory}, reference {}",
+        contract.robot,
+        contract.observation_size(),
+        contract.observation.len(),
+        contract.joints.len(),
+        1.0 / contract.control_period_s,
+        contract.reference.as_deref().unwrap_or("none"),
+    );
+    println!("licence: {}", contract.licence);
+    Ok(ExitCode::SUCCESS)
 }

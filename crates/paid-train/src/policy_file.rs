@@ -1,0 +1,301 @@
+//! Trained policies as files for deployment: from a checkpoint to weights, contract and, on request, a reference.
+
+use std::path::{Path, PathBuf};
+
+use paid_learn::{Checkpoint, Policy};
+use paid_motion::Clip;
+use paid_onnx::{
+    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, Normalizer, ObservationTerm, PolicyWeights,
+    RecurrentContract, Reference,
+};
+use paid_robot::{Permutation, RobotModel, RobotSpec};
+use paid_task::ObservationLayout;
+
+use crate::folder::latest_checkpoint;
+use crate::setup::load_robot;
+use crate::trainer::PRESET;
+use crate::{RunPreset, TrainError};
+
+/// What an action means, in the contract's words.
+pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
+/// Name of the ONNX file in a run folder.
+pub const POLICY_FILE: &str = "policy.onnx";
+/// Terms of a policy if nobody states others.
+pub const LICENCE: &str = "the terms of the motions that the policy was trained on";
+/// The command that the policy follows, under the released name.
+pub const COMMAND: &str = "motion";
+
+/// A policy and everything that its file says about it.
+#[derive(Clone, Debug)]
+pub struct TrainedPolicy {
+    /// The checkpoint.
+    pub checkpoint: PathBuf,
+    /// The run's resolved preset.
+    pub preset: RunPreset,
+    /// Tree, limits.
+    pub model: RobotModel,
+    /// Gains and names.
+    pub spec: RobotSpec,
+    /// Networks and normaliser.
+    pub policy: Policy,
+}
+
+impl TrainedPolicy {
+    /// Reads a checkpoint, or the newest one of a run folder.
+    ///
+    /// # Errors
+    /// If there is none, it is damaged, holds no preset, or its sizes are not those of its preset's robot.
+    pub fn load(run: &Path) -> Result<Self, TrainError> {
+        let path = latest_checkpoint(run)?;
+        let fail = |message: String| TrainError::Checkpoint { path: path.clone(), message };
+        let checkpoint = Checkpoint::load(&path)?;
+        let text = checkpoint
+            .blob(PRESET)
+            .ok_or_else(|| fail(format!("expected an entry '{PRESET}' (a full checkpoint), found none")))?;
+        let text = std::str::from_utf8(text).map_err(|error| fail(format!("{PRESET}: {error}")))?;
+        let preset = RunPreset::from_resolved(&path.to_string_lossy(), text, &[])?;
+        let (model, spec) = load_robot(&preset.robot)?;
+        let policy = checkpoint.policy()?;
+        let expected = (ObservationLayout::new(&spec).policy_dim(), spec.policy_joint_order.len());
+        let found = (policy.obs_dim(), policy.action_dim());
+        if expected != found {
+            return Err(fail(format!(
+                "expected {} observations and {} actions (robot '{}'), found {} and {}",
+                expected.0, expected.1, spec.name, found.0, found.1
+            )));
+        }
+        Ok(Self { checkpoint: path, preset, model, spec, policy })
+    }
+
+    /// The contract of the policy's file; `licence` are the terms of the motions that it was trained on.
+    ///
+    /// # Errors
+    /// If the robot's gains cannot be resolved.
+    pub fn contract(&self, licence: &str) -> Result<Contract, TrainError> {
+        let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
+        let control = self.spec.resolve(&self.model).map_err(|e| setup(&e))?;
+        let order = Permutation::between(&self.model.joint_names(), &self.spec.policy_joint_order)
+            .map_err(|e| setup(&e))?;
+        let joint = |&j: &usize| JointContract {
+            name: self.model.joints[j].name.clone(),
+            default_pos: control.default_pos[j],
+            stiffness: control.stiffness[j],
+            damping: control.damping[j],
+            action_scale: control.action_scale[j],
+        };
+        let term = |t: paid_task::ObservationTerm| ObservationTerm {
+            name: t.name,
+            size: t.size,
+            order: t.order,
+            frame: t.frame,
+            unit: t.unit,
+            scale: t.scale,
+        };
+        let lstm = &self.policy.net.lstm;
+        Ok(Contract {
+            format: FORMAT,
+            robot: self.spec.name.clone(),
+            licence: licence.to_owned(),
+            control_period_s: self.preset.task.control_dt_s(),
+            action: ACTION.to_owned(),
+            joints: order.indices().iter().map(joint).collect(),
+            anchor_body: self.spec.anchor_body.clone(),
+            bodies: self.spec.tracked_bodies.clone(),
+            observation: ObservationLayout::new(&self.spec).policy.into_iter().map(term).collect(),
+            commands: vec![COMMAND.to_owned()],
+            recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
+            reference: None,
+        })
+    }
+
+    /// Writes the policy as ONNX, with `clip` inside if given. The clip must be at the control rate.
+    ///
+    /// # Errors
+    /// If the file cannot be written, or something does not fit; an earlier file stays whole.
+    pub fn write_onnx(&self, path: &Path, licence: &str, clip: Option<&Clip>) -> Result<(), TrainError> {
+        let mut contract = self.contract(licence)?;
+        let reference = clip.map(|clip| self.reference(clip)).transpose()?;
+        contract.reference = reference.as_ref().map(|r| r.name.clone());
+        let run = self.checkpoint.to_string_lossy();
+        paid_onnx::write(path, &weights(&self.policy), &contract, reference.as_ref(), &run)
+            .map_err(|error| TrainError::Setup(error.to_string()))
+    }
+
+    /// A clip (model order) in the file's orders: policy joints, tracked bodies.
+    fn reference(&self, clip: &Clip) -> Result<Reference, TrainError> {
+        let rate = 1.0 / self.preset.task.control_dt_s();
+        if (clip.fps - rate).abs() > 1e-6 * rate {
+            return Err(TrainError::Setup(format!(
+                "motion '{}': expected {rate} frames a second, found {}",
+                clip.name, clip.fps
+            )));
+        }
+        let joints = Permutation::between(&self.model.joint_names(), &self.spec.policy_joint_order)
+            .map_err(|e| TrainError::Setup(e.to_string()))?;
+        let body = |name: &String| {
+            let missing = || TrainError::Setup(format!("the robot has no tracked body '{name}'"));
+            self.model.body_index(name).ok_or_else(missing)
+        };
+        let bodies = self.spec.tracked_bodies.iter().map(body).collect::<Result<Vec<_>, _>>()?;
+        let over_joints = |rows: &[f64]| -> Vec<f32> {
+            let rows = rows.chunks(clip.joints);
+            rows.flat_map(|row| joints.indices().iter().map(|&j| row[j] as f32)).collect()
+        };
+        Ok(Reference {
+            name: clip.name.clone(),
+            frames: clip.frames,
+            joint_pos: over_joints(&clip.joint_pos),
+            joint_vel: over_joints(&clip.joint_vel),
+            body_pos_w: over_bodies(&clip.body_pos, clip.bodies, &bodies),
+            body_quat_w: over_bodies(&clip.body_quat, clip.bodies, &bodies),
+            body_lin_vel_w: over_bodies(&clip.body_lin_vel, clip.bodies, &bodies),
+            body_ang_vel_w: over_bodies(&clip.body_ang_vel, clip.bodies, &bodies),
+        })
+    }
+}
+
+/// Chosen bodies of every frame, flattened.
+fn over_bodies<const N: usize>(rows: &[[f64; N]], per_frame: usize, chosen: &[usize]) -> Vec<f32> {
+    let frames = rows.chunks(per_frame);
+    frames.flat_map(|f| chosen.iter().flat_map(|&b| f[b].iter().map(|&x| x as f32))).collect()
+}
+
+/// The policy's numbers without their layout.
+pub fn weights(policy: &Policy) -> PolicyWeights {
+    let part = |range: &core::ops::Range<usize>| policy.params[range.clone()].to_vec();
+    let normalizer = &policy.normalizer;
+    PolicyWeights {
+        normalizer: Some(Normalizer {
+            mean: normalizer.mean().to_vec(),
+            scale: normalizer.inv_std().to_vec(),
+            clip: None,
+        }),
+        lstm: (policy.net.lstm.iter())
+            .map(|l| LstmLayer {
+                inputs: l.input,
+                hidden: l.size,
+                w_input: part(&l.weight_ih),
+                w_hidden: part(&l.weight_hh),
+                bias: part(&l.bias),
+            })
+            .collect(),
+        layers: (policy.net.mlp.iter())
+            .map(|l| DenseLayer { inputs: l.input, outputs: l.output, w: part(&l.weight), b: part(&l.bias) })
+            .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use paid_lanes::rng::Rng;
+    use paid_learn::net::Network;
+    use paid_learn::normalizer::{Moments, Normalizer};
+    use paid_learn::{LstmConfig, NetworkConfig, NetworkKind};
+    use paid_onnx::OnnxPolicy;
+
+    use super::*;
+
+    /// A policy with random weights and statistics for the built-in robot.
+    fn trained(kind: NetworkKind) -> TrainedPolicy {
+        let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+        let mut rng = Rng::new(5, 0, 0);
+        let features = ObservationLayout::new(&spec).policy_dim();
+        let mut draw = |lo: f64, hi: f64| (0..features).map(|_| rng.uniform(lo, hi)).collect::<Vec<_>>();
+        let moments = Moments { count: 50.0, mean: draw(-1.0, 1.0), m2: draw(1.0, 99.0) };
+        let config = NetworkConfig {
+            kind,
+            hidden: vec![40, 24],
+            lstm: LstmConfig { layers: 2, size: 16 },
+            ..NetworkConfig::default()
+        };
+        let net = Network::new(features, spec.policy_joint_order.len(), &config);
+        let params = net.initialise(&mut Rng::new(6, 0, 0));
+        let std = vec![0.4; net.output];
+        let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
+        let preset = RunPreset::resolve("stage1", &[]).expect("built in");
+        TrainedPolicy { checkpoint: "runs/x".into(), preset, model, spec, policy }
+    }
+
+    #[test]
+    fn an_exported_policy_acts_as_the_learners_does() {
+        let folder = tempfile::tempdir().expect("folder");
+        for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+            let trained = trained(kind);
+            let path = folder.path().join("policy.onnx");
+            trained.write_onnx(&path, "none", None).expect("writes");
+            let contract = trained.contract("none").expect("contract");
+            let file = OnnxPolicy::load_expecting(&path, &contract).expect("reads");
+            assert!(file.reference(0).expect("none").is_empty());
+            let (mut ours, mut theirs) = (trained.policy.start(1), file.initial_state());
+            let mut rng = Rng::new(7, 0, 0);
+            let mut expected = vec![0.0; trained.policy.action_dim()];
+            for step in 0..10 {
+                let obs: Vec<f32> =
+                    (0..trained.policy.obs_dim()).map(|_| 2.0 * rng.normal() as f32).collect();
+                trained.policy.act(&obs, &mut ours, &mut expected);
+                let found = file.act(&obs, &mut theirs).expect("acts");
+                for (a, b) in expected.iter().zip(&found) {
+                    assert!((a - b).abs() < 1e-5, "{kind:?} step {step}: {a} {b}");
+                }
+            }
+            assert!(expected.iter().any(|x| x.abs() > 1e-3));
+        }
+    }
+
+    #[test]
+    fn the_contract_names_gains_and_terms_of_the_robot() {
+        let contract = trained(NetworkKind::Mlp).contract("none").expect("contract");
+        assert_eq!((contract.joints.len(), contract.bodies.len()), (29, 14));
+        assert_eq!((contract.observation_size(), contract.control_period_s), (160, 0.02));
+        // release-facts: the order is breadth-first; hip pitch: armature 0.010177520, 10 Hz, default -0.312 rad.
+        let hip = &contract.joints[0];
+        let w = 2.0 * core::f64::consts::PI * 10.0;
+        assert_eq!((hip.name.as_str(), hip.default_pos), ("left_hip_pitch_joint", -0.312));
+        assert!((hip.stiffness - 0.010177520 * w * w).abs() < 1e-6, "{hip:?}");
+        assert!((hip.damping - 4.0 * 0.010177520 * w).abs() < 1e-6, "{hip:?}");
+        assert!((hip.action_scale * hip.stiffness - 0.25 * 88.0).abs() < 1e-6, "{hip:?}");
+        assert_eq!(contract.joints[2].name, "waist_yaw_joint");
+    }
+
+    #[test]
+    fn an_embedded_clip_is_in_the_files_orders() {
+        let trained = trained(NetworkKind::Mlp);
+        let (joints, bodies, frames) = (trained.model.joints.len(), trained.model.bodies.len(), 4);
+        let per_body = |t: usize, b: usize| [t as f64, b as f64, 0.5];
+        let all: Vec<[f64; 3]> = (0..frames).flat_map(|t| (0..bodies).map(move |b| per_body(t, b))).collect();
+        let clip = Clip {
+            name: "wave".into(),
+            path: "wave.npz".into(),
+            fps: 50.0,
+            kick_leg: paid_motion::KickLeg::Left,
+            licence: None,
+            frames,
+            joints,
+            bodies,
+            joint_pos: (0..frames * joints).map(|i| i as f64).collect(),
+            joint_vel: (0..frames * joints).map(|i| -(i as f64)).collect(),
+            body_pos: all.clone(),
+            body_quat: vec![[1.0, 0.0, 0.0, 0.0]; frames * bodies],
+            body_lin_vel: all.clone(),
+            body_ang_vel: all,
+        };
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("policy.onnx");
+        trained.write_onnx(&path, "none", Some(&clip)).expect("writes");
+        let file = OnnxPolicy::load(&path).expect("reads");
+        assert_eq!(file.contract().reference.as_deref(), Some("wave"));
+        let arrays = file.reference(2).expect("runs");
+        for (i, name) in trained.spec.policy_joint_order.iter().enumerate() {
+            let j = trained.model.joint_index(name).expect("a joint");
+            assert_eq!(arrays[0].1[i], (2 * joints + j) as f32, "{name}");
+            assert_eq!(arrays[1].1[i], -((2 * joints + j) as f32), "{name}");
+        }
+        for (i, name) in trained.spec.tracked_bodies.iter().enumerate() {
+            let b = trained.model.body_index(name).expect("a body");
+            assert_eq!(arrays[2].1[3 * i..3 * i + 3], [2.0, b as f32, 0.5], "{name}");
+        }
+        let slow = Clip { fps: 30.0, ..clip };
+        let error = trained.write_onnx(&path, "none", Some(&slow)).expect_err("another rate").to_string();
+        assert_eq!(error, "motion 'wave': expected 50 frames a second, found 30");
+    }
+}
