@@ -35,7 +35,7 @@ pub(crate) struct Observe<'a, V> {
     pub state: &'a GroupState<V>,
     pub group: &'a GroupTask<V>,
     pub seen: Option<Seen<V>>,
-    pub draw: Draw<'a>,
+    pub draw: Draw<'a, V>,
     pub policy: &'a mut [f32],
     pub critic: &'a mut [f32],
     pub stride: usize,
@@ -54,7 +54,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
             },
         };
         let rows = Rows::new(self.policy, self.stride, self.first);
-        observe_policy(self.config, self.state, self.group, seen, &self.draw, rows);
+        observe_policy(self.config, self.state, self.group, seen, self.draw, rows);
         let rows = Rows::new(self.critic, self.stride, self.first);
         observe_critic(self.config, self.state, self.group, rows);
     }

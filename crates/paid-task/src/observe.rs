@@ -45,16 +45,18 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Random numbers of one observation: uniform in (-1, 1), drawn lane by lane, in the order of use.
-struct Noise<V> {
-    values: [V; MAX_NOISE],
+/// Random numbers of one observation: uniform in (-1, 1), in the order of use.
+struct Noise<'a, V> {
+    values: &'a [V],
     next: usize,
 }
 
-/// Noisy numbers for robots of up to 61 joints; beyond that [`TaskConfig`] refuses.
-pub(crate) const MAX_NOISE: usize = 131;
+/// Noisy numbers of an observation: gravity, two angular velocities, joint angles and velocities.
+pub(crate) fn noise_len(joints: usize) -> usize {
+    9 + 2 * joints
+}
 
-impl<V: Real> Noise<V> {
+impl<V: Real> Noise<'_, V> {
     #[inline(always)]
     fn add(&mut self, value: V, half_width: f64) -> V {
         let noise = self.values[self.next];
@@ -76,11 +78,13 @@ pub(crate) struct Seen<V> {
 }
 
 /// Whose noise, and which draw of it.
-pub(crate) struct Draw<'a> {
+pub(crate) struct Draw<'a, V> {
     /// Environment numbers, a lane each; empty for no noise.
     pub envs: &'a [u32],
     pub seed: u64,
     pub count: u64,
+    /// Room for [`noise_len`] numbers; zeros if there is no noise.
+    pub values: &'a mut [V],
 }
 
 /// A world point in the base frame.
@@ -97,16 +101,15 @@ pub(crate) fn observe_policy<V: Real>(
     state: &GroupState<V>,
     group: &GroupTask<V>,
     seen: Seen<V>,
-    draw: &Draw<'_>,
+    draw: Draw<'_, V>,
     mut rows: Rows<'_>,
 ) {
     let joints = config.joints();
     let preset = &config.preset.observations.noise;
-    let mut noise = Noise { values: [V::zero(); MAX_NOISE], next: 0 };
     if !draw.envs.is_empty() {
-        let count = 9 + 2 * joints;
-        noise::fill_symmetric(&mut noise.values[..count], draw.envs, NOISE_STREAM, draw.seed, draw.count);
+        noise::fill_symmetric(draw.values, draw.envs, NOISE_STREAM, draw.seed, draw.count);
     }
+    let mut noise = Noise { values: draw.values, next: 0 };
     let reference = &group.reference;
     for j in 0..joints {
         rows.push(reference.joint_pos(j));

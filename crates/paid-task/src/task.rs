@@ -10,7 +10,7 @@ use paid_robot::{RobotModel, RobotSpec};
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kernels::{Act, Gather, Observe, ScoreGroup};
-use crate::observe::{Draw, MAX_NOISE, Seen, in_base};
+use crate::observe::{Draw, Seen, in_base, noise_len};
 use crate::perception::deviation;
 use crate::reference::MAX_LANES;
 use crate::reset::{StartContext, velocity_noise};
@@ -69,6 +69,8 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) observations: u64,
     pub(crate) eval: Option<EvalOptions>,
     targets: Vec<V>,
+    /// Numbers of the last noise drawn.
+    noise: Vec<V>,
     /// Observations of [`BLOCK_GROUPS`] groups on their way out.
     policy_rows: Vec<f32>,
     critic_rows: Vec<f32>,
@@ -91,12 +93,6 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
         let config = TaskConfig::new(robot, spec, control, library, preset)?;
         assert!(V::LANES <= MAX_LANES, "lane types have at most {MAX_LANES} lanes");
-        if 9 + 2 * config.joints() > MAX_NOISE {
-            return Err(TaskError::Robot(format!(
-                "{} joints are more than the task supports",
-                config.joints()
-            )));
-        }
         if sim.model().body_names() != robot.body_names() {
             return Err(TaskError::Simulator("it simulates another robot".into()));
         }
@@ -135,6 +131,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             observations: 0,
             eval: None,
             targets: vec![V::zero(); config.joints()],
+            noise: vec![V::zero(); noise_len(config.joints())],
             policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],
             critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
             library: Arc::clone(library),
@@ -226,6 +223,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         assert_eq!(policy.len(), self.config.layout.policy_dim() * envs, "policy observations");
         assert_eq!(critic.len(), self.config.layout.critic_dim() * envs, "critic observations");
         let disturbed = self.disturbed();
+        if !disturbed {
+            self.noise.fill(V::zero());
+        }
         // A group's rows are 32 or 64 bytes, `envs` numbers apart: written through a small matrix of a few groups, so that
         // the large one receives longer runs and its rows do not fight for the same cache sets.
         let width = BLOCK_GROUPS * V::LANES;
@@ -260,6 +260,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 envs: if disturbed { &ids[..V::LANES] } else { &[] },
                 seed: self.seed,
                 count: self.observations,
+                values: &mut self.noise,
             },
             policy: &mut self.policy_rows,
             critic: &mut self.critic_rows,
