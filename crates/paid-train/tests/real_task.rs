@@ -1,0 +1,83 @@
+//! The trainer on the real task, robot and motions: seconds of Stage I.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use paid_train::{End, Limits, Outcome, RunPreset, StageJob, Start, TaskEnv, train_stage};
+
+/// The folder of the release's motions, or `None` (and a note) where there is none.
+fn motions(test: &str) -> Option<PathBuf> {
+    let shared = std::env::var_os("PAID_SHARED")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
+    let motions = shared.join("data/motions/paid/standard");
+    if motions.is_dir() {
+        return Some(motions);
+    }
+    assert!(std::env::var("CI").as_deref() != Ok("true"), "CI needs the shared data: {}", motions.display());
+    println!("SKIPPED (needs shared data): {test}");
+    None
+}
+
+fn preset(stage: &str, motions: &std::path::Path) -> RunPreset {
+    let sets = [
+        "run.envs=64".to_owned(),
+        "run.shards=4".to_owned(),
+        "run.iterations=4".to_owned(),
+        "run.checkpoint_interval=3".to_owned(),
+        "learn.ppo.minibatches=2".to_owned(),
+        format!("run.motions={:?}", motions.to_string_lossy()),
+    ];
+    RunPreset::resolve(stage, &sets).expect("preset")
+}
+
+/// Trains in `out`; with `stop_after` as after Ctrl-C in that iteration.
+fn run(out: PathBuf, preset: &RunPreset, start: Start, threads: usize, stop_after: u64) -> Outcome {
+    let job = StageJob { preset: preset.clone(), out, start, limits: Limits::default(), threads };
+    let stop = AtomicBool::new(false);
+    train_stage(&job, &stop, &mut |record| {
+        assert!(record.rewards.get("total").is_some_and(f64::is_finite));
+        stop.store(record.iteration >= stop_after, Ordering::SeqCst);
+    })
+    .expect("trains")
+}
+
+fn weights(outcome: &Outcome) -> Vec<f32> {
+    let checkpoint = paid_learn::Checkpoint::load(&outcome.checkpoint).expect("reads");
+    checkpoint.policy().expect("policy").params
+}
+
+#[test]
+fn threads_and_interruptions_do_not_change_the_weights() {
+    let Some(motions) = motions("threads_and_interruptions_do_not_change_the_weights") else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name);
+    for stage in ["stage1", "stage2", "stage1_lstm"] {
+        let preset = preset(stage, &motions);
+        let one = run(at(&format!("{stage}-one")), &preset, Start::Fresh, 1, u64::MAX);
+        assert_eq!((one.end, one.samples), (End::Done, 4 * 64 * 24));
+        let out = at(&format!("{stage}-two"));
+        let stopped = run(out.clone(), &preset, Start::Fresh, 2, 2);
+        assert_eq!((stopped.end, stopped.iteration), (End::Stopped, 2));
+        let two = run(out, &preset, Start::Resume, 2, u64::MAX);
+        assert_eq!((two.end, two.iteration), (End::Done, 4));
+        assert_eq!(weights(&one), weights(&two), "{stage}");
+    }
+}
+
+#[test]
+fn stage_two_starts_from_the_networks_of_stage_one() {
+    let Some(motions) = motions("stage_two_starts_from_the_networks_of_stage_one") else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    let first = preset("stage1", &motions);
+    let one = run(folder.path().join("one"), &first, Start::Fresh, 2, 1);
+    let second = preset("stage2", &motions);
+    let scene = paid_train::Scene::load(&second).expect("scene");
+    let shards = scene.shards(&second).expect("shards");
+    let mut trainer =
+        paid_train::Trainer::<TaskEnv>::new(&second, shards, scene.motion_names()).expect("trainer");
+    trainer.start_from(&one.checkpoint).expect("starts");
+    assert_eq!(trainer.learner().actor().weights(), weights(&one));
+    assert_eq!(trainer.progress().iteration, 0);
+    let record = trainer.iterate(2).expect("iterates");
+    assert_eq!((record.iteration, record.stage.as_str()), (1, "stage2"));
+}
