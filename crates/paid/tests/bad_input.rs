@@ -1,0 +1,147 @@
+//! Bad input ends in one clear error and exit code 2, and leaves earlier files whole.
+
+mod common;
+
+use std::fs;
+
+use common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
+use paid_motion::{Clip, KickLeg};
+
+#[test]
+fn training_without_motions_says_what_is_needed() {
+    let folder = tempfile::tempdir().expect("folder");
+    for args in [&["train"][..], &["train", "stage1"], &["agent", "zero"]] {
+        let error = refuses(&paid(folder.path(), args));
+        assert!(error.contains("motions") && error.contains(".npz"), "{error}");
+    }
+    let left: Vec<_> = fs::read_dir(folder.path()).expect("folder").collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn a_missing_or_empty_motion_folder_is_named() {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::create_dir(folder.path().join("empty")).expect("folder");
+    for name in ["absent", "empty"] {
+        for args in [
+            &["motion", "info", name][..],
+            &["train", "stage1", "--motions", name],
+            &["agent", "random", "--motions", name],
+        ] {
+            let error = refuses(&paid(folder.path(), args));
+            assert!(error.contains(name), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_with_nan_names_file_and_key() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut clip = swing(KickLeg::Left);
+    clip.joint_pos[40] = f64::NAN;
+    write_clip(folder.path(), &Clip { name: "broken".to_owned(), ..clip });
+    for args in [&["motion", "info", "motions"][..], &["train", "stage1", "--motions", "motions"]] {
+        let error = refuses(&paid(folder.path(), args));
+        assert!(error.contains("broken.npz") && error.contains("joint_pos"), "{error}");
+    }
+}
+
+#[test]
+fn a_motion_file_that_is_none_is_named() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    fs::write(folder.path().join("motions/aaa.npz"), b"not a zip").expect("file");
+    let error = refuses(&paid(folder.path(), &["motion", "info", "motions"]));
+    assert!(error.contains("aaa.npz"), "{error}");
+}
+
+#[test]
+fn an_unknown_preset_key_comes_with_a_suggestion() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (command, set, hint) in [
+        (&["train", "stage1"][..], "task.rewards.action_rat.weight=-1", "action_rate"),
+        (&["train", "stage2"], "learn.ppo.gama=0.9", "gamma"),
+        (&["agent", "zero"], "run.sede=1", "seed"),
+    ] {
+        let args = [command, &["--motions", "motions", "--set", set]].concat();
+        let error = refuses(&paid(folder.path(), &args));
+        assert!(error.contains(set.split('=').next().expect("key")) && error.contains(hint), "{error}");
+    }
+    let error = refuses(&paid(folder.path(), &["agent", "zero", "--preset", "stage9"]));
+    assert!(error.contains("stage9") && error.contains("stage1"), "{error}");
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    fs::write(folder.path().join("file"), "precious").expect("file");
+    let args = small(&["train", "stage1", "--motions", "motions", "--iterations", "1", "--out", "file/run"]);
+    let error = refuses(&paid(folder.path(), &args));
+    assert!(error.contains("file/run"), "{error}");
+    assert_eq!(fs::read_to_string(folder.path().join("file")).expect("file"), "precious");
+}
+
+#[test]
+fn a_checkpoint_of_another_architecture_is_refused_and_files_stay_whole() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let train =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "1", "--out", "a", "--quiet"]);
+    succeeds(&paid(folder.path(), &train));
+    let checkpoint = fs::read(folder.path().join("a/model_1.safetensors")).expect("checkpoint");
+
+    let mut other =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--from", "a", "--out", "b"]);
+    other.extend(["--set", "learn.actor.hidden=[24]"]);
+    let error = refuses(&paid(folder.path(), &other));
+    assert!(error.contains("model_1.safetensors") && error.contains("24") && error.contains("16"), "{error}");
+
+    let resume = [
+        "train",
+        "stage1",
+        "--resume",
+        "--out",
+        "a",
+        "--iterations",
+        "2",
+        "--set",
+        "learn.actor.hidden=[24]",
+    ];
+    let error = refuses(&paid(folder.path(), &resume));
+    assert!(error.contains("model_1.safetensors"), "{error}");
+    assert_eq!(fs::read(folder.path().join("a/model_1.safetensors")).expect("checkpoint"), checkpoint);
+
+    // A run folder that is taken is not overwritten by a fresh run.
+    let error = refuses(&paid(folder.path(), &train));
+    assert!(error.contains("--resume"), "{error}");
+
+    // A damaged checkpoint.
+    fs::write(folder.path().join("cut.safetensors"), &checkpoint[..checkpoint.len() / 2]).expect("file");
+    let error = refuses(&paid(folder.path(), &["export", "cut.safetensors", "--out", "p.onnx"]));
+    assert!(error.contains("cut.safetensors"), "{error}");
+    assert!(!folder.path().join("p.onnx").exists());
+}
+
+#[test]
+fn export_names_what_is_missing_or_cannot_be_written() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let error = refuses(&paid(folder.path(), &["export", "absent"]));
+    assert!(error.contains("absent"), "{error}");
+    let train =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "1", "--out", "a", "--quiet"]);
+    succeeds(&paid(folder.path(), &train));
+    let error = refuses(&paid(folder.path(), &["export", "a", "--out", "nowhere/p.onnx"]));
+    assert!(error.contains("nowhere/p.onnx"), "{error}");
+    let error = refuses(&paid(folder.path(), &["export", "a", "--with-reference", "absent.npz"]));
+    assert!(error.contains("absent.npz"), "{error}");
+}
+
+#[test]
+fn wrong_arguments_are_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    for args in [&["trian"][..], &["train", "stage3"], &["agent", "clever"], &["export"]] {
+        refuses(&paid(folder.path(), args));
+    }
+}

@@ -1,0 +1,98 @@
+//! Commands from end to end, on a motion of our own.
+
+mod common;
+
+use std::fs;
+
+use common::{paid, small, succeeds, write_motions};
+use paid_onnx::OnnxPolicy;
+use serde_json::Value;
+
+fn json(line: &str) -> Value {
+    serde_json::from_str(line).unwrap_or_else(|error| panic!("{error}: {line}"))
+}
+
+#[test]
+fn motion_info_prints_every_clip_as_text_and_json() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let text = succeeds(&paid(folder.path(), &["motion", "info", "motions"]));
+    assert!(text.contains("swing_left") && text.contains("swing_right"), "{text}");
+    let text = succeeds(&paid(folder.path(), &["motion", "info", "motions", "--json"]));
+    assert!(text.contains("swing_left"), "{text}");
+    json(&text);
+}
+
+#[test]
+fn agents_report_every_reward_and_observation_term() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    for (agent, preset) in [("zero", "stage1"), ("random", "stage2")] {
+        let args =
+            ["agent", agent, "--preset", preset, "--motions", "motions", "--steps", "20", "--envs", "16"];
+        let text = succeeds(&paid(folder.path(), &args));
+        assert!(text.contains("reward/body_pos") && text.contains("projected_gravity"), "{text}");
+        let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--json"]].concat())));
+        assert!(report["metrics"]["reward/total"].is_f64(), "{report}");
+        for (group, terms) in [("policy_observation", 10), ("critic_observation", 13)] {
+            let list = report[group].as_array().expect("a list");
+            assert_eq!(list.len(), terms);
+            assert!(
+                list.iter().all(|t| t["mean"].is_f64() && t["min"].as_f64() <= t["max"].as_f64()),
+                "{list:?}"
+            );
+        }
+        let gravity = report["policy_observation"][2].clone();
+        assert_eq!(gravity["name"], "projected_gravity");
+        assert!(gravity["min"].as_f64() < Some(-0.7), "{gravity}");
+    }
+}
+
+#[test]
+fn a_trained_policy_is_exported_and_acts() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let train =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--json"]);
+    let lines = succeeds(&paid(folder.path(), &train));
+    let iterations: Vec<_> = lines.lines().map(|line| json(line)["iteration"].clone()).collect();
+    assert_eq!(iterations, [1, 2]);
+    let metrics = fs::read_to_string(folder.path().join("run/metrics.jsonl")).expect("metrics");
+    assert_eq!(metrics.lines().map(json).count(), 2);
+
+    // The run folder holds the policy already; it acts the same.
+    let own = OnnxPolicy::load(&folder.path().join("run/policy.onnx")).expect("a policy");
+    let text = succeeds(&paid(folder.path(), &["export", "run", "--out", "policy.onnx", "--licence", "CC0"]));
+    assert!(text.contains("policy.onnx") && text.contains("CC0") && text.contains("model_2"), "{text}");
+    let policy = OnnxPolicy::load(&folder.path().join("policy.onnx")).expect("a policy");
+    assert_eq!((policy.contract().licence.as_str(), policy.contract().joints.len()), ("CC0", 29));
+    let mut state = policy.initial_state();
+    let actions = policy.act(&vec![0.1; policy.contract().observation_size()], &mut state).expect("acts");
+    let same = own.act(&vec![0.1; 160], &mut own.initial_state()).expect("acts");
+    assert_eq!(actions, same);
+    assert!(actions.iter().all(|a| a.is_finite()) && actions.iter().any(|a| *a != 0.0), "{actions:?}");
+
+    let args =
+        ["export", "run", "--out", "with.onnx", "--with-reference", "motions/swing_left.npz", "--json"];
+    let written = json(&succeeds(&paid(folder.path(), &args)));
+    assert_eq!(written["contract"]["reference"], "swing_left");
+    let policy = OnnxPolicy::load(&folder.path().join("with.onnx")).expect("a policy");
+    assert_eq!(policy.reference(3).expect("runs").len(), 6);
+}
+
+#[test]
+fn stage_two_starts_from_stage_one_and_a_run_resumes() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let one =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "1", "--out", "one", "--quiet"]);
+    succeeds(&paid(folder.path(), &one));
+    let two =
+        ["train", "stage2", "--motions", "motions", "--iterations", "1", "--out", "two", "--from", "one"];
+    assert_eq!(succeeds(&paid(folder.path(), &small(&[&two[..], &["--quiet"]].concat()))), "");
+    let resume = ["train", "stage2", "--resume", "--iterations", "2", "--out", "two", "--json"];
+    let lines = succeeds(&paid(folder.path(), &resume));
+    let iterations: Vec<_> = lines.lines().map(|line| json(line)["iteration"].clone()).collect();
+    assert_eq!(iterations, [2]);
+    assert!(folder.path().join("two/model_2.safetensors").is_file());
+}

@@ -1,0 +1,119 @@
+//! What the end-to-end tests share: the program, and a motion of our own.
+
+#![allow(dead_code)] // Each test program uses its part.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use paid_lanes::{Quat, Vec3};
+use paid_motion::{Clip, KickLeg, resample, write_npz};
+use paid_robot::{RobotModel, RobotSpec, kinematics};
+
+/// Runs the program in `folder`.
+pub fn paid(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_paid"))
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
+}
+
+/// Standard output as text.
+pub fn text(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).expect("UTF-8")
+}
+
+/// Standard output after a run that must have succeeded.
+pub fn succeeds(output: &Output) -> String {
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    text(output)
+}
+
+/// The one error of a run that must have failed because of its input: exit code 2 and exactly one `error:`.
+pub fn refuses(output: &Output) -> String {
+    let error = String::from_utf8(output.stderr.clone()).expect("UTF-8");
+    assert_eq!(output.status.code(), Some(2), "{error}{}", text(output));
+    assert_eq!(error.matches("error:").count(), 1, "{error}");
+    assert!(!error.contains("panicked"), "{error}");
+    error
+}
+
+/// A robot that stands in its default pose and swings a leg: two seconds, made here, free of anybody's motions.
+pub fn swing(kick_leg: KickLeg) -> Clip {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let default_pos = spec.resolve(&model).expect("the built-in robot").default_pos;
+    let foot = model.body_index(&spec.feet[kick_leg.index()]).expect("a foot");
+    // The first joint of the kicking leg.
+    let mut hip = foot;
+    while let Some(parent) = model.bodies[hip].parent.filter(|&p| p > 0) {
+        hip = parent;
+    }
+    let (frames, fps) = (60, 30.0);
+    let mut clip = Clip {
+        name: "swing".to_owned(),
+        path: "swing.npz".into(),
+        fps,
+        kick_leg,
+        licence: Some("CC0".to_owned()),
+        frames,
+        joints: model.joints.len(),
+        bodies: model.bodies.len(),
+        joint_pos: Vec::new(),
+        joint_vel: vec![0.0; frames * model.joints.len()],
+        body_pos: Vec::new(),
+        body_quat: Vec::new(),
+        body_lin_vel: vec![[0.0; 3]; frames * model.bodies.len()],
+        body_ang_vel: vec![[0.0; 3]; frames * model.bodies.len()],
+    };
+    for t in 0..frames {
+        let mut angles = default_pos.clone();
+        let phase = core::f64::consts::TAU * t as f64 / frames as f64;
+        angles[hip - 1] -= 0.3 * (1.0 - phase.cos());
+        let base = Vec3::c([0.0, 0.0, spec.nominal_height_m]);
+        let poses = kinematics::forward::<f64>(&model, base, Quat::c([1.0, 0.0, 0.0, 0.0]), &angles);
+        clip.joint_pos.extend(angles);
+        for pose in poses {
+            clip.body_pos.push(pose.pos.0);
+            clip.body_quat.push(pose.quat.0);
+        }
+    }
+    // Velocities come from the resampling.
+    resample(&clip, &model, 50.0)
+}
+
+/// Writes a clip into `folder/motions`.
+pub fn write_clip(folder: &Path, clip: &Clip) {
+    let motions = folder.join("motions");
+    std::fs::create_dir_all(&motions).expect("a folder");
+    let path = motions.join(format!("{}.npz", clip.name));
+    write_npz(&path, clip, &RobotModel::g1(), &RobotSpec::g1()).expect("a motion file");
+}
+
+/// Writes a swing of each leg into `folder/motions`.
+pub fn write_motions(folder: &Path) {
+    for leg in [KickLeg::Left, KickLeg::Right] {
+        let clip = swing(leg);
+        write_clip(folder, &Clip { name: format!("swing_{leg}"), ..clip });
+    }
+}
+
+/// Arguments that make a stage small enough for a test.
+pub const SMALL: [&str; 12] = [
+    "--set",
+    "run.envs=32",
+    "--set",
+    "run.shards=2",
+    "--set",
+    "learn.actor.hidden=[16]",
+    "--set",
+    "learn.critic.hidden=[16]",
+    "--set",
+    "learn.ppo.minibatches=2",
+    "--set",
+    "run.checkpoint_interval=1",
+];
+
+/// `args` and [`SMALL`].
+pub fn small<'a>(args: &[&'a str]) -> Vec<&'a str> {
+    [args, &SMALL].concat()
+}
