@@ -1,7 +1,8 @@
 //! Observation noise: Philox over lanes, so that 67 random numbers an environment and step cost next to nothing.
 
-use paid_lanes::{Real, Scalar};
+use paid_lanes::Real;
 
+use crate::group::load_f32;
 use crate::reference::MAX_LANES;
 
 /// Values that one block of the generator gives a lane: four 32-bit words as eight 16-bit halves.
@@ -48,12 +49,14 @@ pub(crate) fn fill_symmetric<V: Real>(out: &mut [V], envs: &[u32], purpose: u32,
         let at = draw << 8 | block as u64;
         let words = philox_lanes::<V>([at as u32, (at >> 32) as u32], envs, purpose, seed);
         for half in 0..BLOCK.min(out.len() - block * BLOCK) {
-            let mut lanes = [V::Scalar::default(); MAX_LANES];
+            // Sixteen bits below the leading one of a number in [1, 2).
+            let mut lanes = [0.0; MAX_LANES];
             for lane in 0..V::LANES {
-                let bits = (words[half / 2][lane] >> (16 * (half % 2) as u32)) as u16;
-                lanes[lane] = V::Scalar::from_f64(f64::from(bits));
+                let bits = words[half / 2][lane] >> (16 * (half % 2) as u32) & 0xffff;
+                lanes[lane] = f32::from_bits(0x3f80_0000 | bits << 7);
             }
-            out[block * BLOCK + half] = (V::load(&lanes[..V::LANES]) - V::c(32_767.5)) * V::c(1.0 / 32_768.0);
+            let middle = V::c(1.5 - 1.0 / 131_072.0);
+            out[block * BLOCK + half] = (load_f32::<V>(&lanes) - middle) * V::c(2.0);
         }
     }
 }

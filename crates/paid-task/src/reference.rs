@@ -1,7 +1,8 @@
 //! The reference frame of each lane of a group.
 
-use paid_lanes::{Mat3, Quat, Real, Scalar, Vec3};
+use paid_lanes::{Mat3, Quat, Real, Vec3};
 
+use crate::group::load_f32;
 use crate::{FrameLayout, ReferenceLibrary};
 
 /// Most lanes of any lane type.
@@ -32,11 +33,11 @@ impl<V: Real> Reference<V> {
         }
         let values = &mut self.values[..len];
         for k in 0..len {
-            let mut lanes = [V::Scalar::default(); MAX_LANES];
+            let mut lanes = [0.0; MAX_LANES];
             for lane in 0..V::LANES {
-                lanes[lane] = V::Scalar::from_f64(f64::from(rows[lane][k]));
+                lanes[lane] = rows[lane][k];
             }
-            values[k] = V::load(&lanes[..V::LANES]);
+            values[k] = load_f32::<V>(&lanes);
         }
     }
 
