@@ -4,7 +4,7 @@ mod common;
 
 use common::{biped, lane_at, reset_all, stance};
 use paid_lanes::rng::Rng;
-use paid_lanes::{F32Array, Real};
+use paid_lanes::{F32Array, Isa, IsaVisitor, Real};
 use paid_physics::{Engine, EnvParams, LaneState, Material, SceneConfig, Simulator, Terrain};
 
 type V = F32Array<8>;
@@ -167,15 +167,27 @@ fn a_push_adds_to_the_base_velocity() {
     assert_eq!(other.base_lin_vel, [0.0; 3]);
 }
 
-/// Random targets of up to 1.5 rad a joint, reset every 100 control steps to random states.
-fn random_actions(control_steps: usize) {
+/// Random targets of up to 1.5 rad a joint, on this CPU's widest lanes, reset every 100 control steps to random states.
+struct RandomActions {
+    control_steps: usize,
+}
+
+impl IsaVisitor for RandomActions {
+    type Output = ();
+
+    fn visit<V: Real<Scalar = f32>>(self) {
+        random_actions::<V>(self.control_steps);
+    }
+}
+
+fn random_actions<V: Real>(control_steps: usize) {
     let (model, spec) = biped();
     let mut engine = Engine::<V>::new(&model, spec, &scene(), 1).unwrap();
     let mut rng = Rng::new(5, 0, 0);
     let n = model.joints.len();
-    for round in 0..control_steps.div_ceil(8) {
+    for round in 0..control_steps.div_ceil(V::LANES) {
         if round % 100 == 0 {
-            for lane in 0..8 {
+            for lane in 0..V::LANES {
                 engine.set_params(0, lane, &params(rng.next_u32()));
                 let mut s = start(&model, rng.next_u32());
                 for k in 0..3 {
@@ -188,13 +200,13 @@ fn random_actions(control_steps: usize) {
         }
         let mut batch = vec![V::zero(); n];
         for x in &mut batch {
-            for lane in 0..8 {
+            for lane in 0..V::LANES {
                 x.set_lane(lane, rng.uniform(-1.5, 1.5));
             }
         }
         engine.step(0, &batch);
         let s = engine.state(0);
-        for lane in 0..8 {
+        for lane in 0..V::LANES {
             let speed = s.bodies[0].lin_vel.norm().lane(lane);
             let ball = s.ball.vel.norm().lane(lane);
             assert!(speed < 50.0 && ball < 100.0, "round {round} lane {lane}: base {speed}, ball {ball} m/s");
@@ -206,11 +218,11 @@ fn random_actions(control_steps: usize) {
 
 #[test]
 fn survives_a_hundred_thousand_random_control_steps() {
-    random_actions(100_000);
+    Isa::detect().dispatch(RandomActions { control_steps: 100_000 });
 }
 
 #[test]
 #[ignore = "takes minutes: cargo test --release -p paid-physics --test robust -- --ignored"]
 fn survives_ten_million_random_control_steps() {
-    random_actions(10_000_000);
+    Isa::detect().dispatch(RandomActions { control_steps: 10_000_000 });
 }

@@ -102,9 +102,11 @@ impl<S: Scalar> Ground<S> {
         j.store(&mut rows);
         let mut out = [[S::default(); MAX_LANES]; 4];
         for lane in 0..V::LANES {
-            // A NaN becomes 0, a rounded-up `size` wraps: always inside.
-            let x0 = columns[lane].to_f64() as usize % self.size;
-            let y0 = rows[lane].to_f64() as usize % self.size;
+            // A NaN and a rounded-up `size` become 0: always inside. (A division would cost more than all the rest.)
+            let x0 = columns[lane].to_f64() as usize;
+            let x0 = if x0 < self.size { x0 } else { 0 };
+            let y0 = rows[lane].to_f64() as usize;
+            let y0 = if y0 < self.size { y0 } else { 0 };
             let x1 = if x0 + 1 == self.size { 0 } else { x0 + 1 };
             let y1 = if y0 + 1 == self.size { 0 } else { y0 + 1 };
             out[0][lane] = self.heights[y0 * self.size + x0];

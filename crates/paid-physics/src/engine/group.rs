@@ -56,7 +56,10 @@ pub(crate) struct Work<V: Real> {
     /// Of each chain's last link.
     pub kin: Vec<Kin<V>>,
     pub joints: Vec<JointWork<V>>,
+    /// Of the links on the path under way, by the number of joints before theirs.
     pub rigid: Vec<Rigid<V>>,
+    /// Sine and cosine of each joint angle.
+    pub trig: Vec<[V; 2]>,
     pub art: Vec<Articulated<V>>,
     pub base_art: Articulated<V>,
     pub factor: BaseFactor<V>,
@@ -115,7 +118,8 @@ impl<V: Real> Work<V> {
             base: Kin::zero(),
             kin: vec![Kin::zero(); plan.chains.len()],
             joints: vec![joint; n],
-            rigid: vec![rigid; n],
+            rigid: vec![rigid; plan.paths.iter().map(Vec::len).max().unwrap_or(0)],
+            trig: vec![[z; 2]; n],
             art: vec![Articulated::zero(); plan.chains.len()],
             base_art: Articulated::zero(),
             factor: BaseFactor::zero(),

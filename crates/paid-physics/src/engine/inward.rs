@@ -5,10 +5,10 @@ use paid_lanes::Real;
 use super::group::{Group, JointWork, Work};
 use super::params::GroupParams;
 use super::phase::phase;
-use super::plan::{Link, Plan};
-use super::soft;
+use super::plan::{Link, Plan, Visit};
 use super::spatial::{Articulated, BaseFactor, Force};
 use super::step::Constants;
+use super::{outward, soft};
 
 /// Joint stops: 1 mrad of overrun per 5 N m. Stiff against the actuators' 50 to 139 N m, soft enough for a 5 ms step.
 const LIMIT_STIFFNESS: f64 = 5000.0;
@@ -82,61 +82,59 @@ fn reduce<V: Real>(art: &mut Articulated<V>, joint: &mut JointWork<V>, torque: V
 }
 
 phase! {
-/// The pass over the whole tree, ending with the factorised base.
+/// The pass over chain `c`, whose children have been passed.
 pub(crate) fn inward<'a, V>(
     plan: &'a Plan<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a Group<V>,
     w: &'a mut Work<V>,
     drive: Drive<'a, V>,
+    c: usize,
 ) -> () {
     let h = constants.dt;
-    for art in &mut w.art {
-        *art = Articulated::zero();
-    }
-    let mut base = Articulated::zero();
-    base.add_rigid(&super::outward::base_rigid(plan, g, &w.base));
     let in_contact = matches!(drive, Drive::Targets(_));
-    if in_contact {
+    let chain = plan.chains[c];
+    let mut art = w.art[c];
+    for j in (chain.first..chain.end).rev() {
+        let link = &plan.links[j];
+        art.add_rigid(&w.rigid[chain.depth + j - chain.first]);
+        if in_contact && link.soft_ground && link.capsules[0] < link.capsules[1] {
+            let vel = w.vel[j + 1];
+            let force = &mut w.force[j + 1];
+            soft::ground_contact(plan, constants, g, link.capsules, &w.ends, vel, &mut art, force);
+        }
+        let (torque, diagonal) = match drive {
+            Drive::Targets(t) => joint_torque(link, &g.params, g.q[j], g.qd[j], t[j], h),
+            Drive::Torques(t) => (t[j], V::splat(link.armature)),
+        };
+        reduce(&mut art, &mut w.joints[j], torque, diagonal);
+    }
+    match chain.parent {
+        Some(p) => w.art[p].add(&art),
+        None => w.base_art.add(&art),
+    }
+}
+}
+
+phase! {
+/// The base, once all chains have been passed.
+pub(crate) fn finish<'a, V>(
+    plan: &'a Plan<V::Scalar>,
+    constants: &'a Constants<'a, V>,
+    g: &'a Group<V>,
+    w: &'a mut Work<V>,
+    drive: Drive<'a, V>,
+) -> () {
+    if matches!(drive, Drive::Targets(_)) {
+        let range = plan.base_capsules;
         let vel = w.base.vel;
-        soft::ground_contact(
-            plan,
-            constants,
-            g,
-            plan.base_capsules,
-            &w.ends,
-            vel,
-            &mut base,
-            &mut w.force[0],
-        );
+        soft::ground_contact(plan, constants, g, range, &w.ends, vel, &mut w.base_art, &mut w.force[0]);
     }
-    for c in (0..plan.chains.len()).rev() {
-        let chain = plan.chains[c];
-        let mut art = w.art[c];
-        for j in (chain.first..chain.end).rev() {
-            let link = &plan.links[j];
-            art.add_rigid(&w.rigid[j]);
-            if in_contact && link.soft_ground && link.capsules[0] < link.capsules[1] {
-                let vel = w.vel[j + 1];
-                let force = &mut w.force[j + 1];
-                soft::ground_contact(plan, constants, g, link.capsules, &w.ends, vel, &mut art, force);
-            }
-            let (torque, diagonal) = match drive {
-                Drive::Targets(t) => joint_torque(link, &g.params, g.q[j], g.qd[j], t[j], h),
-                Drive::Torques(t) => (t[j], V::splat(link.armature)),
-            };
-            reduce(&mut art, &mut w.joints[j], torque, diagonal);
-        }
-        match chain.parent {
-            Some(p) => w.art[p].add(&art),
-            None => base.add(&art),
-        }
-    }
-    w.factor = BaseFactor::new(&base);
-    w.base_art = base;
-    let mut free = Force { ang: -base.bias.ang, lin: -base.bias.lin }.array();
+    w.factor = BaseFactor::new(&w.base_art);
+    let bias = w.base_art.bias;
+    let mut free = Force { ang: -bias.ang, lin: -bias.lin }.array();
     for x in &mut free {
-        *x *= h;
+        *x *= constants.dt;
     }
     w.factor.half_solve(&mut free);
     w.base_free = free;
@@ -144,6 +142,25 @@ pub(crate) fn inward<'a, V>(
     w.base_pending = [V::zero(); 6];
     w.base_sole_impulse = [V::zero(); 6];
 }
+}
+
+/// Both passes over the whole tree, limb by limb.
+#[inline(always)]
+pub(crate) fn dynamics<V: Real>(
+    plan: &Plan<V::Scalar>,
+    constants: &Constants<'_, V>,
+    g: &Group<V>,
+    w: &mut Work<V>,
+    drive: Drive<'_, V>,
+) {
+    outward::start(plan, g, w, constants.gravity);
+    for &visit in &plan.visits {
+        match visit {
+            Visit::Outward(c) => outward::outward(plan, g, w, c),
+            Visit::Inward(c) => inward(plan, constants, g, w, drive, c),
+        }
+    }
+    finish(plan, constants, g, w, drive);
 }
 
 /// Actuator torque at the end of the step: the implicit controller's, within the effort limit [N m].

@@ -5,7 +5,7 @@ use paid_lanes::{Real, Vec3};
 use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::{Link, Plan};
-use super::spatial::{Kin, Motion, Rigid, splat_sym, splat3};
+use super::spatial::{Articulated, Kin, Motion, Rigid, splat_sym, splat3};
 
 /// Pose and motion of the base; gravity enters as an upward acceleration of the world.
 #[inline(always)]
@@ -30,15 +30,28 @@ pub(crate) fn base_rigid<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, kin: &Ki
     rigid
 }
 
+/// Sines and cosines of all joint angles: in a loop of their own, where one joint does not wait for another.
+#[inline(always)]
+pub(crate) fn trigonometry<V: Real>(g: &Group<V>, w: &mut Work<V>) {
+    for j in 0..w.trig.len() {
+        let (s, c) = g.q[j].sin_cos();
+        w.trig[j] = [s, c];
+    }
+}
+
 /// Steps over joint `link`: turns `kin` from the parent into the link's and returns the joint's motion axis.
 #[inline(always)]
-fn advance<V: Real, const AXIS: usize>(link: &Link<V::Scalar>, kin: &mut Kin<V>, q: V, qd: V) -> Motion<V> {
+fn advance<V: Real, const AXIS: usize>(
+    link: &Link<V::Scalar>,
+    kin: &mut Kin<V>,
+    [s, c]: [V; 2],
+    qd: V,
+) -> Motion<V> {
     kin.pos = kin.rot.mul_vec(splat3(&link.pos)) + kin.pos;
     if link.turned {
         let m = [splat3(&link.rot[0]).0, splat3(&link.rot[1]).0, splat3(&link.rot[2]).0];
         kin.rot = kin.rot.mul_mat(&paid_lanes::Mat3(m));
     }
-    let (s, c) = q.sin_cos();
     let (a, b) = ((AXIS + 1) % 3, (AXIS + 2) % 3);
     for r in 0..3 {
         let (x, y) = (kin.rot.0[r][a], kin.rot.0[r][b]);
@@ -58,11 +71,16 @@ fn advance<V: Real, const AXIS: usize>(link: &Link<V::Scalar>, kin: &mut Kin<V>,
 
 /// [`advance`] for the link's own axis.
 #[inline(always)]
-pub(crate) fn over_joint<V: Real>(link: &Link<V::Scalar>, kin: &mut Kin<V>, q: V, qd: V) -> Motion<V> {
+pub(crate) fn over_joint<V: Real>(
+    link: &Link<V::Scalar>,
+    kin: &mut Kin<V>,
+    trig: [V; 2],
+    qd: V,
+) -> Motion<V> {
     match link.axis {
-        0 => advance::<V, 0>(link, kin, q, qd),
-        1 => advance::<V, 1>(link, kin, q, qd),
-        _ => advance::<V, 2>(link, kin, q, qd),
+        0 => advance::<V, 0>(link, kin, trig, qd),
+        1 => advance::<V, 1>(link, kin, trig, qd),
+        _ => advance::<V, 2>(link, kin, trig, qd),
     }
 }
 
@@ -83,27 +101,35 @@ fn place_capsules<V: Real>(
 }
 
 phase! {
-/// The pass over the whole tree.
-pub(crate) fn outward<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, gravity: V) -> () {
+/// The base, and what all chains need.
+pub(crate) fn start<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, gravity: V) -> () {
+    trigonometry(g, w);
     w.base = base_kin(g, gravity);
     w.vel[0] = w.base.vel;
     place_capsules(plan, plan.base_capsules, &w.base, &mut w.ends);
-    for c in 0..plan.chains.len() {
-        let chain = plan.chains[c];
-        let mut kin = chain.parent.map_or(w.base, |p| w.kin[p]);
-        for j in chain.first..chain.end {
-            let link = &plan.links[j];
-            w.joints[j].axis = over_joint(link, &mut kin, g.q[j], g.qd[j]);
-            let b = &link.inertial;
-            let mut rigid = Rigid::new(V::splat(b.mass), splat3(&b.com), splat_sym(&b.inertia), &kin);
-            if let Some(scale) = &g.params.mass_scale {
-                rigid.scale(scale[j + 1]);
-            }
-            w.rigid[j] = rigid;
-            w.vel[j + 1] = kin.vel;
-            place_capsules(plan, link.capsules, &kin, &mut w.ends);
+    w.base_art = Articulated::zero();
+    w.base_art.add_rigid(&base_rigid(plan, g, &w.base));
+}
+}
+
+phase! {
+/// The pass over chain `c`, whose parent chain has been passed.
+pub(crate) fn outward<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, c: usize) -> () {
+    let chain = plan.chains[c];
+    let mut kin = chain.parent.map_or(w.base, |p| w.kin[p]);
+    for j in chain.first..chain.end {
+        let link = &plan.links[j];
+        w.joints[j].axis = over_joint(link, &mut kin, w.trig[j], g.qd[j]);
+        let b = &link.inertial;
+        let mut rigid = Rigid::new(V::splat(b.mass), splat3(&b.com), splat_sym(&b.inertia), &kin);
+        if let Some(scale) = &g.params.mass_scale {
+            rigid.scale(scale[j + 1]);
         }
-        w.kin[c] = kin;
+        w.rigid[chain.depth + j - chain.first] = rigid;
+        w.vel[j + 1] = kin.vel;
+        place_capsules(plan, link.capsules, &kin, &mut w.ends);
     }
+    w.kin[c] = kin;
+    w.art[c] = Articulated::zero();
 }
 }

@@ -58,6 +58,26 @@ pub(crate) struct Chain {
     pub end: usize,
     /// The chain whose last link carries this one; `None` for the base.
     pub parent: Option<usize>,
+    /// Number of joints between the base and the first link's.
+    pub depth: usize,
+}
+
+/// A step of the walk over the tree that finishes a limb before the next one, so that its numbers stay near.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Visit {
+    /// Base to tip through a chain.
+    Outward(usize),
+    /// Tip to base through a chain whose children are done.
+    Inward(usize),
+}
+
+/// Depth-first walk over `chains`.
+fn walk(chains: &[Chain], parent: Option<usize>, visits: &mut Vec<Visit>) {
+    for c in (0..chains.len()).filter(|&c| chains[c].parent == parent) {
+        visits.push(Visit::Outward(c));
+        walk(chains, Some(c), visits);
+        visits.push(Visit::Inward(c));
+    }
 }
 
 /// The model prepared for stepping.
@@ -69,6 +89,8 @@ pub(crate) struct Plan<S> {
     pub links: Vec<Link<S>>,
     /// Depth-first: a parent before its children.
     pub chains: Vec<Chain>,
+    /// The walk over the chains.
+    pub visits: Vec<Visit>,
     /// Joints from the base to the end of each chain.
     pub paths: Vec<Vec<usize>>,
     /// The chains of the two legs.
@@ -159,7 +181,9 @@ fn split_chains(model: &RobotModel) -> (Vec<Chain>, Vec<Vec<usize>>) {
             }
         } else {
             chain_of[i] = Some(chains.len());
-            chains.push(Chain { first: joint, end: joint + 1, parent: chain_of[parent] });
+            let depth =
+                chain_of[parent].map_or(0, |p: usize| chains[p].depth + chains[p].end - chains[p].first);
+            chains.push(Chain { first: joint, end: joint + 1, parent: chain_of[parent], depth });
         }
     }
     let mut paths: Vec<Vec<usize>> = Vec::new();
@@ -266,6 +290,8 @@ impl<S: Scalar> Plan<S> {
             return Err(PhysicsError::Soles(left.len(), right.len()));
         }
         let reach = reach(model);
+        let mut visits = Vec::new();
+        walk(&chains, None, &mut visits);
         let pairs =
             if scene.self_collision { pair_groups(model, &chains, &legs, &ranges) } else { Vec::new() };
         Ok(Self {
@@ -273,6 +299,7 @@ impl<S: Scalar> Plan<S> {
             base_capsules: ranges[0],
             links,
             chains,
+            visits,
             paths,
             legs,
             soles: left.into_iter().zip(right).map(|(l, r)| [l, r]).collect(),

@@ -4,7 +4,7 @@ use paid_lanes::{Mat3, Real, Vec3};
 
 use super::group::{Group, Work};
 use super::inward::actuator_torque;
-use super::outward::{base_kin, over_joint};
+use super::outward::{base_kin, over_joint, trigonometry};
 use super::phase::phase;
 use super::plan::Plan;
 use super::spatial::{Kin, splat3};
@@ -57,6 +57,7 @@ fn body_state<V: Real>(kin: &Kin<V>, origin: Vec3<V>, com: Vec3<V>, frame: Optio
 phase! {
 /// Writes joints, bodies and ball from the state.
 pub(crate) fn poses<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a mut Group<V>, w: &'a mut Work<V>) -> () {
+    trigonometry(g, w);
     let base = base_kin(g, V::zero());
     let com = splat3(&plan.base.com) + g.params.base_com_offset;
     g.state.bodies[0] = body_state(&base, g.pos, com, None);
@@ -65,7 +66,7 @@ pub(crate) fn poses<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a mut Group<V>, w: &'
         let mut kin = chain.parent.map_or(base, |p| w.kin[p]);
         for j in chain.first..chain.end {
             let link = &plan.links[j];
-            over_joint(link, &mut kin, g.q[j], g.qd[j]);
+            over_joint(link, &mut kin, w.trig[j], g.qd[j]);
             let frame = link.report.map(|f| Mat3([splat3(&f[0]).0, splat3(&f[1]).0, splat3(&f[2]).0]));
             g.state.bodies[j + 1] = body_state(&kin, g.pos, splat3(&link.inertial.com), frame);
             g.state.joint_pos[j] = g.q[j];

@@ -5,8 +5,7 @@ use paid_lanes::{Real, Vec3};
 use super::block::Approach;
 use super::ground::Ground;
 use super::group::{Group, Work};
-use super::inward::{Drive, inward};
-use super::outward::outward;
+use super::inward::{Drive, dynamics};
 use super::phase::phase;
 use super::plan::Plan;
 use super::spatial::Motion;
@@ -59,8 +58,7 @@ pub(crate) fn physics_step<V: Real>(
     for force in &mut w.force {
         *force = Vec3::zero();
     }
-    outward(plan, g, w, constants.gravity);
-    inward(plan, constants, g, w, Drive::Targets(targets));
+    dynamics(plan, constants, g, w, Drive::Targets(targets));
     feet::respond(plan, constants, g, w);
     if plane {
         feet::prepare::<V, true>(plan, constants, g, w);

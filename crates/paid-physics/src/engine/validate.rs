@@ -4,8 +4,7 @@ use paid_lanes::{Kernel, Real};
 
 use super::Engine;
 use super::feet::dot6;
-use super::inward::{Drive, inward};
-use super::outward::outward;
+use super::inward::{Drive, dynamics};
 use super::spatial::{Force, Motion};
 use super::step::Constants;
 
@@ -24,8 +23,7 @@ impl<V: Real> Kernel for AccelerationKernel<'_, V> {
         let Engine { scene, plan, ground, groups, work: w, .. } = self.engine;
         let g = &groups[self.group];
         let constants = Constants::new(scene, ground);
-        outward(plan, g, w, constants.gravity);
-        inward(plan, &constants, g, w, Drive::Torques(self.torques));
+        dynamics(plan, &constants, g, w, Drive::Torques(self.torques));
         let [fx, fy, fz, mx, my, mz] = self.base_wrench;
         let bias = w.base_art.bias;
         let mut x = Force::from_array([mx, my, mz, fx, fy, fz]).plus(bias, V::c(-1.0)).array();
