@@ -93,7 +93,7 @@ impl VecEnv for Still {
     }
 }
 
-/// Samples a second of the update, see [`bench`].
+/// Samples a second of the update, see [`bench()`].
 ///
 /// # Errors
 /// If the configuration is out of range.

@@ -30,7 +30,7 @@ pub struct Args {
     /// Folder of the motion files (.npz, searched recursively).
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/<stage>, or runs for both].
+    /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/stage1 or runs/stage2; runs for both].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Stop after this much wall clock (for both stages: half for each) [min].

@@ -1,10 +1,10 @@
 //! The built-in engine: articulated-body dynamics with implicit joint controllers, contacts at velocity level.
 //!
 //! A physics step, for all lanes of a group at once:
-//! 1. [`outward`]: poses, velocities, rigid inertias, bias forces, contact shapes.
-//! 2. [`inward`]: articulated inertias with controllers, joint stops, friction loss and [`soft`] ground contacts implicit.
-//! 3. [`feet`], [`ball`], [`pairs`]: contacts at velocity level by projected Gauss-Seidel, warm-started at the soles.
-//! 4. [`step`]: new velocities and positions, semi-implicit Euler.
+//! 1. `outward`: poses, velocities, rigid inertias, bias forces, contact shapes.
+//! 2. `inward`: articulated inertias with controllers, joint stops, friction loss and `soft` ground contacts implicit.
+//! 3. `feet`, `ball`, `pairs`: contacts at velocity level by projected Gauss-Seidel, warm-started at the soles.
+//! 4. `step`: new velocities and positions, semi-implicit Euler.
 //!
 //! Everything spatial is in world axes about the base's origin. A lane never influences another one: where a branch
 //! skips work, the work would have added exact zeros.
