@@ -81,7 +81,7 @@ pub fn frame(
     // Axes of the shot: ahead and to the left.
     let at =
         |ahead: f64, left: f64, up: f64| [base[0] + c * ahead - s * left, base[1] + s * ahead + c * left, up];
-    let camera = Camera { eye: at(-1.6, -2.9, 1.5), target: at(0.55, 0.1, 0.55), field: 0.72 };
+    let camera = Camera { eye: at(-2.3, -2.3, 1.6), target: at(0.8, 0.2, 0.5), field: 0.72 };
     // Drawn at twice the size and halved: smooth edges.
     let mut scene = Scene::new(2 * width, 2 * height, camera);
     for p in &pose.pos {
