@@ -136,3 +136,50 @@ fn a_restored_shard_continues_bit_for_bit() {
         assert!(error.contains("ends after"), "{error}");
     }
 }
+
+#[test]
+fn every_option_at_once_stays_finite() {
+    let options = [
+        "observations.perception.blind_zone=true",
+        "observations.perception.gaussian=true",
+        "randomisation.robot=true",
+        "randomisation.ball=true",
+        "rewards.body_kernel=mean_of_exp",
+        "rewards.kick_foot_vel.weight=1",
+        "rewards.feet_vel.weight=1",
+        "rewards.kick_foot_pos.weight=1",
+        "rewards.ball_prox.from=base",
+        "scene.terrain={kind=\"rough\", amplitude_m=0.02, step_m=0.02, cell_m=0.1, size=64, seed=3}",
+    ];
+    let Some(mut shard) = shard("stage2", &options, 32, "every_option_at_once_stays_finite") else { return };
+    let metrics = run_agent(shard.as_mut(), Agent::Random, 200, 2).expect("finite");
+    assert_eq!(metrics.ends[3], 0);
+    for name in ["kick_foot_vel", "feet_vel", "kick_foot_pos"] {
+        assert!(get(&metrics, &format!("reward/{name}")) > 0.0, "{name}");
+    }
+}
+
+#[test]
+fn lane_types_agree() {
+    let Some((robot, spec, library)) = library("lane_types_agree") else { return };
+    let preset = TaskPreset::builtin("stage2").expect("valid");
+    let mut results = Vec::new();
+    for isa in [Isa::Portable, Isa::detect()] {
+        let mut shard = build_shard(isa, &robot, &spec, &library, &preset, 16, 0, 7).expect("builds");
+        let mut policy = vec![0.0; shard.policy_obs_dim() * 16];
+        let mut critic = vec![0.0; shard.critic_obs_dim() * 16];
+        let (mut reward, mut terminated, mut truncated) = (vec![0.0; 16], vec![0; 16], vec![0; 16]);
+        shard.observe(&mut policy, &mut critic);
+        let actions = vec![0.1; shard.action_dim() * 16];
+        shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+        results.push((policy, critic, reward, terminated));
+    }
+    let (a, b) = (&results[0], &results[1]);
+    for (x, y) in a.0.iter().zip(&b.0).chain(a.1.iter().zip(&b.1)) {
+        assert!((x - y).abs() < 1e-4, "{x} {y}");
+    }
+    for (x, y) in a.2.iter().zip(&b.2) {
+        assert!((x - y).abs() < 1e-3, "{x} {y}");
+    }
+    assert_eq!(a.3, b.3);
+}

@@ -51,6 +51,9 @@ struct Playback {
     frame: usize,
     kick_at: usize,
     ball: LaneState,
+    pushes: Vec<(usize, [f64; 3], [f64; 3])>,
+    steps: usize,
+    params: EnvParams,
     state: GroupState<f64>,
 }
 
@@ -93,6 +96,9 @@ impl Playback {
             frame: 0,
             kick_at,
             ball: lane,
+            pushes: Vec::new(),
+            steps: 0,
+            params: EnvParams::default(),
             state: GroupState {
                 joint_pos: joints.clone(),
                 joint_vel: joints.clone(),
@@ -136,6 +142,7 @@ impl Simulator<f64> for Playback {
     }
     fn step(&mut self, _: usize, _: &[f64]) {
         self.frame += 1;
+        self.steps += 1;
         let kicks = self.frame == self.kick_at;
         self.state.ball.robot_force = if kicks { 100.0 } else { 0.0 };
         if kicks {
@@ -163,8 +170,12 @@ impl Simulator<f64> for Playback {
     fn save_lane(&self, _: usize, _: usize) -> LaneState {
         self.ball.clone()
     }
-    fn set_params(&mut self, _: usize, _: usize, _: &EnvParams) {}
-    fn push_lane(&mut self, _: usize, _: usize, _: [f64; 3], _: [f64; 3]) {}
+    fn set_params(&mut self, _: usize, _: usize, params: &EnvParams) {
+        self.params = params.clone();
+    }
+    fn push_lane(&mut self, _: usize, _: usize, linear: [f64; 3], angular: [f64; 3]) {
+        self.pushes.push((self.steps, linear, angular));
+    }
     fn ground_height(&self, _: usize, _: usize, _: [f64; 2]) -> f64 {
         0.0
     }
@@ -384,4 +395,96 @@ fn observations_are_placed_as_the_layout_says() {
     );
     let base_vel = layout.critic.iter().find(|t| t.name == "base_lin_vel").expect("a term").offset;
     assert!((critic[base_vel] - SPEED as f32).abs() < 1e-6);
+}
+
+/// A task with the preset's own noise whose episodes last one step.
+fn restless(name: &str, more: &[&str]) -> Task<f64, Playback> {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
+    let library = Arc::new(library);
+    let sim = Playback::new(&robot, &library, usize::MAX);
+    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
+    let overrides: Vec<String> = more.iter().map(|s| (*s).to_owned()).collect();
+    let preset = TaskPreset::parse(name, text, &overrides).expect("valid");
+    let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
+    let options =
+        EvalOptions { max_steps: Some(1), auto_reset: true, disturbances: true, ..EvalOptions::default() };
+    task.eval().set_eval(Some(options));
+    task
+}
+
+#[test]
+fn starts_are_the_references_plus_the_presets_noise() {
+    let mut task = restless("stage2", &["sampling.first_frame_share=1", "randomisation.robot=true"]);
+    let com = RobotModel::g1().bodies[0].com;
+    assert!(com.iter().any(|x| *x != 0.0));
+    let (mut widest, mut rolling, mut friction) = ([0.0_f64; 4], 0, [f64::MAX, f64::MIN]);
+    let n = 400;
+    for _ in 0..n {
+        steps(&mut task, 1);
+        let sim = task.simulator();
+        let state = &sim.ball;
+        let offsets = [
+            state.base_pos[0],
+            state.base_pos[2] - 0.8,
+            // No angular velocity in the reference: the origin moves as the centre of mass.
+            state.base_lin_vel[1] + SPEED,
+            state.base_ang_vel[2],
+        ];
+        for (w, (x, limit)) in widest.iter_mut().zip(offsets.into_iter().zip([0.05, 0.01, 0.5, 0.78])) {
+            assert!(x.abs() <= limit + 1e-9, "{offsets:?}");
+            *w = w.max(x.abs() / limit);
+        }
+        let radius = sim.params.ball.radius_m;
+        assert_eq!(state.ball_pos[2], radius);
+        for k in 0..2 {
+            assert!(state.ball_vel[k].abs() <= 0.3);
+        }
+        // The lowest point of a rolling ball rests: v + omega x (0, 0, -r) = 0.
+        assert!((state.ball_vel[0] - state.ball_ang_vel[1] * radius).abs() < 1e-12);
+        assert!((state.ball_vel[1] + state.ball_ang_vel[0] * radius).abs() < 1e-12);
+        rolling += usize::from(state.ball_vel[0] != 0.0);
+        friction = [
+            friction[0].min(sim.params.robot.static_friction),
+            friction[1].max(sim.params.robot.static_friction),
+        ];
+        assert!(sim.params.robot.dynamic_friction <= sim.params.robot.static_friction);
+    }
+    assert!(widest.iter().all(|w| *w > 0.95), "{widest:?}");
+    assert!(rolling > n / 3 && rolling < 2 * n / 3, "{rolling}");
+    assert!(
+        friction[0] > 0.3 && friction[0] < 0.35 && friction[1] < 1.6 && friction[1] > 1.55,
+        "{friction:?}"
+    );
+}
+
+#[test]
+fn episodes_begin_well_before_the_strike() {
+    let overrides =
+        ["sampling.first_frame_share=0", "sampling.latest_start_before_strike_s=0.6", "resets.xy_m=0"];
+    let mut task = restless("stage2", &overrides);
+    let mut seen = [false; FRAMES];
+    for _ in 0..600 {
+        steps(&mut task, 1);
+        seen[task.sample(0).expect("exists").frame] = true;
+    }
+    // The strike is at frame 40, 0.6 s are 30 frames.
+    assert!((0..=10).all(|t| seen[t]) && (11..FRAMES).all(|t| !seen[t]), "{seen:?}");
+}
+
+#[test]
+fn pushes_come_every_one_to_three_seconds() {
+    let mut task = restless("stage1", &[]);
+    let options = EvalOptions { max_steps: Some(100_000), disturbances: true, ..EvalOptions::default() };
+    task.eval().set_eval(Some(options));
+    task.eval().force_start(0, &ForcedStart::nominal(0)).expect("exists");
+    let before = task.simulator().pushes.len();
+    steps(&mut task, 10_000);
+    let pushes = &task.simulator().pushes[before..];
+    assert!(pushes.len() > 80 && pushes.len() < 125, "{}", pushes.len());
+    for pair in pushes.windows(2) {
+        let gap = pair[1].0 - pair[0].0;
+        assert!((50..=150).contains(&gap), "{gap}");
+    }
+    assert!(pushes.iter().all(|(_, v, w)| v[0].abs() <= 0.5 && v[2].abs() <= 0.2 && w[2].abs() <= 0.78));
 }

@@ -1,5 +1,6 @@
 //! `paid bench physics`: steps a second of the built-in engine, and next to it of MuJoCo in the same scene.
 
+mod clock;
 mod engine;
 mod mujoco;
 mod workload;
@@ -12,6 +13,7 @@ use paid_physics::Terrain;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use clock::Rate;
 use workload::Workload;
 
 /// Arguments of `paid bench physics`.
@@ -41,10 +43,14 @@ pub struct Args {
 }
 
 /// Steps a second.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize)]
 struct Speed {
+    /// By the clock on the wall, all threads together.
     physics_steps_per_s: f64,
     control_steps_per_s: f64,
+    /// By processor time, a core: holds on a busy machine too.
+    physics_steps_per_core_s: f64,
+    control_steps_per_core_s: f64,
 }
 
 /// One simulator in one scene.
@@ -60,7 +66,7 @@ struct Row {
     mean_base_height_m: f64,
     /// Mean number of contacts a physics step, where the simulator counts them.
     mean_contacts: Option<f64>,
-    /// How many times the built-in engine on the plane is faster on one core and on all.
+    /// How many times the built-in engine on the plane is faster on one core and on all, by processor time.
     engine_is_faster_by: Option<[f64; 2]>,
 }
 
@@ -79,15 +85,26 @@ struct Report {
 
 /// What can be measured: some way to step the workload.
 trait Subject: Sync {
-    /// Steps for about `seconds` on `threads` threads; physics steps a second of all together.
-    fn speed(&self, threads: usize, seconds: f64) -> Result<f64, Failure>;
+    /// Steps for about `seconds` on `threads` threads; physics steps a second.
+    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, Failure>;
     /// What the robots do in the untimed first episode.
     fn row(&self) -> Result<Row, Failure>;
 }
 
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
+/// The median rate of the rounds as speed.
+fn speed(rates: &[Rate], substeps: usize) -> Speed {
+    let median = |value: fn(&Rate) -> f64| {
+        let mut values: Vec<f64> = rates.iter().map(value).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let (wall, per_core) = (median(|r| r.wall), median(|r| r.per_core));
+    Speed {
+        physics_steps_per_s: wall,
+        control_steps_per_s: wall / substeps as f64,
+        physics_steps_per_core_s: per_core,
+        control_steps_per_core_s: per_core / substeps as f64,
+    }
 }
 
 /// Measures and prints.
@@ -119,25 +136,21 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     for subject in &subjects {
         rows.push(subject.row()?);
     }
-    let mut speeds = vec![[Vec::new(), Vec::new()]; subjects.len()];
+    let mut rates = vec![[Vec::new(), Vec::new()]; subjects.len()];
     for _ in 0..args.rounds {
-        for (subject, speeds) in subjects.iter().zip(&mut speeds) {
-            for (threads, speeds) in [1, cores].into_iter().zip(speeds) {
-                speeds.push(subject.speed(threads, args.seconds)?);
+        for (subject, rates) in subjects.iter().zip(&mut rates) {
+            for (threads, rates) in [1, cores].into_iter().zip(rates) {
+                rates.push(subject.speed(threads, args.seconds)?);
             }
         }
     }
-    let speed = |physics: f64| Speed {
-        physics_steps_per_s: physics,
-        control_steps_per_s: physics / plane.scene.substeps as f64,
-    };
-    for (row, speeds) in rows.iter_mut().zip(&mut speeds) {
-        let [one, all] = speeds;
-        (row.one_core, row.all_cores) = (speed(median(one)), speed(median(all)));
+    let substeps = plane.scene.substeps;
+    for (row, [one, all]) in rows.iter_mut().zip(&rates) {
+        (row.one_core, row.all_cores) = (speed(one, substeps), speed(all, substeps));
     }
-    let best = [rows[0].one_core, rows[0].all_cores].map(|s| s.physics_steps_per_s);
+    let best = [rows[0].one_core, rows[0].all_cores].map(|s| s.physics_steps_per_core_s);
     for row in rows.iter_mut().filter(|r| r.mean_contacts.is_some()) {
-        let own = [row.one_core, row.all_cores].map(|s| s.physics_steps_per_s);
+        let own = [row.one_core, row.all_cores].map(|s| s.physics_steps_per_core_s);
         row.engine_is_faster_by = Some([best[0] / own[0], best[1] / own[1]]);
     }
     let report = Report {
@@ -146,7 +159,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         cores,
         envs_per_core: groups * isa.lanes(),
         physics_dt_s: plane.scene.physics_dt_s,
-        substeps: plane.scene.substeps,
+        substeps,
         rows,
         mujoco_missing: missing,
     };
@@ -165,16 +178,20 @@ fn print(report: &Report) {
         report.isa, report.lanes, report.envs_per_core, report.cores, report.physics_dt_s, report.substeps
     );
     println!(
-        "{:33}{:>14}{:>14}{:>14}{:>10}{:>9}{:>9}",
-        "thousand steps/s", "physics/core", "control/core", "physics/all", "contacts", "on feet", "ratio"
+        "thousand steps/s; 'one core' by processor time, 'wall' and 'all cores' by the clock on the wall"
+    );
+    println!(
+        "{:33}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}{:>7}",
+        "", "one core", "control", "wall", "all cores", "contacts", "on feet", "ratio"
     );
     for row in &report.rows {
         let optional = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), |x| format!("{x:.1}"));
         println!(
-            "{:33}{:>14.1}{:>14.1}{:>14.1}{:>10}{:>8.0}%{:>9}",
+            "{:33}{:>10.1}{:>10.1}{:>10.1}{:>10.1}{:>10}{:>8.0}%{:>7}",
             format!("{}, {}", row.simulator, row.scene),
+            row.one_core.physics_steps_per_core_s / 1e3,
+            row.one_core.control_steps_per_core_s / 1e3,
             row.one_core.physics_steps_per_s / 1e3,
-            row.one_core.control_steps_per_s / 1e3,
             row.all_cores.physics_steps_per_s / 1e3,
             optional(row.mean_contacts),
             100.0 * row.foot_contact_share,

@@ -1,12 +1,13 @@
 //! `paid train`: Stage I, Stage II from it, then the evaluation; or one stage.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::ValueEnum;
+use clap::{Parser, ValueEnum};
 use paid_train::folder::PRESET_FILE;
 use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
 
@@ -109,7 +110,37 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         }
         previous = Some(folder);
     }
+    score(&args, &out)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is scored after both stages: `paid eval` and the run, as a user would type it.
+const SCORES: [(&[&str], &str); 3] =
+    [(&["tracking"], "stage1"), (&["shooting"], "stage2"), (&["shooting", "--rolling"], "stage2")];
+
+/// A command line of `paid eval`.
+#[derive(Debug, clap::Parser)]
+struct EvalLine {
+    #[command(flatten)]
+    args: crate::eval::Args,
+}
+
+/// Scores both stages; the files go to `out/eval`.
+fn score(args: &Args, out: &Path) -> Result<(), Failure> {
+    for (what, stage) in SCORES {
+        let mut line: Vec<OsString> = vec!["paid eval".into()];
+        line.extend(what.iter().map(OsString::from));
+        line.extend(["--policy".into(), out.join(stage).into(), "--out".into(), out.join("eval").into()]);
+        if let Some(threads) = args.threads {
+            line.extend(["--threads".into(), threads.to_string().into()]);
+        }
+        if args.json {
+            line.push("--json".into());
+        }
+        let line = EvalLine::try_parse_from(line).map_err(Failure::input)?;
+        crate::eval::run(line.args)?;
+    }
+    Ok(())
 }
 
 /// Worker threads: as asked, or one a core.

@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 
-use common::{paid, small, succeeds, write_motions};
+use common::{SMALL, paid, small, succeeds, write_motions};
 use paid_onnx::OnnxPolicy;
 use serde_json::Value;
 
@@ -95,4 +95,19 @@ fn stage_two_starts_from_stage_one_and_a_run_resumes() {
     let iterations: Vec<_> = lines.lines().map(|line| json(line)["iteration"].clone()).collect();
     assert_eq!(iterations, [2]);
     assert!(folder.path().join("two/model_2.safetensors").is_file());
+}
+
+#[test]
+fn benchmarks_print_json() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let physics =
+        ["bench", "physics", "--no-mujoco", "--seconds", "0.02", "--rounds", "1", "--envs", "16", "--json"];
+    json(&succeeds(&paid(folder.path(), &physics)));
+    let train =
+        ["bench", "train", "--motions", "motions", "--preset", "stage1", "--seconds", "0.05", "--json"];
+    let train = [&train[..], &["--envs", "32"], &SMALL].concat();
+    let lines = succeeds(&paid(folder.path(), &train));
+    assert!(lines.lines().count() > 0);
+    lines.lines().for_each(|line| drop(json(line)));
 }

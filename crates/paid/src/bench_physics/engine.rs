@@ -3,7 +3,8 @@
 use paid_lanes::{Isa, IsaVisitor, Real};
 use paid_physics::{Engine, EngineSpec, EnvParams, Simulator};
 
-use super::workload::{EPISODE, Means, Workload, timed};
+use super::clock::{Rate, timed};
+use super::workload::{EPISODE, Means, Workload};
 use super::{Row, Speed, Subject};
 use crate::failure::Failure;
 
@@ -88,7 +89,7 @@ struct Time<'a> {
 }
 
 impl IsaVisitor for Time<'_> {
-    type Output = Result<f64, Failure>;
+    type Output = Result<Rate, Failure>;
     fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
         let make = || Runner::<V>::new(self.workload, self.groups);
         timed(self.threads, self.seconds, make, |r| r.round(self.workload))
@@ -111,18 +112,17 @@ impl IsaVisitor for Look<'_> {
 }
 
 impl Subject for BuiltIn<'_> {
-    fn speed(&self, threads: usize, seconds: f64) -> Result<f64, Failure> {
+    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, Failure> {
         self.isa.dispatch(Time { workload: self.workload, groups: self.groups, threads, seconds })
     }
 
     fn row(&self) -> Result<Row, Failure> {
         let (foot_contact_share, mean_base_height_m) = self.isa.dispatch(Look(self.workload))?;
-        let none = Speed { physics_steps_per_s: 0.0, control_steps_per_s: 0.0 };
         Ok(Row {
             simulator: "built-in".to_owned(),
             scene: self.scene.to_owned(),
-            one_core: none,
-            all_cores: none,
+            one_core: Speed::default(),
+            all_cores: Speed::default(),
             foot_contact_share,
             mean_base_height_m,
             mean_contacts: None,

@@ -6,7 +6,8 @@
 use paid_mujoco::{BallOptions, FloorOptions, FootShapes, Library, MujocoSim, PdControl, SceneOptions};
 use paid_physics::Simulator;
 
-use super::workload::{EPISODE, Means, Workload, timed};
+use super::clock::{Rate, timed};
+use super::workload::{EPISODE, Means, Workload};
 use super::{Row, Speed, Subject};
 use crate::failure::Failure;
 
@@ -87,7 +88,7 @@ impl Runner {
 }
 
 impl Subject for Mujoco<'_> {
-    fn speed(&self, threads: usize, seconds: f64) -> Result<f64, Failure> {
+    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, Failure> {
         timed(threads, seconds, || self.runner(), |r| r.round(self.workload))
     }
 
@@ -108,7 +109,6 @@ impl Subject for Mujoco<'_> {
         }
         runner.contacts = 0;
         let steps: u64 = (0..EPISODE).map(|_| runner.round(w)).sum();
-        let none = Speed { physics_steps_per_s: 0.0, control_steps_per_s: 0.0 };
         let feet = match self.feet {
             FootShapes::Referee => "plane, vendor's feet",
             FootShapes::Sole => "plane, sole spheres",
@@ -116,8 +116,8 @@ impl Subject for Mujoco<'_> {
         Ok(Row {
             simulator: "MuJoCo".to_owned(),
             scene: feet.to_owned(),
-            one_core: none,
-            all_cores: none,
+            one_core: Speed::default(),
+            all_cores: Speed::default(),
             foot_contact_share,
             mean_base_height_m,
             mean_contacts: Some(runner.contacts as f64 / steps as f64),

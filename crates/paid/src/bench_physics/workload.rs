@@ -89,37 +89,3 @@ impl Means {
         (self.contacts / self.samples, self.height / self.samples)
     }
 }
-
-/// Runs `work` on `threads` threads, each with its own simulator from `make`, until `seconds` have passed; `work` returns
-/// the physics steps it did. Returns physics steps a second of all threads together.
-pub fn timed<S>(
-    threads: usize,
-    seconds: f64,
-    make: impl Fn() -> Result<S, Failure> + Sync,
-    work: impl Fn(&mut S) -> u64 + Sync,
-) -> Result<f64, Failure> {
-    use std::sync::Barrier;
-    use std::time::Instant;
-    let barrier = Barrier::new(threads);
-    let one = || -> Result<f64, Failure> {
-        let subject = make();
-        // Even after a failure, or the others would wait for ever.
-        barrier.wait();
-        let mut subject = subject?;
-        work(&mut subject);
-        let (mut steps, start) = (0, Instant::now());
-        loop {
-            steps += work(&mut subject);
-            let passed = start.elapsed().as_secs_f64();
-            if passed >= seconds {
-                return Ok(steps as f64 / passed);
-            }
-        }
-    };
-    let results: Vec<Result<f64, Failure>> = std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
-        let failed = || Err(Failure::input("a thread of the benchmark panicked"));
-        handles.into_iter().map(|h| h.join().unwrap_or_else(|_| failed())).collect()
-    });
-    results.into_iter().sum()
-}
