@@ -3,19 +3,19 @@
 //! A trial's outcome depends on the seed and its own number only: not on the number of threads and not on which trials run
 //! beside it.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
+use std::time::Instant;
 
 use paid_lanes::Isa;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{
-    EnvSample, EvalControl, EvalOptions, ForcedStart, ReferenceLibrary, TaskPreset, TaskShard, build_shard,
-};
+use paid_task::{EnvSample, EvalControl, EvalOptions, ForcedStart, ReferenceLibrary, TaskPreset, TaskShard};
 
 use crate::EvalError;
-use crate::policy::{Policy, PolicyMaker};
+use crate::engine::Engine;
+use crate::monitor::Monitor;
+use crate::policy::{Policy, PolicyMaker, Seen};
 
 /// Trials that one worker steps together: wide enough for the policy's matrix products, narrow enough to share the work.
 const BATCH: usize = 64;
@@ -23,7 +23,9 @@ const BATCH: usize = 64;
 /// The task that the trials run in.
 #[derive(Clone, Debug)]
 pub struct Arena {
-    /// Lane type.
+    /// Who simulates.
+    pub engine: Engine,
+    /// Lane type of the built-in engine.
     pub isa: Isa,
     /// The robot.
     pub robot: RobotModel,
@@ -37,6 +39,8 @@ pub struct Arena {
     pub threads: usize,
     /// Seed of everything random.
     pub seed: u64,
+    /// Progress, effort and a way to stop.
+    pub monitor: Monitor,
 }
 
 /// How the task says that an episode ended.
@@ -55,11 +59,13 @@ pub trait Observer: Send {
     fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool;
 }
 
-/// Runs every start as a trial and returns its observer, in the order of `starts`. `observer` makes the observer of a trial by number.
+/// Runs every start as a trial and returns the observers of those that ended, with their numbers, in the order of
+/// `starts`: all of them, unless the arena's monitor was told to stop. `observer` makes the observer of a trial by number.
 /// A trial is over when its observer says so, when the task ended its episode, or after `max_steps` control steps.
 ///
 /// # Errors
-/// If the policy does not fit the task or returns a number that is not finite, or the task refuses a start.
+/// If the policy does not fit the task or returns a number that is not finite, the task refuses a start, or the engine cannot
+/// be built.
 pub fn run_episodes<O: Observer>(
     arena: &Arena,
     policy: &PolicyMaker,
@@ -67,20 +73,25 @@ pub fn run_episodes<O: Observer>(
     options: EvalOptions,
     max_steps: usize,
     observer: impl Fn(usize) -> O + Sync,
-) -> Result<Vec<O>, EvalError> {
-    let lanes = arena.isa.lanes();
-    let batches = starts.len().div_ceil(BATCH);
+) -> Result<Vec<(usize, O)>, EvalError> {
+    let run = Run { arena, policy, starts, options, max_steps, observer: &observer };
+    let batches = starts.len().div_ceil(run.width());
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::new());
+    arena.monitor.plan(starts.len());
     let worker = || {
-        loop {
+        while !arena.monitor.stopped() {
             let batch = next.fetch_add(1, Ordering::Relaxed);
             if batch >= batches {
                 break;
             }
-            let trials = batch * BATCH..((batch + 1) * BATCH).min(starts.len());
-            let result = run_batch(arena, policy, starts, trials, lanes, options, max_steps, &observer);
+            let result = run.batch(batch);
+            let failed = result.is_err();
             results.lock().unwrap_or_else(PoisonError::into_inner).push((batch, result));
+            if failed {
+                // The others need not go on for an evaluation that fails.
+                next.store(batches, Ordering::Relaxed);
+            }
         }
     };
     thread::scope(|scope| {
@@ -98,61 +109,75 @@ pub fn run_episodes<O: Observer>(
     Ok(all)
 }
 
-#[allow(clippy::too_many_arguments)]
-fn run_batch<O: Observer>(
-    arena: &Arena,
-    policy: &PolicyMaker,
-    starts: &[ForcedStart],
-    trials: Range<usize>,
-    lanes: usize,
+/// What all batches of a run share.
+struct Run<'a, F> {
+    arena: &'a Arena,
+    policy: &'a PolicyMaker<'a>,
+    starts: &'a [ForcedStart],
     options: EvalOptions,
     max_steps: usize,
-    observer: &impl Fn(usize) -> O,
-) -> Result<Vec<O>, EvalError> {
-    let envs = trials.len().next_multiple_of(lanes);
-    let mut shard = build_shard(
-        arena.isa,
-        &arena.robot,
-        &arena.spec,
-        &arena.library,
-        &arena.preset,
-        envs,
-        trials.start,
-        arena.seed,
-    )?;
-    let mut policy = policy()?;
-    check_contract(shard.as_ref(), policy.as_ref())?;
-    let mut observers: Vec<O> = trials.clone().map(observer).collect();
+    observer: &'a F,
+}
 
-    let control = shard.eval();
-    control.set_eval(Some(options));
-    for env in 0..envs {
-        // Environments beyond the last trial fill the lane group with copies of it.
-        control.force_start(env, &starts[(trials.start + env).min(trials.end - 1)])?;
+impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
+    /// Trials of a batch. On the built-in engine as many as make the policy's products worth while; an engine without
+    /// lanes gets one at a time, so that no finished trial is simulated on beside longer ones.
+    fn width(&self) -> usize {
+        if self.arena.lanes() == 1 { 1 } else { BATCH }
     }
-    let mut active = vec![true; observers.len()];
-    look(control, &mut observers, &mut active, &[], &[])?;
 
-    let mut observations = vec![0.0; shard.policy_obs_dim() * envs];
-    let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
-    let mut actions = vec![0.0; shard.action_dim() * envs];
-    let mut reward = vec![0.0; envs];
-    let (mut terminated, mut truncated) = (vec![0; envs], vec![0; envs]);
-    policy.begin(envs);
-    for step in 0..max_steps {
-        if !active.contains(&true) {
-            break;
+    /// Runs the trials of a batch.
+    fn batch(&self, batch: usize) -> Result<Vec<(usize, O)>, EvalError> {
+        let Self { arena, starts, .. } = *self;
+        let trials = batch * self.width()..((batch + 1) * self.width()).min(starts.len());
+        let envs = trials.len().next_multiple_of(arena.lanes());
+        let mut shard = arena.build(envs, trials.start)?;
+        let mut policy = (self.policy)()?;
+        check_contract(shard.as_ref(), policy.as_ref())?;
+        let mut observers: Vec<O> = trials.clone().map(self.observer).collect();
+
+        let control = shard.eval();
+        control.set_eval(Some(self.options));
+        for env in 0..envs {
+            // Environments beyond the last trial fill the lane group with copies of it.
+            control.force_start(env, &starts[(trials.start + env).min(trials.end - 1)])?;
         }
-        shard.observe(&mut observations, &mut critic);
-        policy.act(&observations, &mut actions);
-        if let Some(i) = actions.iter().position(|a| !a.is_finite()) {
-            let trial = (trials.start + i % envs).min(trials.end - 1);
-            return Err(EvalError::Action { action: i / envs, trial, step, value: actions[i] });
+        let mut active = vec![true; observers.len()];
+        look(control, &mut observers, &mut active, &[], &[])?;
+
+        let mut observations = vec![0.0; shard.policy_obs_dim() * envs];
+        let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
+        let mut actions = vec![0.0; shard.action_dim() * envs];
+        let mut reward = vec![0.0; envs];
+        let (mut terminated, mut truncated) = (vec![0; envs], vec![0; envs]);
+        policy.begin(envs);
+        for step in 0..self.max_steps {
+            if !active.contains(&true) || arena.monitor.stopped() {
+                break;
+            }
+            let start = Instant::now();
+            shard.observe(&mut observations, &mut critic);
+            let observed = Instant::now();
+            policy.act(Seen { observations: &observations, envs, world: shard.eval() }, &mut actions)?;
+            let acted = Instant::now();
+            if let Some(i) = actions.iter().position(|a| !a.is_finite()) {
+                let trial = (trials.start + i % envs).min(trials.end - 1);
+                return Err(EvalError::Action { action: i / envs, trial, step, value: actions[i] });
+            }
+            shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+            let physics = acted.elapsed() + (observed - start);
+            arena.monitor.spend(envs, physics, acted - observed);
+            let before = active.iter().filter(|a| **a).count();
+            look(shard.eval(), &mut observers, &mut active, &terminated, &truncated)?;
+            arena.monitor.finish(before - active.iter().filter(|a| **a).count());
         }
-        shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
-        look(shard.eval(), &mut observers, &mut active, &terminated, &truncated)?;
+        let stopped = arena.monitor.stopped();
+        if !stopped {
+            arena.monitor.finish(active.iter().filter(|a| **a).count());
+        }
+        let ended = trials.zip(observers).zip(active).filter(|(_, active)| !(stopped && *active));
+        Ok(ended.map(|(result, _)| result).collect())
     }
-    Ok(observers)
 }
 
 fn look<O: Observer>(

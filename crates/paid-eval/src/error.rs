@@ -11,6 +11,9 @@ pub enum EvalError {
     /// The task refuses.
     #[error(transparent)]
     Task(#[from] TaskError),
+    /// The referee is missing or refuses the scene.
+    #[error(transparent)]
+    Mujoco(#[from] paid_mujoco::MujocoError),
     /// The policy does not fit the task.
     #[error("policy: {what}: the task has {task}, the policy {policy}")]
     Contract {

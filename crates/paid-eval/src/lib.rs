@@ -1,12 +1,16 @@
 //! Scores a policy: how well it follows the motions, how well it shoots, and pictures of what it does.
 //!
-//! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments; [`tracking`] and
-//! [`shooting`] are the two protocols; [`picture`] draws.
+//! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments, which the built-in engine
+//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the two protocols; [`agreement`] compares the engines
+//! trial by trial; [`picture`] draws.
 
+pub mod agreement;
+pub mod engine;
 pub mod episodes;
 mod error;
 pub mod file;
 pub mod metrics;
+pub mod monitor;
 pub mod picture;
 pub mod policy;
 mod protocol;

@@ -3,8 +3,20 @@
 use std::sync::Arc;
 
 use paid_learn::model::PolicyState;
+use paid_task::EvalControl;
 
 use crate::EvalError;
+
+/// What a policy may look at before a control step.
+#[derive(Clone, Copy)]
+pub struct Seen<'a> {
+    /// The task's observations `[obs_dim, envs]`.
+    pub observations: &'a [f32],
+    /// Environments.
+    pub envs: usize,
+    /// The state of every environment, for policies with observations of their own.
+    pub world: &'a dyn EvalControl,
+}
 
 /// A deterministic policy that drives a batch of environments. Matrices are feature-major `[features, envs]`.
 pub trait Policy: Send {
@@ -14,8 +26,11 @@ pub trait Policy: Send {
     fn action_dim(&self) -> usize;
     /// All environments begin an episode now: `envs` of them from here on, recurrent state zero.
     fn begin(&mut self, envs: usize);
-    /// Writes the mean actions `[action_dim, envs]` for the observations `[obs_dim, envs]` and advances the recurrent state.
-    fn act(&mut self, observations: &[f32], actions: &mut [f32]);
+    /// Writes the mean actions `[action_dim, envs]` for what is seen and advances the recurrent state.
+    ///
+    /// # Errors
+    /// If the policy's runtime fails.
+    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError>;
 }
 
 /// Makes one policy for each worker thread.
@@ -38,8 +53,9 @@ impl Policy for ZeroPolicy {
         self.action_dim
     }
     fn begin(&mut self, _envs: usize) {}
-    fn act(&mut self, _observations: &[f32], actions: &mut [f32]) {
+    fn act(&mut self, _seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         actions.fill(0.0);
+        Ok(())
     }
 }
 
@@ -73,7 +89,8 @@ impl Policy for LearnedPolicy {
     fn begin(&mut self, envs: usize) {
         self.state = self.policy.start(envs);
     }
-    fn act(&mut self, observations: &[f32], actions: &mut [f32]) {
-        self.policy.act(observations, &mut self.state, actions);
+    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+        self.policy.act(seen.observations, &mut self.state, actions);
+        Ok(())
     }
 }

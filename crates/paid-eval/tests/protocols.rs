@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use paid_eval::engine::Engine;
 use paid_eval::episodes::Arena;
+use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Policy, ZeroPolicy};
 use paid_eval::shooting::{self, Grid, Placement, ShootingOptions, Variant, plan};
 use paid_eval::tracking::{self, TrackingOptions};
@@ -31,6 +33,7 @@ fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
     let motions = MotionLibrary::load(folder, &robot, &spec, 50.0).expect("good motions");
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
     Arena {
+        engine: Engine::Builtin,
         isa: Isa::detect(),
         robot,
         spec,
@@ -38,6 +41,7 @@ fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
         preset: TaskPreset::builtin(task).expect("built in"),
         threads,
         seed: 5,
+        monitor: Monitor::default(),
     }
 }
 
@@ -134,9 +138,9 @@ fn a_film_shows_the_robot() {
         picture::Film::default()
     })
     .expect("runs");
-    assert_eq!(films[0].poses.len(), 11);
-    let image = picture::frame(&arena.robot, &films[0].poses[10], Some(0.11), 1.0, [160, 120]);
-    let mut empty = films[0].poses[10].clone();
+    assert_eq!(films[0].1.poses.len(), 11);
+    let image = picture::frame(&arena.robot, &films[0].1.poses[10], Some(0.11), 1.0, [160, 120]);
+    let mut empty = films[0].1.poses[10].clone();
     empty.pos.truncate(1);
     let without = picture::frame(&arena.robot, &empty, Some(0.11), 1.0, [160, 120]);
     let differ = (0..120).flat_map(|y| (0..160).map(move |x| (x, y)));

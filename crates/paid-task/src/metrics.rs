@@ -12,20 +12,22 @@ pub enum EndCause {
     Gravity = 1,
     /// An end effector's height left the reference's.
     EndEffector = 2,
+    /// The anchor's place on the ground left the reference's.
+    AnchorDistance = 3,
     /// A number of the state was not finite; counted as a failure.
-    NotFinite = 3,
+    NotFinite = 4,
     /// The motion ended; a truncation.
-    MotionEnd = 4,
+    MotionEnd = 5,
     /// The time limit; a truncation.
-    TimeOut = 5,
+    TimeOut = 6,
 }
 
 /// Number of causes.
-pub const END_CAUSES: usize = 6;
+pub const END_CAUSES: usize = 7;
 
 /// Names of the causes, in the order of [`EndCause`].
 pub const END_NAMES: [&str; END_CAUSES] =
-    ["anchor_height", "gravity", "end_effector", "not_finite", "motion_end", "time_out"];
+    ["anchor_height", "gravity", "end_effector", "anchor_distance", "not_finite", "motion_end", "time_out"];
 
 /// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position [m] and orientation [rad],
 /// mean body position [m] and orientation [rad] (yaw-aligned), mean body linear [m/s] and angular [rad/s] velocity,

@@ -100,6 +100,8 @@ pub struct TerminationPreset {
     pub gravity_z: f64,
     /// Largest difference of an end effector's height from the reference [m].
     pub end_effector_height_m: f64,
+    /// Largest horizontal distance of the anchor from the reference's [m].
+    pub anchor_distance_m: f64,
 }
 
 /// Uniform noise on velocities, half-widths.

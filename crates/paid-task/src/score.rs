@@ -29,8 +29,9 @@ impl<V: Real> Sums<V> {
 pub(crate) struct Score<V> {
     /// Reward: the sum of term x weight x control period; 0 in lanes that are not finite.
     pub reward: V,
-    /// Failures, in the order of [`crate::EndCause`]: anchor height, gravity, end effector, not finite.
-    pub failed: [u32; 4],
+    /// Failures, in the order of [`crate::EndCause`]: anchor height, gravity, end effector, anchor distance,
+    /// not finite.
+    pub failed: [u32; 5],
     /// First contact between robot and ball.
     pub first_contact: u32,
     /// It was by the labelled foot.
@@ -103,8 +104,8 @@ pub(crate) fn score<V: Real>(
     }
     let reward = V::select(finite, total, V::zero());
     group.episode_return += reward;
-    let [anchor, gravity, ends] = failures(config, state, group);
-    let failed = [anchor.bits(), gravity.bits(), ends.bits(), finite.not().bits()];
+    let [anchor, gravity, ends, distance] = failures(config, state, group).map(|mask| mask.bits());
+    let failed = [anchor, gravity, ends, distance, finite.not().bits()];
     Score { reward, failed, first_contact, correct, right }
 }
 
@@ -237,14 +238,16 @@ fn clean_terms<V: Real>(
     terms[18] = tilt(projected_gravity(&state.bodies[0].rot));
 }
 
-/// Failed tracking: anchor height, gravity, end effectors. A limit of 0 or less never fails.
+/// Failed tracking: anchor height, gravity, end effectors, anchor distance. A limit of 0 or less never fails.
 #[inline(always)]
-fn failures<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTask<V>) -> [V::Mask; 3] {
+fn failures<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTask<V>) -> [V::Mask; 4] {
     let preset = &config.preset.terminations;
     let reference = &group.reference;
     let anchor = &state.bodies[config.followed[config.anchor]];
     let target_rot = reference.rot(config.anchor);
-    let height = anchor.pos.z() - reference.pos(config.anchor).z();
+    let away = anchor.pos - reference.pos(config.anchor);
+    let distance2 = away.x().mul_add(away.x(), away.y() * away.y());
+    let limit = preset.anchor_distance_m;
     let gravity = projected_gravity(&anchor.rot).z() - projected_gravity(&target_rot).z();
     let mut ends = V::zero();
     for &i in &config.end_effectors {
@@ -253,9 +256,10 @@ fn failures<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTa
         ends = ends.max(lift.abs());
     }
     [
-        exceeds(height.abs(), preset.anchor_height_m),
+        exceeds(away.z().abs(), preset.anchor_height_m),
         exceeds(gravity.abs(), preset.gravity_z),
         exceeds(ends, preset.end_effector_height_m),
+        exceeds(distance2, if limit > 0.0 { limit * limit } else { 0.0 }),
     ]
 }
 

@@ -224,6 +224,7 @@ fn cause_from(code: u64) -> Result<Option<EndCause>, String> {
         EndCause::AnchorHeight,
         EndCause::Gravity,
         EndCause::EndEffector,
+        EndCause::AnchorDistance,
         EndCause::NotFinite,
         EndCause::MotionEnd,
         EndCause::TimeOut,

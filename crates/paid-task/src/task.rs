@@ -360,7 +360,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 
     /// Advances references, decides which episodes end, and counts. Returns the lanes to reset.
     fn finish(&mut self, group: usize, score: &Score<V>, terminated: &mut [u8], truncated: &mut [u8]) -> u32 {
-        let [anchor, gravity, ends, not_finite] = score.failed;
+        let [anchor, gravity, ends, distance, not_finite] = score.failed;
         let eval = self.eval;
         let limit = eval.and_then(|e| e.max_steps).unwrap_or(self.config.max_steps);
         let hold = eval.is_some_and(|e| e.hold_last_frame);
@@ -383,6 +383,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 Some(EndCause::Gravity)
             } else if judge && bit(ends) {
                 Some(EndCause::EndEffector)
+            } else if judge && bit(distance) {
+                Some(EndCause::AnchorDistance)
             } else if env.frame >= frames && !hold {
                 Some(EndCause::MotionEnd)
             } else if env.step >= limit {

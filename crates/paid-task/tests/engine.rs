@@ -7,7 +7,7 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EvalOptions, ForcedStart, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard, build_shard,
+    Agent, EndCause, EvalOptions, ForcedStart, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard, build_shard,
     run_agent,
 };
 
@@ -68,7 +68,7 @@ fn zero_and_random_agents_run_every_preset() {
             let metrics = run_agent(shard.as_mut(), agent, 150, 1).expect("finite");
             assert_eq!(metrics.steps, 150 * 32);
             assert!(metrics.episodes > 10, "{name} {agent:?}: {}", metrics.episodes);
-            assert_eq!(metrics.ends[3], 0, "{name} {agent:?}: states that are not finite");
+            assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0, "{name} {agent:?}: states that are not finite");
             let body = get(&metrics, "reward/body_pos") / 0.02;
             assert!(body > 0.1 && body < 1.0, "{name} {agent:?}: {body}");
         }
@@ -153,7 +153,7 @@ fn every_option_at_once_stays_finite() {
     ];
     let Some(mut shard) = shard("stage2", &options, 32, "every_option_at_once_stays_finite") else { return };
     let metrics = run_agent(shard.as_mut(), Agent::Random, 200, 2).expect("finite");
-    assert_eq!(metrics.ends[3], 0);
+    assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
     for name in ["kick_foot_vel", "feet_vel", "kick_foot_pos"] {
         assert!(get(&metrics, &format!("reward/{name}")) > 0.0, "{name}");
     }

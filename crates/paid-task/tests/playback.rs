@@ -6,7 +6,7 @@ use paid_lanes::{Quat, Vec3};
 use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, Simulator};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EvalControl, EvalOptions, ForcedStart, REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset,
+    EndCause, EvalControl, EvalOptions, ForcedStart, REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset,
     TaskShard,
 };
 
@@ -47,6 +47,7 @@ struct Playback {
     robot: RobotModel,
     library: Arc<ReferenceLibrary>,
     foot_height: f64,
+    aside: f64,
     motion: usize,
     frame: usize,
     kick_at: usize,
@@ -92,6 +93,7 @@ impl Playback {
             robot: robot.clone(),
             library: Arc::clone(library),
             foot_height: 0.0,
+            aside: 0.0,
             motion: 0,
             frame: 0,
             kick_at,
@@ -118,6 +120,7 @@ impl Playback {
             let row = t * bodies + b;
             body.pos = Vec3(clip.body_pos[row]);
             body.pos.0[2] += self.foot_height;
+            body.pos.0[0] += self.aside;
             body.rot = Quat(clip.body_quat[row]).to_mat();
             body.com_vel = Vec3(clip.body_com_vel[row]);
             body.lin_vel = body.com_vel;
@@ -236,7 +239,7 @@ fn perfect_tracking_earns_every_weight_until_the_motion_ends() {
         assert_eq!((*terminated, *truncated), (0, u8::from(step == FRAMES - 2)), "{step}");
     }
     let metrics = task.take_metrics();
-    assert_eq!((metrics.episodes, metrics.ends[4], metrics.episode_steps), (1, 1, 59));
+    assert_eq!((metrics.episodes, metrics.ends[EndCause::MotionEnd as usize], metrics.episode_steps), (1, 1, 59));
     assert!(
         (metrics.kick_foot_peak_sum - 5.0).abs() < 1e-5
             && (metrics.reference_foot_peak_sum - 5.0).abs() < 1e-5
@@ -252,6 +255,21 @@ fn a_lift_of_the_whole_robot_fails_by_anchor_height_and_is_counted() {
     assert_eq!(metrics.ends[0], 1);
     let failures = broken.take_failures();
     assert_eq!((failures.len(), failures[0]), (2, 1.0));
+}
+
+#[test]
+fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_asks() {
+    for (limit, ends) in [("0.0", 0), ("0.5", 1)] {
+        let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+        let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
+        let library = Arc::new(library);
+        let sim = Playback { aside: 0.6, ..Playback::new(&robot, &library, usize::MAX) };
+        let set = format!("terminations.anchor_distance_m={limit}");
+        let preset = preset("stage1", &[&set]);
+        let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
+        assert_eq!(steps(&mut task, 1)[0].1, ends);
+        assert_eq!(task.take_metrics().ends[EndCause::AnchorDistance as usize], u64::from(ends));
+    }
 }
 
 fn playback_with_height(height: f64) -> Task<f64, Playback> {
@@ -330,7 +348,7 @@ fn a_state_that_is_not_finite_ends_the_episode_and_nothing_else() {
     let (reward, terminated, truncated) = steps(&mut task, 1)[0];
     assert_eq!((reward, terminated, truncated), (0.0, 1, 0));
     let metrics = task.take_metrics();
-    assert_eq!(metrics.ends[3], 1);
+    assert_eq!(metrics.ends[EndCause::NotFinite as usize], 1);
     assert!(metrics.reward_terms.iter().chain(&metrics.tracking).all(|x| *x == 0.0));
 }
 

@@ -121,6 +121,19 @@ impl TrainedPolicy {
             .map_err(|error| TrainError::Setup(error.to_string()))
     }
 
+    /// Writes a checkpoint of weights, normalisers and preset only: small, free of anything that comes from the motion
+    /// files (environment states, their folder's name). It can be evaluated, exported and started from, not resumed.
+    ///
+    /// # Errors
+    /// If the file cannot be written; an earlier file stays whole.
+    pub fn write_checkpoint(&self, path: &Path) -> Result<(), TrainError> {
+        let mut preset = self.preset.clone();
+        preset.run.motions = String::new();
+        let preset = preset.to_toml()?;
+        Checkpoint::load(&self.checkpoint)?.save_weights(path, &[(PRESET, preset.as_bytes())])?;
+        Ok(())
+    }
+
     /// A clip (model order) in the file's orders: policy joints, tracked bodies.
     fn reference(&self, clip: &Clip) -> Result<Reference, TrainError> {
         let rate = 1.0 / self.preset.task.control_dt_s();

@@ -112,7 +112,7 @@ mod tests {
         let mut metrics = episodes(4, 40, 1.0);
         metrics.steps = 10;
         metrics.reward_terms[0] = 0.4;
-        metrics.ends = [0, 1, 0, 2, 1, 0];
+        metrics.ends = [0, 1, 0, 0, 2, 1, 0];
         let mut record = Record::default();
         describe(&metrics, 0.02, &mut record);
         let first = paid_task::REWARD_NAMES[0];

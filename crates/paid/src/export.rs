@@ -19,6 +19,10 @@ pub struct Args {
     /// The file to write.
     #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]
     out: PathBuf,
+    /// Also write a small checkpoint: weights, normalisers and preset, nothing that comes from the motion files. It can be
+    /// evaluated and started from, not resumed.
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
     /// Embed this motion file (.npz) as outputs at `time_step`; the policy file then inherits the motion's licence.
     #[arg(long, value_name = "CLIP")]
     with_reference: Option<PathBuf>,
@@ -45,6 +49,9 @@ struct Written<'a> {
 /// Writes the file and reads it back.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
     let trained = TrainedPolicy::load(&args.run).map_err(Failure::input)?;
+    if let Some(path) = &args.checkpoint {
+        trained.write_checkpoint(path).map_err(Failure::input)?;
+    }
     let clip = match &args.with_reference {
         None => None,
         Some(path) => {

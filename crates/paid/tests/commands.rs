@@ -5,6 +5,7 @@ mod common;
 use std::fs;
 
 use common::{SMALL, paid, small, succeeds, write_motions};
+use paid_learn::Checkpoint;
 use paid_onnx::OnnxPolicy;
 use serde_json::Value;
 
@@ -71,6 +72,17 @@ fn a_trained_policy_is_exported_and_acts() {
     let same = own.act(&vec![0.1; 160], &mut own.initial_state()).expect("acts");
     assert_eq!(actions, same);
     assert!(actions.iter().all(|a| a.is_finite()) && actions.iter().any(|a| *a != 0.0), "{actions:?}");
+
+    // The small checkpoint acts as the whole one does, and holds nothing of the motions.
+    let args = ["export", "run", "--out", "again.onnx", "--checkpoint", "small.safetensors"];
+    succeeds(&paid(folder.path(), &args));
+    let small = Checkpoint::load(&folder.path().join("small.safetensors")).expect("a checkpoint");
+    assert_eq!(small.blob_names(), ["preset.toml"]);
+    let preset = String::from_utf8_lossy(small.blob("preset.toml").expect("a preset"));
+    assert!(preset.contains("motions = \"\""), "{preset}");
+    succeeds(&paid(folder.path(), &["export", "small.safetensors", "--out", "small.onnx"]));
+    let small = OnnxPolicy::load(&folder.path().join("small.onnx")).expect("a policy");
+    assert_eq!(small.act(&vec![0.1; 160], &mut small.initial_state()).expect("acts"), same);
 
     let args =
         ["export", "run", "--out", "with.onnx", "--with-reference", "motions/swing_left.npz", "--json"];

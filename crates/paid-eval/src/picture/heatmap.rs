@@ -1,6 +1,6 @@
 //! Values over the grid of ball places.
 
-use super::{Canvas, Rgb};
+use super::{Canvas, Rgb, Svg};
 
 /// Side of a cell in pixels.
 const CELL: i64 = 56;
@@ -55,15 +55,7 @@ impl HeatMap {
         let top = |i: i64| MARGIN + (rows - 1 - i) * CELL;
         for (i, row) in (0..).zip(&self.values) {
             for (j, value) in (0..).zip(row) {
-                let (color, ink, text) = match value {
-                    None => ([200; 3], INK, "-".to_owned()),
-                    Some(v) => {
-                        let share = (v - self.low) / (self.high - self.low).max(1e-12);
-                        let ink = if share > 0.6 { INK } else { [255; 3] };
-                        let (factor, digits) = self.print;
-                        (color_of(share), ink, format!("{:.digits$}", v * factor))
-                    }
-                };
+                let (color, ink, text) = self.cell(*value);
                 image.rect(left(j), top(i), CELL - 1, CELL - 1, color);
                 let [w, h] = Canvas::text_size(3, &text);
                 image.text(left(j) + (CELL - w) / 2, top(i) + (CELL - h) / 2, 3, ink, &text);
@@ -78,6 +70,41 @@ impl HeatMap {
         image.text(12, MARGIN - 20, 2, INK, "X [M]");
         image.text(width - MARGIN + 4, MARGIN + rows * CELL + 8, 2, INK, "Y [M]");
         image
+    }
+
+    /// The picture as SVG.
+    pub fn svg(&self) -> String {
+        let (rows, columns) = (self.x.len() as i64, self.y.len() as i64);
+        let (width, height) = (columns * CELL + 2 * MARGIN, rows * CELL + 2 * MARGIN);
+        let mut svg = Svg::new(width, height);
+        svg.text(MARGIN, 32, 20, "start", &self.title);
+        let left = |j: i64| MARGIN + (columns - 1 - j) * CELL;
+        let top = |i: i64| MARGIN + (rows - 1 - i) * CELL;
+        for (i, row) in (0..).zip(&self.values) {
+            for (j, value) in (0..).zip(row) {
+                let (color, ink, text) = self.cell(*value);
+                svg.rect([left(j), top(i)], [CELL - 1, CELL - 1], color);
+                svg.colored_text([left(j) + CELL / 2, top(i) + CELL / 2 + 6], 17, "middle", ink, &text);
+            }
+        }
+        for (i, x) in (0..).zip(&self.x) {
+            svg.text(MARGIN - 8, top(i) + CELL / 2 + 5, 14, "end", &format!("{x:.2}"));
+        }
+        for (j, y) in (0..).zip(&self.y) {
+            svg.text(left(j) + CELL / 2, MARGIN + rows * CELL + 20, 14, "middle", &format!("{y:.2}"));
+        }
+        svg.text(12, MARGIN - 8, 14, "start", "x [m]");
+        svg.text(width - MARGIN + 8, MARGIN + rows * CELL + 20, 14, "start", "y [m]");
+        svg.finish()
+    }
+
+    /// Colour, ink and text of a cell.
+    fn cell(&self, value: Option<f64>) -> (Rgb, Rgb, String) {
+        let Some(v) = value else { return ([200; 3], INK, "-".to_owned()) };
+        let share = (v - self.low) / (self.high - self.low).max(1e-12);
+        let (factor, digits) = self.print;
+        let ink = if share > 0.6 { INK } else { [255; 3] };
+        (color_of(share), ink, format!("{:.digits$}", v * factor))
     }
 }
 
@@ -102,6 +129,23 @@ mod tests {
         assert_eq!(image.get(m + 1, m + 1), color_of(1.0), "top left");
         assert_eq!(image.get(m + c + 1, m + 1), color_of(0.0), "top right");
         assert_eq!(image.get(m + 1, m + c + 1), [200; 3], "bottom left has no value");
+    }
+
+    #[test]
+    fn the_svg_has_a_cell_a_value_and_its_number() {
+        let map = HeatMap {
+            title: "success <static>".into(),
+            x: vec![0.5],
+            y: vec![-1.0, 1.0],
+            values: vec![vec![Some(0.25), None]],
+            low: 0.0,
+            high: 1.0,
+            print: (100.0, 0),
+        };
+        let svg = map.svg();
+        assert_eq!(svg.matches("<rect").count(), 3, "background and two cells: {svg}");
+        assert!(svg.contains(">25</text>") && svg.contains(">-</text>"), "{svg}");
+        assert!(svg.contains("success &lt;static&gt;"), "{svg}");
     }
 
     #[test]

@@ -6,9 +6,11 @@ mod heatmap;
 mod paths;
 mod robot;
 mod scene;
+mod svg;
 
 pub use canvas::{Canvas, Rgb};
 pub use heatmap::{HeatMap, color_of};
 pub use paths::{Path, plot_paths};
 pub use robot::{Film, Pose, film_strip, frame};
 pub use scene::{Camera, Scene};
+pub use svg::{Svg, escape};

@@ -8,12 +8,13 @@ use paid_task::{EvalOptions, ForcedStart};
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::episodes::{Arena, run_episodes};
+use crate::agreement::{Trace, Traced};
+use crate::episodes::{Arena, Observer, run_episodes};
 use crate::policy::PolicyMaker;
 use observer::Watch;
 
 pub use grid::{Placement, Trial, plan};
-pub use report::{CellScore, Outcome, ShootingReport};
+pub use report::{CellScore, Outcome, ShootingReport, totals};
 
 /// Ball places.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -132,7 +133,7 @@ pub fn control_of(options: &ShootingOptions, control_dt_s: f64) -> (EvalOptions,
     (EvalOptions { max_steps: u32::try_from(steps).ok(), ..EvalOptions::default() }, steps)
 }
 
-/// Runs the protocol.
+/// Runs the protocol. A run that was stopped reports the trials that ended.
 ///
 /// # Errors
 /// As [`run_episodes`], or if an option makes no sense, or no motion leaves room for the ball.
@@ -143,10 +144,38 @@ pub fn evaluate(
 ) -> Result<ShootingReport, EvalError> {
     options.check()?;
     let trials = plan(arena, options)?;
+    let watches = run(arena, policy, options, &trials, |_| Watch::new(arena, options))?;
+    let outcomes = watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), arena)).collect();
+    Ok(ShootingReport::new(arena.engine.facts(&arena.preset), options, outcomes))
+}
+
+/// As [`evaluate`], with the number and the trace of every trial in the report's order.
+pub(crate) fn evaluate_traced(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    options: &ShootingOptions,
+) -> Result<(ShootingReport, Vec<(usize, Trace)>), EvalError> {
+    let observer = |_| Traced { watch: Watch::new(arena, options), trace: Trace::default() };
+    options.check()?;
+    let trials = plan(arena, options)?;
+    let watches = run(arena, policy, options, &trials, observer)?;
+    let (mut outcomes, mut traces) = (Vec::new(), Vec::new());
+    for (i, Traced { watch, trace }) in watches {
+        outcomes.push(watch.outcome(trials[i].clone(), arena));
+        traces.push((i, trace));
+    }
+    Ok((ShootingReport::new(arena.engine.facts(&arena.preset), options, outcomes), traces))
+}
+
+/// The observers of the trials that ended, with their numbers.
+fn run<O: Observer>(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    options: &ShootingOptions,
+    trials: &[Trial],
+    observer: impl Fn(usize) -> O + Sync,
+) -> Result<Vec<(usize, O)>, EvalError> {
     let starts: Vec<ForcedStart> = trials.iter().map(start_of).collect();
     let (control, steps) = control_of(options, arena.preset.control_dt_s());
-    let watches = run_episodes(arena, policy, &starts, control, steps, |_| Watch::new(arena, options))?;
-    let outcomes =
-        trials.into_iter().zip(watches).map(|(trial, watch)| watch.outcome(trial, arena)).collect();
-    Ok(ShootingReport::new(options, outcomes))
+    run_episodes(arena, policy, &starts, control, steps, observer)
 }

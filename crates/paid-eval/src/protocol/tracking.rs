@@ -57,7 +57,6 @@ pub fn evaluate(
     let watches = run_episodes(arena, policy, &starts, control, longest, |trial| {
         Watch::new(arena, starts[trial].motion)
     })?;
-    let runs: Vec<RunScore> =
-        watches.iter().zip(&starts).map(|(watch, start)| watch.score(!start.noise)).collect();
+    let runs: Vec<RunScore> = watches.iter().map(|(i, watch)| watch.score(!starts[*i].noise)).collect();
     Ok(TrackingReport::new(arena, &options.sets, runs))
 }

@@ -135,6 +135,26 @@ impl Checkpoint {
         Ok(Policy { net, params, normalizer, std })
     }
 
+    /// Writes weights and normalisers with the caller's `blobs` and nothing else: enough for evaluation, export and
+    /// [`crate::Learner::load_weights`], not for resuming. States of environments, which come from motions, stay behind.
+    ///
+    /// # Errors
+    /// If a tensor does not fit the metadata or the file system refuses.
+    pub fn save_weights(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
+        self.policy()?;
+        let kept = ["actor.", "critic.", "normalizer."];
+        let tensors = self.file.tensors.iter().filter(|(name, _)| kept.iter().any(|k| name.starts_with(k)));
+        let mut file = TensorFile {
+            path: path.to_owned(),
+            tensors: tensors.map(|(name, tensor)| (name.clone(), tensor.clone())).collect(),
+            metadata: self.file.metadata.clone(),
+        };
+        for (name, bytes) in blobs {
+            file.put_bytes(format!("blob.{name}"), bytes);
+        }
+        file.save()
+    }
+
     /// All tensors of a layout, each checked by name and shape.
     fn parameters(&self, prefix: &str, layout: &Layout) -> Result<Vec<f32>, CheckpointError> {
         let mut params = Vec::with_capacity(layout.len());

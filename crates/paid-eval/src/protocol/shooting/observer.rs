@@ -12,8 +12,13 @@ const FALL_WINDOW_S: f64 = 2.0;
 /// A ball slower than this has come to rest [m/s].
 const AT_REST: f64 = 0.05;
 
+/// From this share of its limit on a torque counts as saturated.
+const SATURATED: f64 = 0.99;
+
 /// What happened so far.
 pub(super) struct Watch {
+    effort: Vec<f64>,
+    saturated: u64,
     half_width: f64,
     nominal_height_m: f64,
     window: u32,
@@ -22,6 +27,7 @@ pub(super) struct Watch {
     goal: [f64; 3],
     kick: Option<KickEvent>,
     crossing: Option<(Crossing, u32)>,
+    plane_speed: Option<f64>,
     fell_after_kick: bool,
     fell: bool,
     peak_ball_speed: f64,
@@ -32,6 +38,9 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn new(arena: &Arena, options: &ShootingOptions) -> Self {
         Self {
+            effort: arena.robot.joints.iter().map(|j| j.effort_limit).collect(),
+            saturated: 0,
+            plane_speed: None,
             half_width: options.goal_half_width_m,
             nominal_height_m: arena.spec.nominal_height_m,
             window: (FALL_WINDOW_S / arena.preset.control_dt_s()).round() as u32,
@@ -56,17 +65,23 @@ impl Watch {
             .ball_at_impact
             .zip(out)
             .and_then(|(ball, v)| direction_cosine([v[0], v[1]], [ball[0], ball[1]], goal));
+        let body = kick.and_then(|k| k.body);
+        let feet = arena.spec.feet.each_ref().map(|name| arena.robot.body_index(name));
+        let joint_steps = u64::from(self.steps) * self.effort.len() as u64;
         let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         Outcome {
             motion_name: arena.library.facts()[trial.motion].name.clone(),
             trial,
             contact: kick.is_some(),
             correct_foot: kick.is_some_and(|k| k.correct),
-            body: kick.and_then(|k| k.body).and_then(|b| arena.robot.bodies.get(b)).map(|b| b.name.clone()),
+            foot_contact: body.is_some() && feet.contains(&body),
+            body: body.and_then(|b| arena.robot.bodies.get(b)).map(|b| b.name.clone()),
             kick_time_s: kick.map(|k| f64::from(k.step) * arena.preset.control_dt_s()),
             foot_speed: kick.map(|k| norm(k.foot_vel)),
             goal: self.crossing.is_some_and(|(c, _)| c.inside),
             lateral_m: self.crossing.map(|(c, _)| c.lateral),
+            plane_speed: self.plane_speed,
+            torque_saturation: self.saturated as f64 / joint_steps.max(1) as f64,
             goal_time_s: self.crossing.map(|(_, step)| f64::from(step) * arena.preset.control_dt_s()),
             cosine,
             ball_speed: out.map(|v| v[0].hypot(v[1])),
@@ -106,6 +121,12 @@ impl Observer for Watch {
         if let (Some(before), Some(_), None) = (self.before, &self.kick, &self.crossing) {
             self.crossing =
                 goal.crossing([before[0], before[1]], [ball[0], ball[1]]).map(|c| (c, sample.step));
+            self.plane_speed = self.crossing.map(|_| sample.ball_vel[0].hypot(sample.ball_vel[1]));
+        }
+        if sample.step > 0 {
+            let limits = sample.joint_torque.iter().zip(&self.effort);
+            self.saturated +=
+                limits.filter(|(torque, limit)| torque.abs() >= SATURATED * **limit).count() as u64;
         }
         let speed = sample.ball_vel[0].hypot(sample.ball_vel[1]);
         if self.kick.is_some() {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::{Grid, ShootingOptions, Trial, Variant};
+use crate::engine::EngineFacts;
 use crate::metrics::statistics::{Share, mean};
 use crate::table::{Table, number};
 
@@ -22,6 +23,8 @@ pub struct Outcome {
     pub correct_foot: bool,
     /// Body that met the ball first.
     pub body: Option<String>,
+    /// True if that was a foot, whichever.
+    pub foot_contact: bool,
     /// Time of first contact [s].
     pub kick_time_s: Option<f64>,
     /// Speed of the kicking foot just after first contact [m/s].
@@ -32,6 +35,8 @@ pub struct Outcome {
     pub lateral_m: Option<f64>,
     /// When [s].
     pub goal_time_s: Option<f64>,
+    /// Horizontal ball speed there [m/s].
+    pub plane_speed: Option<f64>,
     /// Cosine between the ball's horizontal outgoing velocity and the direction from the ball at impact to the goal's centre.
     pub cosine: Option<f64>,
     /// Horizontal outgoing ball speed, 5 control steps after first contact [m/s].
@@ -44,6 +49,8 @@ pub struct Outcome {
     pub fell_after_kick: bool,
     /// True if it fell at any time.
     pub fell: bool,
+    /// Share of joints and control steps whose torque was at its limit.
+    pub torque_saturation: f64,
     /// Control steps of the trial.
     pub steps: u32,
     /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's centre [m]; not in the JSON.
@@ -64,6 +71,12 @@ pub struct CellScore {
     pub contact: Share,
     /// Labelled foot first, of the trials with a contact.
     pub correct_foot: Share,
+    /// A foot met the ball first, of the trials with a contact.
+    pub foot_contact: Share,
+    /// The ball passed the goal plane within 0.5 m of the goal's centre, of all trials.
+    pub within_half_metre: Share,
+    /// Within 1 m.
+    pub within_one_metre: Share,
     /// Falls within two seconds after the contact, of all trials.
     pub falls: Share,
     /// Falls at any time.
@@ -76,6 +89,12 @@ pub struct CellScore {
     pub peak_ball_speed: Option<f64>,
     /// Mean foot speed just after the contact [m/s].
     pub foot_speed: Option<f64>,
+    /// Mean distance from the goal's centre at the goal plane, of the balls that reached it [m].
+    pub miss_m: Option<f64>,
+    /// Mean ball speed there [m/s].
+    pub plane_speed: Option<f64>,
+    /// Mean share of torques at their limit.
+    pub torque_saturation: Option<f64>,
 }
 
 impl CellScore {
@@ -88,12 +107,18 @@ impl CellScore {
             success_of_kicks: Share::of(kicks().map(|o| o.goal)),
             contact: Share::of(all().map(|o| o.contact)),
             correct_foot: Share::of(kicks().map(|o| o.correct_foot)),
+            foot_contact: Share::of(kicks().map(|o| o.foot_contact)),
+            within_half_metre: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 0.5))),
+            within_one_metre: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 1.0))),
             falls: Share::of(all().map(|o| o.fell_after_kick)),
             falls_ever: Share::of(all().map(|o| o.fell)),
             accuracy: mean(kicks().filter_map(|o| o.cosine)),
             ball_speed: mean(kicks().filter_map(|o| o.ball_speed)),
             peak_ball_speed: mean(kicks().map(|o| o.peak_ball_speed)),
             foot_speed: mean(kicks().filter_map(|o| o.foot_speed)),
+            miss_m: mean(all().filter_map(|o| o.lateral_m.map(f64::abs))),
+            plane_speed: mean(all().filter_map(|o| o.plane_speed)),
+            torque_saturation: mean(all().map(|o| o.torque_saturation)),
         }
     }
 }
@@ -101,24 +126,50 @@ impl CellScore {
 /// Everything.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ShootingReport {
+    /// Who simulated.
+    pub engine: EngineFacts,
     /// What was run.
     pub options: ShootingOptions,
     /// All trials together.
     pub total: CellScore,
-    /// Per grid place, x slowest.
+    /// The trials of the paper's effective workspace together, if the grid goes beyond it.
+    pub effective: Option<CellScore>,
+    /// Per grid place, x slowest; a place without a trial (of a stopped run) has zeros.
     pub cells: Vec<CellScore>,
     /// Every trial.
     pub trials: Vec<Outcome>,
 }
 
 impl ShootingReport {
-    pub(super) fn new(options: &ShootingOptions, trials: Vec<Outcome>) -> Self {
-        let cells = trials
-            .chunks(options.trials.max(1))
-            .map(|cell| CellScore::of(cell.first().map(|o| o.trial.place), &cell.iter().collect::<Vec<_>>()))
-            .collect();
-        let total = CellScore::of(None, &trials.iter().collect::<Vec<_>>());
-        Self { options: options.clone(), total, cells, trials }
+    pub(super) fn new(engine: EngineFacts, options: &ShootingOptions, trials: Vec<Outcome>) -> Self {
+        let grid = &options.grid;
+        let score = |place, member: &dyn Fn([f64; 2]) -> bool| {
+            CellScore::of(place, &trials.iter().filter(|o| member(o.trial.place)).collect::<Vec<_>>())
+        };
+        let mut cells = Vec::new();
+        for x in grid.places(grid.x) {
+            for y in grid.places(grid.y) {
+                cells.push(score(Some([x, y]), &|place| place == [x, y]));
+            }
+        }
+        let inside = |place: [f64; 2]| {
+            let within = |v: f64, range: [f64; 2]| v >= range[0] - 1e-9 && v <= range[1] + 1e-9;
+            within(place[0], Grid::EFFECTIVE.x) && within(place[1], Grid::EFFECTIVE.y)
+        };
+        let beyond = cells.iter().filter_map(|c| c.place).any(|place| !inside(place));
+        Self {
+            engine,
+            options: options.clone(),
+            total: score(None, &|_| true),
+            effective: beyond.then(|| score(None, &inside)),
+            cells,
+            trials,
+        }
+    }
+
+    /// Trials that were planned.
+    pub fn planned(&self) -> usize {
+        self.cells.len() * self.options.trials
     }
 
     /// One line that says what was run.
@@ -133,39 +184,32 @@ impl ShootingReport {
             Variant::Robot => "ball place given in the robot's first pose (its displacement changes nothing)",
             Variant::World => "ball place and goal fixed in the world, robot displaced",
         };
+        let engine = &self.engine;
+        let mass = engine.ball_mass_kg.map_or(String::new(), |m| format!(", ball {m} kg"));
         format!(
-            "{ball}, grid [{}, {}] x [{}, {}] m every {step} m, {} trials a place, robot start within {} m; {variant}",
-            x[0], x[1], y[0], y[1], o.trials, o.start_radius_m
+            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m, {} trials a place, robot start within {} m; {variant}",
+            engine.name,
+            1e3 * engine.physics_dt_s,
+            engine.surfaces,
+            x[0],
+            x[1],
+            y[0],
+            y[1],
+            o.trials,
+            o.start_radius_m
         )
     }
 
-    /// The report as text: totals, then success and accuracy over the grid (rows: x ahead, columns: y left).
+    /// The report as text (writing to a string cannot fail): totals, then success and accuracy over the grid (rows: x ahead, columns: y left).
     pub fn table(&self) -> String {
-        let mut out = format!("{}\n\n", self.title());
-        let mut totals = Table::new(&["figure", "", "value", "95% low", "high", "n"]);
-        let t = &self.total;
-        for (name, s) in [
-            ("success", t.success),
-            ("success of kicks", t.success_of_kicks),
-            ("contact", t.contact),
-            ("correct foot of kicks", t.correct_foot),
-            ("falls within 2 s of the kick", t.falls),
-            ("falls at any time", t.falls_ever),
-        ] {
-            let p = |v: f64| format!("{:.1}%", 100.0 * v);
-            totals.row([name.into(), String::new(), p(s.share), p(s.low), p(s.high), s.trials.to_string()]);
+        let mut out = format!("{}\n", self.title());
+        if self.trials.len() < self.planned() {
+            let _ = writeln!(out, "stopped: {} of {} trials", self.trials.len(), self.planned());
         }
-        for (name, value) in [
-            ("accuracy (cosine)", t.accuracy),
-            ("ball speed [m/s]", t.ball_speed),
-            ("peak ball speed [m/s]", t.peak_ball_speed),
-            ("foot speed at contact [m/s]", t.foot_speed),
-        ] {
-            let value = value.map_or("-".to_owned(), |v| number(v, 3));
-            totals.row([name.into(), String::new(), value, String::new(), String::new(), String::new()]);
+        let _ = writeln!(out, "\n{}", totals(&self.total));
+        if let Some(effective) = &self.effective {
+            let _ = writeln!(out, "effective workspace [0.5, 2.0] x [-1, 1] m\n\n{}", totals(effective));
         }
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "{totals}");
         for (name, value) in [
             ("success [%]", (|c| Some(100.0 * c.success.share)) as fn(&CellScore) -> Option<f64>),
             ("accuracy x 100", |c| c.accuracy.map(|a| 100.0 * a)),
@@ -206,15 +250,15 @@ impl ShootingReport {
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "x,y,repeat,displacement_x,displacement_y,ball_x,ball_y,ball_vx,ball_vy,goal_x,goal_y,motion,contact,correct_foot,\
-             body,kick_time_s,foot_speed,goal,lateral_m,goal_time_s,cosine,ball_speed,ball_rise,peak_ball_speed,\
-             fell_after_kick,fell,steps\n",
+             body,foot_contact,kick_time_s,foot_speed,goal,lateral_m,goal_time_s,plane_speed,cosine,ball_speed,ball_rise,\
+             peak_ball_speed,fell_after_kick,fell,torque_saturation,steps\n",
         );
         let o = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
         for r in &self.trials {
             let t = &r.trial;
             let _ = writeln!(
                 out,
-                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{}",
+                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{:.5},{}",
                 t.place[0],
                 t.place[1],
                 t.repeat,
@@ -230,22 +274,57 @@ impl ShootingReport {
                 r.contact,
                 r.correct_foot,
                 quoted(r.body.as_deref().unwrap_or("")),
+                r.foot_contact,
                 o(r.kick_time_s),
                 o(r.foot_speed),
                 r.goal,
                 o(r.lateral_m),
                 o(r.goal_time_s),
+                o(r.plane_speed),
                 o(r.cosine),
                 o(r.ball_speed),
                 o(r.ball_rise),
                 r.peak_ball_speed,
                 r.fell_after_kick,
                 r.fell,
+                r.torque_saturation,
                 r.steps
             );
         }
         out
     }
+}
+
+/// Shares and means as a table.
+pub fn totals(score: &CellScore) -> Table {
+    let mut table = Table::new(&["figure", "", "value", "95% low", "high", "n"]);
+    for (name, s) in [
+        ("success", score.success),
+        ("success of kicks", score.success_of_kicks),
+        ("contact", score.contact),
+        ("correct foot of kicks", score.correct_foot),
+        ("a foot first, of kicks", score.foot_contact),
+        ("within 0.5 m of the goal's centre", score.within_half_metre),
+        ("within 1 m", score.within_one_metre),
+        ("falls within 2 s of the kick", score.falls),
+        ("falls at any time", score.falls_ever),
+    ] {
+        let p = |v: f64| format!("{:.1}%", 100.0 * v);
+        table.row([name.into(), String::new(), p(s.share), p(s.low), p(s.high), s.trials.to_string()]);
+    }
+    for (name, value) in [
+        ("accuracy (cosine)", score.accuracy),
+        ("ball speed [m/s]", score.ball_speed),
+        ("peak ball speed [m/s]", score.peak_ball_speed),
+        ("ball speed at the goal plane [m/s]", score.plane_speed),
+        ("distance from the goal's centre there [m]", score.miss_m),
+        ("foot speed at contact [m/s]", score.foot_speed),
+        ("torques at their limit [share]", score.torque_saturation),
+    ] {
+        let value = value.map_or("-".to_owned(), |v| number(v, 3));
+        table.row([name.into(), String::new(), value, String::new(), String::new(), String::new()]);
+    }
+    table
 }
 
 /// A text as a CSV field.
@@ -260,6 +339,8 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Engine;
+    use paid_task::TaskPreset;
 
     fn outcome(place: [f64; 2], repeat: usize, contact: bool, goal: bool, cosine: f64) -> Outcome {
         Outcome {
@@ -276,11 +357,14 @@ mod tests {
             contact,
             correct_foot: contact,
             body: None,
+            foot_contact: contact,
             kick_time_s: contact.then_some(2.0),
             foot_speed: contact.then_some(5.0),
             goal,
             lateral_m: None,
             goal_time_s: None,
+            plane_speed: None,
+            torque_saturation: 0.25,
             cosine: contact.then_some(cosine),
             ball_speed: contact.then_some(4.0),
             ball_rise: None,
@@ -295,7 +379,9 @@ mod tests {
     fn report() -> ShootingReport {
         let grid = Grid { x: [0.5, 0.75], y: [0.0, 0.0], step: 0.25 };
         let options = ShootingOptions { grid, trials: 2, ..ShootingOptions::default() };
+        let engine = Engine::Builtin.facts(&TaskPreset::builtin("stage2").expect("built in"));
         ShootingReport::new(
+            engine,
             &options,
             vec![
                 outcome([0.5, 0.0], 0, true, true, 1.0),

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::engine::EngineFacts;
 use crate::episodes::Arena;
 use crate::metrics::statistics::{Share, mean};
 use crate::metrics::tracking::TrackingErrors;
@@ -162,6 +163,8 @@ pub struct SetScore {
 /// Everything.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TrackingReport {
+    /// Who simulated.
+    pub engine: EngineFacts,
     /// Sets in order of first appearance, then all clips together.
     pub sets: Vec<SetScore>,
     /// Clips in library order.
@@ -216,7 +219,8 @@ impl TrackingReport {
         if names.len() > 1 {
             scores.push(score("all", &|_| true));
         }
-        Self { sets: scores, clips, paper: PAPER_ROWS.to_vec(), runs }
+        let engine = arena.engine.facts(&arena.preset);
+        Self { engine, sets: scores, clips, paper: PAPER_ROWS.to_vec(), runs }
     }
 
     /// The report as text.
@@ -284,9 +288,13 @@ impl TrackingReport {
                 ]);
             }
         }
+        let engine = &self.engine;
         format!(
-            "{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
-             kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}"
+            "{} ({} ms steps, {})\n\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
+             kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}",
+            engine.name,
+            1e3 * engine.physics_dt_s,
+            engine.surfaces
         )
     }
 }

@@ -1,0 +1,126 @@
+//! Who simulates the trials: the engine that trains, or the referee.
+
+use paid_mujoco::{MujocoSim, SceneOptions};
+use paid_task::{Task, TaskPreset, TaskShard, build_shard};
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::episodes::Arena;
+
+/// The simulator of an evaluation.
+#[derive(Clone, Debug, Default)]
+pub enum Engine {
+    /// The built-in engine, a trial a SIMD lane.
+    #[default]
+    Builtin,
+    /// MuJoCo with this scene, a trial a world. Ball (mass, radius, inertia) and gravity are the task preset's, so that both engines
+    /// see the same; whether there is a ball is the preset's decision too.
+    Mujoco(Box<SceneOptions>),
+}
+
+/// What a report says about the simulator.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EngineFacts {
+    /// `built-in` or `MuJoCo` with its version.
+    pub name: String,
+    /// Physics step [s].
+    pub physics_dt_s: f64,
+    /// Mass of the ball [kg]; `None` without one.
+    pub ball_mass_kg: Option<f64>,
+    /// Surfaces and shapes in words.
+    pub surfaces: String,
+}
+
+impl Engine {
+    /// Short name: `builtin` or `mujoco`.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Builtin => "builtin",
+            Self::Mujoco(_) => "mujoco",
+        }
+    }
+
+    /// What to say about it beside figures.
+    pub fn facts(&self, preset: &TaskPreset) -> EngineFacts {
+        let ball_mass_kg = preset.scene.ball.then_some(preset.ball_params.mass_kg);
+        match self {
+            Self::Builtin => EngineFacts {
+                name: "built-in".to_owned(),
+                physics_dt_s: preset.scene.physics_dt_s,
+                ball_mass_kg,
+                surfaces: format!(
+                    "ground friction {}/{}, ball {}/{}, restitution {}",
+                    preset.scene.ground.static_friction,
+                    preset.scene.ground.dynamic_friction,
+                    preset.ball_params.material.static_friction,
+                    preset.ball_params.material.dynamic_friction,
+                    preset.ball_params.material.restitution
+                ),
+            },
+            Self::Mujoco(scene) => EngineFacts {
+                name: format!("MuJoCo {}", paid_mujoco::MUJOCO_VERSION),
+                physics_dt_s: scene.physics_dt_s,
+                ball_mass_kg,
+                surfaces: format!(
+                    "floor friction {}, ball friction {}, feet: {}, PD: {}",
+                    scene.floor.friction[0],
+                    scene.ball.map_or(0.0, |b| b.friction[0]),
+                    match scene.feet {
+                        paid_mujoco::FootShapes::Referee => "the vendor's capsules",
+                        paid_mujoco::FootShapes::Sole => "the training soles",
+                    },
+                    match scene.pd {
+                        paid_mujoco::PdControl::Explicit => "explicit",
+                        paid_mujoco::PdControl::Implicit => "implicit",
+                    }
+                ),
+            },
+        }
+    }
+}
+
+impl Arena {
+    /// Environments that step together: batches are a multiple of it.
+    pub(crate) fn lanes(&self) -> usize {
+        match self.engine {
+            Engine::Builtin => self.isa.lanes(),
+            Engine::Mujoco(_) => 1,
+        }
+    }
+
+    /// Environments `first_env..first_env + num_envs` of the task on the arena's engine.
+    pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
+        let scene = match &self.engine {
+            Engine::Builtin => {
+                let shard = build_shard(
+                    self.isa,
+                    &self.robot,
+                    &self.spec,
+                    &self.library,
+                    &self.preset,
+                    num_envs,
+                    first_env,
+                    self.seed,
+                )?;
+                return Ok(shard);
+            }
+            Engine::Mujoco(scene) => scene,
+        };
+        self.preset.validate()?;
+        let mut scene = (**scene).clone();
+        scene.gravity = self.preset.scene.gravity;
+        scene.self_collision &= self.preset.scene.self_collision;
+        scene.ball = if self.preset.scene.ball {
+            let surface = scene.ball.unwrap_or_default();
+            Some(paid_mujoco::BallOptions { params: self.preset.ball_params, ..surface })
+        } else {
+            None
+        };
+        let control =
+            self.spec.resolve(&self.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
+        let sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
+        let task =
+            Task::new(sim, &self.robot, &self.spec, &self.library, &self.preset, first_env, self.seed)?;
+        Ok(Box::new(task))
+    }
+}

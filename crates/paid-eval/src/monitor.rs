@@ -1,0 +1,77 @@
+//! Watching and stopping an evaluation from outside.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::time::Duration;
+
+use serde::Serialize;
+
+/// Shared by whoever runs trials and whoever waits for them. Clones watch the same run.
+#[derive(Clone, Debug, Default)]
+pub struct Monitor(Arc<Counters>);
+
+#[derive(Debug, Default)]
+struct Counters {
+    stop: AtomicBool,
+    done: AtomicUsize,
+    total: AtomicUsize,
+    steps: AtomicU64,
+    physics_ns: AtomicU64,
+    policy_ns: AtomicU64,
+}
+
+/// Where the time went, summed over threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Effort {
+    /// Trials that ended.
+    pub trials: usize,
+    /// Control steps of all environments, the filling of lanes included.
+    pub control_steps: u64,
+    /// Simulating, with the task's bookkeeping [s].
+    pub physics_s: f64,
+    /// The policy [s].
+    pub policy_s: f64,
+}
+
+impl Monitor {
+    /// Asks the runs to end: trials that ended by then are kept, the others dropped.
+    pub fn stop(&self) {
+        self.0.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// True once somebody asked to stop.
+    pub fn stopped(&self) -> bool {
+        self.0.stop.load(Ordering::Relaxed)
+    }
+
+    /// Trials that ended and trials that were planned.
+    pub fn progress(&self) -> (usize, usize) {
+        (self.0.done.load(Ordering::Relaxed), self.0.total.load(Ordering::Relaxed))
+    }
+
+    /// Where the time went so far.
+    pub fn effort(&self) -> Effort {
+        let seconds = |ns: &AtomicU64| ns.load(Ordering::Relaxed) as f64 * 1e-9;
+        Effort {
+            trials: self.progress().0,
+            control_steps: self.0.steps.load(Ordering::Relaxed),
+            physics_s: seconds(&self.0.physics_ns),
+            policy_s: seconds(&self.0.policy_ns),
+        }
+    }
+
+    pub(crate) fn plan(&self, trials: usize) {
+        self.0.total.fetch_add(trials, Ordering::Relaxed);
+    }
+
+    pub(crate) fn finish(&self, trials: usize) {
+        self.0.done.fetch_add(trials, Ordering::Relaxed);
+    }
+
+    pub(crate) fn spend(&self, envs: usize, physics: Duration, policy: Duration) {
+        let ns = |d: Duration| u64::try_from(d.as_nanos()).unwrap_or(u64::MAX);
+        self.0.steps.fetch_add(envs as u64, Ordering::Relaxed);
+        self.0.physics_ns.fetch_add(ns(physics), Ordering::Relaxed);
+        self.0.policy_ns.fetch_add(ns(policy), Ordering::Relaxed);
+    }
+}

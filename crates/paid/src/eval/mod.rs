@@ -1,0 +1,46 @@
+//! `paid eval`: scores a policy and draws what it does.
+
+mod engine;
+mod film;
+mod progress;
+mod shoot;
+mod subject;
+mod track;
+
+use std::process::ExitCode;
+
+use crate::failure::Failure;
+
+/// Arguments of `paid eval`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// How closely the policy follows every motion.
+    Tracking(track::Args),
+    /// Shots at the goal from a grid of ball places.
+    Shooting(Box<shoot::Args>),
+    /// Pictures of one episode.
+    Film(film::Args),
+    /// Write the scene of the evaluation as MJCF, for MuJoCo's own viewer.
+    Scene(engine::SceneArgs),
+}
+
+/// Runs a subcommand.
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    match args.command {
+        Command::Tracking(args) => track::run(&args),
+        Command::Shooting(args) => shoot::run(&args),
+        Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
+    }
+}
+
+/// JSON for people and programs.
+fn to_json(value: &impl serde::Serialize) -> Result<String, Failure> {
+    serde_json::to_string(value).map_err(Failure::input)
+}

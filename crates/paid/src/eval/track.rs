@@ -1,0 +1,73 @@
+//! `paid eval tracking`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use paid_eval::file::write_whole;
+use paid_eval::tracking::{self, TrackingOptions, TrackingReport};
+use serde::Serialize;
+
+use super::engine::EngineName;
+use super::progress::{Progress, Timing};
+use super::subject::{Common, Subject};
+use super::to_json;
+use crate::failure::Failure;
+
+/// Arguments of `paid eval tracking`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    common: Common,
+    /// Starts with reset noise a clip, besides the exact one.
+    #[arg(long, default_value_t = 20)]
+    starts: usize,
+    /// Print one line of JSON an engine.
+    #[arg(long)]
+    json: bool,
+    /// Write <engine>_tracking.json to this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Whole<'a> {
+    kind: &'static str,
+    policy: &'a str,
+    #[serde(flatten)]
+    report: &'a TrackingReport,
+    timing: Timing,
+}
+
+/// Scores in one engine or in both, one after the other.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let mut subject = Subject::load(&args.common)?;
+    let options = TrackingOptions { starts: args.starts, sets: subject.sets.clone() };
+    let engines = match args.common.engine {
+        EngineName::Both => vec![EngineName::Builtin, EngineName::Mujoco],
+        one => vec![one],
+    };
+    let mut stopped = false;
+    for engine in engines {
+        subject.arena.engine = subject.engine(engine);
+        subject.arena.monitor = paid_eval::monitor::Monitor::default();
+        let progress = Progress::start(&subject.arena.monitor, args.json)?;
+        let report = tracking::evaluate(&subject.arena, &*subject.maker, &options).map_err(Failure::input)?;
+        let timing = progress.finish();
+        let whole = Whole { kind: "tracking", policy: &subject.name, report: &report, timing };
+        let json = to_json(&whole)?;
+        if let Some(out) = &args.out {
+            let file = format!("{}_tracking.json", subject.arena.engine.name());
+            write_whole(&out.join(file), json.as_bytes()).map_err(Failure::input)?;
+        }
+        if args.json {
+            println!("{json}");
+        } else {
+            println!("{}\n{}\n", report.table(), timing.text());
+        }
+        stopped |= subject.arena.monitor.stopped();
+        if stopped {
+            break;
+        }
+    }
+    Ok(if stopped { ExitCode::from(130) } else { ExitCode::SUCCESS })
+}
