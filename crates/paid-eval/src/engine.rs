@@ -92,6 +92,13 @@ impl Arena {
     pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
         let scene = match &self.engine {
             Engine::Builtin => {
+                if self.gains.is_some() {
+                    return Err(EvalError::Option {
+                        option: "engine",
+                        expected: "mujoco for a policy with joint gains of its own".to_owned(),
+                        found: self.engine.name().to_owned(),
+                    });
+                }
                 let shard = build_shard(
                     self.isa,
                     &self.robot,
@@ -116,8 +123,12 @@ impl Arena {
         } else {
             None
         };
-        let control =
+        let mut control =
             self.spec.resolve(&self.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
+        if let Some(gains) = &self.gains {
+            control.stiffness.clone_from(&gains.stiffness);
+            control.damping.clone_from(&gains.damping);
+        }
         let sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
         let task =
             Task::new(sim, &self.robot, &self.spec, &self.library, &self.preset, first_env, self.seed)?;

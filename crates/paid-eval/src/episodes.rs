@@ -25,6 +25,8 @@ const BATCH: usize = 64;
 pub struct Arena {
     /// Who simulates.
     pub engine: Engine,
+    /// Joint gains [N m/rad, N m s/rad] in model order, where the policy brings its own; MuJoCo only.
+    pub gains: Option<Gains>,
     /// Lane type of the built-in engine.
     pub isa: Isa,
     /// The robot.
@@ -41,6 +43,15 @@ pub struct Arena {
     pub seed: u64,
     /// Progress, effort and a way to stop.
     pub monitor: Monitor,
+}
+
+/// Joint gains, model order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gains {
+    /// Stiffness [N m/rad].
+    pub stiffness: Vec<f64>,
+    /// Damping [N m s/rad].
+    pub damping: Vec<f64>,
 }
 
 /// How the task says that an episode ended.
@@ -205,7 +216,11 @@ fn look<O: Observer>(
 
 fn check_contract(shard: &dyn TaskShard, policy: &dyn Policy) -> Result<(), EvalError> {
     let pairs = [
-        ("length of the observation", shard.policy_obs_dim(), policy.obs_dim()),
+        (
+            "length of the observation",
+            shard.policy_obs_dim(),
+            policy.obs_dim().unwrap_or_else(|| shard.policy_obs_dim()),
+        ),
         ("length of the action", shard.action_dim(), policy.action_dim()),
     ];
     match pairs.into_iter().find(|(_, task, policy)| task != policy) {

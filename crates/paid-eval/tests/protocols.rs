@@ -34,6 +34,7 @@ fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
     Arena {
         engine: Engine::Builtin,
+        gains: None,
         isa: Isa::detect(),
         robot,
         spec,
@@ -85,7 +86,8 @@ fn shots_repeat_whatever_the_number_of_threads() {
 fn standing_still_tracks_no_kick() {
     let Some(folder) = motions("standing_still_tracks_no_kick") else { return };
     let arena = arena(&folder, "stage1", 2);
-    let options = TrackingOptions { starts: 2, sets: vec!["standard".to_owned(); arena.library.len()] };
+    let options =
+        TrackingOptions { starts: 2, sets: vec!["standard".to_owned(); arena.library.len()], limits: true };
     let report = tracking::evaluate(&arena, &zero(&arena), &options).expect("runs");
     assert_eq!(report.runs.len(), 3 * arena.library.len());
     let set = &report.sets[0];

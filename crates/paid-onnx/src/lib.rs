@@ -16,15 +16,19 @@ mod contract;
 mod error;
 mod graph;
 pub mod proto;
+mod raw;
 mod read;
 mod reference;
+mod released;
 mod weights;
 mod write;
 
 pub use contract::{Contract, FORMAT, JointContract, ObservationTerm, RecurrentContract};
 pub use error::OnnxError;
+pub use raw::RawModel;
 pub use read::{OnnxPolicy, PolicyState};
 pub use reference::Reference;
+pub use released::load_released;
 pub use weights::{DenseLayer, LstmLayer, Normalizer, PolicyWeights};
 pub use write::{encode, write};
 

@@ -1,24 +1,19 @@
 //! Reading a policy file and running it.
 
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
-use prost::Message;
-use rten::{Model, NodeId, RunOptions, ThreadPool, Value, ValueOrView};
+use std::path::Path;
 
 use crate::contract::{Contract, FORMAT};
 use crate::error::OnnxError;
 use crate::proto::{FLOAT, GraphProto, INT64, ModelProto, ValueInfo};
+use crate::raw::{RawModel, decode};
 use crate::reference::Reference;
 use crate::{CONTRACT_KEY, OPSET, RELEASED_KEYS};
 
 /// A policy that was read from a file, ready to act for one robot at a time.
+#[derive(Debug)]
 pub struct OnnxPolicy {
-    path: PathBuf,
+    raw: RawModel,
     contract: Contract,
-    metadata: Vec<(String, String)>,
-    model: Model,
-    threads: Arc<ThreadPool>,
 }
 
 /// Recurrent state of one robot; empty for a feed-forward policy. Reset it whenever the policy starts anew.
@@ -35,12 +30,6 @@ impl PolicyState {
     pub fn reset(&mut self) {
         self.h.fill(0.0);
         self.c.fill(0.0);
-    }
-}
-
-impl std::fmt::Debug for OnnxPolicy {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("OnnxPolicy").field("path", &self.path).finish_non_exhaustive()
     }
 }
 
@@ -74,24 +63,19 @@ impl OnnxPolicy {
     /// # Errors
     /// As [`Self::load`].
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, OnnxError> {
-        let owned = || path.to_owned();
-        let model = ModelProto::decode(bytes)
-            .map_err(|e| OnnxError::Decode { path: owned(), reason: e.to_string() })?;
-        let Some(graph) = &model.graph else {
-            return Err(OnnxError::Decode { path: owned(), reason: "it has no graph".to_owned() });
-        };
+        let model = decode(bytes, path)?;
         check_opset(&model, path)?;
         let contract = check_metadata(&model, path)?;
-        check_tensors(graph, path)?;
-        check_interface(graph, &contract, path)?;
-        let runnable = Model::load(bytes.to_vec())
-            .map_err(|e| OnnxError::Graph { path: owned(), reason: one_line(&e) })?;
-        let metadata = (model.metadata_props.into_iter())
-            .map(|e| (e.key.unwrap_or_default(), e.value.unwrap_or_default()))
-            .collect();
-        // A policy is too small to gain from more than one thread.
-        let threads = Arc::new(ThreadPool::with_num_threads(1));
-        let policy = Self { path: owned(), contract, metadata, model: runnable, threads };
+        if let Some(graph) = &model.graph {
+            check_tensors(graph, path)?;
+            check_interface(graph, &contract, path)?;
+        }
+        Self::new(RawModel::from_bytes(bytes, path, model)?, contract)
+    }
+
+    /// A policy whose graph and contract belong together; both are tried on zeros.
+    pub(crate) fn new(raw: RawModel, contract: Contract) -> Result<Self, OnnxError> {
+        let policy = Self { raw, contract };
         policy.try_once()?;
         Ok(policy)
     }
@@ -103,7 +87,7 @@ impl OnnxPolicy {
 
     /// A metadata entry.
     pub fn metadata(&self, key: &str) -> Option<&str> {
-        self.metadata.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str())
+        self.raw.metadata(key)
     }
 
     /// The zero state with which the policy starts.
@@ -147,7 +131,7 @@ impl OnnxPolicy {
             inputs.extend([("h_in", shape.clone(), &state.h[..]), ("c_in", shape, &state.c[..])]);
             outputs.extend([("h_out", numbers), ("c_out", numbers)]);
         }
-        let mut results = self.run(&inputs, &outputs)?.into_iter();
+        let mut results = self.raw.run(&inputs, &outputs)?.into_iter();
         let actions = results.next().unwrap_or_default();
         if let (Some(h), Some(c)) = (results.next(), results.next()) {
             *state = PolicyState { h, c };
@@ -166,7 +150,7 @@ impl OnnxPolicy {
         }
         let outputs: Vec<_> =
             reference_shapes(&self.contract).map(|(n, s)| (n, s.iter().product())).collect();
-        let values = self.run(&[("time_step", vec![1, 1], &[frame as f32])], &outputs)?;
+        let values = self.raw.run(&[("time_step", vec![1, 1], &[frame as f32])], &outputs)?;
         Ok(outputs.iter().map(|(name, _)| *name).zip(values).collect())
     }
 
@@ -176,40 +160,6 @@ impl OnnxPolicy {
         self.reference(0)?;
         Ok(())
     }
-
-    /// Values of the named outputs; each must have the given number of elements.
-    fn run(
-        &self,
-        inputs: &[(&str, Vec<usize>, &[f32])],
-        outputs: &[(&'static str, usize)],
-    ) -> Result<Vec<Vec<f32>>, OnnxError> {
-        let failed = |reason: String| OnnxError::Graph { path: self.path.clone(), reason };
-        let node = |name: &str| self.model.node_id(name).map_err(|e| failed(one_line(&e)));
-        let mut given: Vec<(NodeId, ValueOrView)> = Vec::with_capacity(inputs.len());
-        for (name, shape, data) in inputs {
-            let value = Value::from_shape(shape, data.to_vec()).map_err(|e| failed(one_line(&e)))?;
-            given.push((node(name)?, value.into()));
-        }
-        let ids = outputs.iter().map(|(name, _)| node(name)).collect::<Result<Vec<_>, _>>()?;
-        let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.threads)));
-        let values = self.model.run(given, &ids, Some(options)).map_err(|e| failed(one_line(&e)))?;
-        outputs
-            .iter()
-            .zip(values)
-            .map(|(&(name, size), value)| match value.into_tensor::<f32>().map(|t| t.into_data()) {
-                Some(data) if data.len() == size => Ok(data),
-                Some(data) => {
-                    Err(failed(format!("output '{name}' has {} numbers, expected {size}", data.len())))
-                }
-                None => Err(failed(format!("output '{name}' is no float tensor"))),
-            })
-            .collect()
-    }
-}
-
-/// An error of the runtime as one line.
-fn one_line(error: &impl std::fmt::Display) -> String {
-    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Names and shapes of the reference's outputs, in the released order.

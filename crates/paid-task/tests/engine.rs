@@ -7,8 +7,8 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EndCause, EvalOptions, ForcedStart, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard, build_shard,
-    run_agent,
+    Agent, EndCause, EvalOptions, ForcedStart, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard,
+    build_shard, run_agent,
 };
 
 /// The paper's motions, or `None` (with a note) where the shared data are not there.
@@ -68,7 +68,11 @@ fn zero_and_random_agents_run_every_preset() {
             let metrics = run_agent(shard.as_mut(), agent, 150, 1).expect("finite");
             assert_eq!(metrics.steps, 150 * 32);
             assert!(metrics.episodes > 10, "{name} {agent:?}: {}", metrics.episodes);
-            assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0, "{name} {agent:?}: states that are not finite");
+            assert_eq!(
+                metrics.ends[EndCause::NotFinite as usize],
+                0,
+                "{name} {agent:?}: states that are not finite"
+            );
             let body = get(&metrics, "reward/body_pos") / 0.02;
             assert!(body > 0.1 && body < 1.0, "{name} {agent:?}: {body}");
         }

@@ -6,8 +6,8 @@ use paid_lanes::{Quat, Vec3};
 use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, Simulator};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EndCause, EvalControl, EvalOptions, ForcedStart, REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset,
-    TaskShard,
+    EndCause, EvalControl, EvalOptions, ForcedStart, REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task,
+    TaskPreset, TaskShard,
 };
 
 const FRAMES: usize = 60;
@@ -239,7 +239,10 @@ fn perfect_tracking_earns_every_weight_until_the_motion_ends() {
         assert_eq!((*terminated, *truncated), (0, u8::from(step == FRAMES - 2)), "{step}");
     }
     let metrics = task.take_metrics();
-    assert_eq!((metrics.episodes, metrics.ends[EndCause::MotionEnd as usize], metrics.episode_steps), (1, 1, 59));
+    assert_eq!(
+        (metrics.episodes, metrics.ends[EndCause::MotionEnd as usize], metrics.episode_steps),
+        (1, 1, 59)
+    );
     assert!(
         (metrics.kick_foot_peak_sum - 5.0).abs() < 1e-5
             && (metrics.reference_foot_peak_sum - 5.0).abs() < 1e-5

@@ -25,6 +25,51 @@ pub const LICENCE: &str = "the terms of the motions that the policy was trained 
 /// The command that the policy follows, under the released name.
 pub const COMMAND: &str = "motion";
 
+/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its licence is empty, and it has
+/// no memory.
+///
+/// # Errors
+/// If the robot's gains cannot be resolved.
+pub fn task_contract(
+    model: &RobotModel,
+    spec: &RobotSpec,
+    control_period_s: f64,
+) -> Result<Contract, TrainError> {
+    let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
+    let control = spec.resolve(model).map_err(|e| setup(&e))?;
+    let order =
+        Permutation::between(&model.joint_names(), &spec.policy_joint_order).map_err(|e| setup(&e))?;
+    let joint = |&j: &usize| JointContract {
+        name: model.joints[j].name.clone(),
+        default_pos: control.default_pos[j],
+        stiffness: control.stiffness[j],
+        damping: control.damping[j],
+        action_scale: control.action_scale[j],
+    };
+    let term = |t: paid_task::ObservationTerm| ObservationTerm {
+        name: t.name,
+        size: t.size,
+        order: t.order,
+        frame: t.frame,
+        unit: t.unit,
+        scale: t.scale,
+    };
+    Ok(Contract {
+        format: FORMAT,
+        robot: spec.name.clone(),
+        licence: String::new(),
+        control_period_s,
+        action: ACTION.to_owned(),
+        joints: order.indices().iter().map(joint).collect(),
+        anchor_body: spec.anchor_body.clone(),
+        bodies: spec.tracked_bodies.clone(),
+        observation: ObservationLayout::new(spec).policy.into_iter().map(term).collect(),
+        commands: vec![COMMAND.to_owned()],
+        recurrent: None,
+        reference: None,
+    })
+}
+
 /// A policy and everything that its file says about it.
 #[derive(Clone, Debug)]
 pub struct TrainedPolicy {
@@ -72,39 +117,11 @@ impl TrainedPolicy {
     /// # Errors
     /// If the robot's gains cannot be resolved.
     pub fn contract(&self, licence: &str) -> Result<Contract, TrainError> {
-        let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
-        let control = self.spec.resolve(&self.model).map_err(|e| setup(&e))?;
-        let order = Permutation::between(&self.model.joint_names(), &self.spec.policy_joint_order)
-            .map_err(|e| setup(&e))?;
-        let joint = |&j: &usize| JointContract {
-            name: self.model.joints[j].name.clone(),
-            default_pos: control.default_pos[j],
-            stiffness: control.stiffness[j],
-            damping: control.damping[j],
-            action_scale: control.action_scale[j],
-        };
-        let term = |t: paid_task::ObservationTerm| ObservationTerm {
-            name: t.name,
-            size: t.size,
-            order: t.order,
-            frame: t.frame,
-            unit: t.unit,
-            scale: t.scale,
-        };
         let lstm = &self.policy.net.lstm;
         Ok(Contract {
-            format: FORMAT,
-            robot: self.spec.name.clone(),
             licence: licence.to_owned(),
-            control_period_s: self.preset.task.control_dt_s(),
-            action: ACTION.to_owned(),
-            joints: order.indices().iter().map(joint).collect(),
-            anchor_body: self.spec.anchor_body.clone(),
-            bodies: self.spec.tracked_bodies.clone(),
-            observation: ObservationLayout::new(&self.spec).policy.into_iter().map(term).collect(),
-            commands: vec![COMMAND.to_owned()],
             recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
-            reference: None,
+            ..task_contract(&self.model, &self.spec, self.preset.task.control_dt_s())?
         })
     }
 

@@ -19,10 +19,12 @@ pub struct TrackingOptions {
     pub starts: usize,
     /// Set of each motion of the library (`standard`, `stylized`, ...): the paper's rows are per set.
     pub sets: Vec<String>,
+    /// True: an episode ends where training would end it. False: only a fall ends it, so that figures of policies that drift
+    /// cover the whole motion.
+    pub limits: bool,
 }
 
-/// Runs every motion from its first frame: once exactly, and `starts` times with the preset's reset noise. An episode ends
-/// where training would end it. Observation noise, pushes and randomisation are off, so exact starts need no repetition.
+/// Runs every motion from its first frame: once exactly, and `starts` times with the preset's reset noise. Observation noise, pushes and randomisation are off, so exact starts need no repetition.
 ///
 /// # Errors
 /// As [`run_episodes`], or if the sets do not match the library.
@@ -50,13 +52,13 @@ pub fn evaluate(
     let longest = arena.library.facts().iter().map(|f| f.frames).max().unwrap_or(0) + 1;
     let control = EvalOptions {
         hold_last_frame: false,
-        end_on_failure: true,
+        end_on_failure: options.limits,
         max_steps: u32::try_from(longest).ok(),
         ..EvalOptions::default()
     };
     let watches = run_episodes(arena, policy, &starts, control, longest, |trial| {
-        Watch::new(arena, starts[trial].motion)
+        Watch::new(arena, starts[trial].motion, !options.limits)
     })?;
     let runs: Vec<RunScore> = watches.iter().map(|(i, watch)| watch.score(!starts[*i].noise)).collect();
-    Ok(TrackingReport::new(arena, &options.sets, runs))
+    Ok(TrackingReport::new(arena, options, runs))
 }

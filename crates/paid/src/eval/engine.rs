@@ -38,6 +38,9 @@ pub struct SceneOptionsArgs {
     /// Named constants; the other options change single ones.
     #[arg(long, value_enum, default_value = "paper")]
     protocol: Protocol,
+    /// Physics step [s], a whole part of the control period [default: 0.002; 0.001 for TWIST2].
+    #[arg(long, value_name = "S", value_parser = positive)]
+    physics_dt: Option<f64>,
     /// Sliding friction between feet and floor [default: 0.8].
     #[arg(long, value_name = "MU", value_parser = positive)]
     floor_friction: Option<f64>,
@@ -87,7 +90,10 @@ pub fn positive(text: &str) -> Result<f64, String> {
 
 impl EngineArgs {
     /// MuJoCo's scene; the ball of `task` becomes the one that was asked for, in both engines.
-    pub fn scene(&self, task: &mut TaskPreset) -> SceneOptions {
+    ///
+    /// # Errors
+    /// If the physics step is no whole part of the control period.
+    pub fn scene(&self, task: &mut TaskPreset, usual_dt_s: f64) -> Result<SceneOptions, Failure> {
         let args = &self.scene;
         let mut scene = match args.protocol {
             Protocol::Paper => SceneOptions::default(),
@@ -121,7 +127,15 @@ impl EngineArgs {
             scene.cone = Cone::Elliptic;
         }
         scene.self_collision = !args.no_self_collision;
-        scene
+        let (dt, control_dt) = (args.physics_dt.unwrap_or(usual_dt_s), task.control_dt_s());
+        scene.substeps = (control_dt / dt).round() as usize;
+        scene.physics_dt_s = dt;
+        if scene.substeps == 0 || (scene.substeps as f64 * dt - control_dt).abs() > 1e-9 {
+            return Err(Failure::input(format!(
+                "--physics-dt: expected a whole part of the control period of {control_dt} s, found {dt}"
+            )));
+        }
+        Ok(scene)
     }
 }
 
@@ -151,7 +165,7 @@ pub fn write_scene(args: &SceneArgs) -> Result<(), Failure> {
     let (robot, spec) = load_robot(&args.robot).map_err(Failure::input)?;
     let control = spec.resolve(&robot).map_err(Failure::input)?;
     let mut task = TaskPreset::builtin("stage2").map_err(Failure::input)?;
-    let scene = args.engine.scene(&mut task);
+    let scene = args.engine.scene(&mut task, SceneOptions::default().physics_dt_s)?;
     let xml = mjcf_scene(&robot, &control, &scene);
     write_whole(&args.out, xml.as_bytes()).map_err(Failure::input)?;
     println!("{}: {} bodies, {} joints", args.out.display(), robot.bodies.len(), robot.joints.len());

@@ -45,7 +45,7 @@ fn pair(text: &str) -> Result<[f64; 2], String> {
 
 /// Plays the episode and writes the pictures.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let subject = Subject::load(&args.common)?;
+    let subject = Subject::load(&args.common, "stage2")?;
     let arena = &subject.arena;
     let motion = match (args.motion, args.ball) {
         (Some(motion), _) => motion,

@@ -67,7 +67,7 @@ struct Whole<'a, R: Serialize> {
 
 /// Scores in one engine, or in both with a comparison.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common)?;
+    let mut subject = Subject::load(&args.common, "stage2")?;
     subject.needs_ball()?;
     let rolling = match args.speed.as_deref() {
         Some([slow, fast]) => Some([*slow, *fast]),

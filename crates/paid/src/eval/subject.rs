@@ -4,16 +4,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_eval::engine::Engine;
-use paid_eval::episodes::Arena;
+use paid_eval::episodes::{Arena, Gains};
 use paid_eval::monitor::Monitor;
-use paid_eval::policy::{LearnedPolicy, PolicyMaker};
+use paid_eval::policy::{LearnedPolicy, OnnxDriver, Policy, PolicyMaker, Twist2};
 use paid_learn::Checkpoint;
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
+use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxPolicy, RawModel, load_released};
 use paid_physics::Terrain;
+use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::RunPreset;
 use paid_train::folder::{PRESET_FILE, latest_checkpoint};
+use paid_train::policy_file::task_contract;
 use paid_train::setup::load_robot;
 
 use super::engine::{EngineArgs, EngineName, engine_of};
@@ -23,13 +26,18 @@ use crate::train::thread_count;
 /// What all evaluations take.
 #[derive(Debug, clap::Args)]
 pub struct Common {
-    /// Run folder (its newest checkpoint) or checkpoint file.
-    #[arg(long, value_name = "RUN|CHECKPOINT")]
+    /// Run folder (its newest checkpoint), checkpoint file, or ONNX file: this project's, one with PAiD's released interface, or
+    /// the TWIST2 tracker.
+    #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
     policy: PathBuf,
+    /// Built-in robot or robot file, for ONNX files.
+    #[arg(long, default_value = "g1")]
+    robot: String,
     /// Folder of the motion files [default: the one the policy was trained on].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Built-in task or task preset file to score in [default: the one the policy was trained in].
+    /// Built-in task or task preset file to score in [default: the one the policy was trained in; for an ONNX file stage2 with
+    /// a ball, stage1 without].
     #[arg(long, value_name = "NAME|FILE")]
     task: Option<String>,
     /// Change a value of the task, such as scene.ground.restitution=0 (repeatable).
@@ -65,9 +73,36 @@ pub struct Subject {
     pub scene: SceneOptions,
 }
 
-impl Subject {
-    /// Reads policy, motions and task.
-    pub fn load(common: &Common) -> Result<Self, Failure> {
+/// What a policy file says about itself.
+struct Source {
+    /// Where it came from.
+    name: String,
+    robot: String,
+    /// The task that it was trained in.
+    task: TaskPreset,
+    /// Its motions, if it names them.
+    motions: Option<PathBuf>,
+    kind: Kind,
+}
+
+/// Kinds of policies.
+enum Kind {
+    Network(Box<paid_learn::Policy>),
+    Onnx(Box<RawModel>),
+}
+
+impl Source {
+    fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
+        if common.policy.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx")) {
+            let model = RawModel::load(&common.policy).map_err(Failure::input)?;
+            return Ok(Self {
+                name: common.policy.display().to_string(),
+                robot: common.robot.clone(),
+                task: TaskPreset::builtin(usual_task).map_err(Failure::input)?,
+                motions: None,
+                kind: Kind::Onnx(Box::new(model)),
+            });
+        }
         let path = if common.policy.is_dir() {
             latest_checkpoint(&common.policy).map_err(Failure::input)?
         } else {
@@ -82,39 +117,65 @@ impl Subject {
                 ))
             })?;
         let run = RunPreset::from_resolved(&path.to_string_lossy(), text, &[]).map_err(Failure::input)?;
-        let mut task = task_preset(common, run.task)?;
+        Ok(Self {
+            name: path.display().to_string(),
+            robot: run.robot,
+            task: run.task,
+            motions: (!run.run.motions.is_empty()).then(|| PathBuf::from(&run.run.motions)),
+            kind: Kind::Network(Box::new(checkpoint.policy().map_err(Failure::input)?)),
+        })
+    }
+
+    /// Physics step that MuJoCo should use if nobody asks for another [s].
+    fn usual_dt_s(&self) -> f64 {
+        match &self.kind {
+            Kind::Onnx(model) if Twist2::fits(model) => Twist2::facts().physics_dt_s,
+            _ => SceneOptions::default().physics_dt_s,
+        }
+    }
+}
+
+impl Subject {
+    /// Reads policy, motions and task; `usual_task` is that of a file that names none.
+    pub fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
+        let source = Source::load(common, usual_task)?;
+        let usual_dt_s = source.usual_dt_s();
+        let mut task = task_preset(common, source.task)?;
         // Scored on flat ground, as in the paper's evaluation, also where training was on rough ground.
         task.scene.terrain = Terrain::Plane;
-        let scene = common.scene.scene(&mut task);
-        let (robot, spec) = load_robot(&run.robot).map_err(Failure::input)?;
-        let folder = match &common.motions {
-            Some(folder) => folder.clone(),
-            None if run.run.motions.is_empty() => {
-                return Err(Failure::input(format!(
-                    "{}: names no motions; say which with --motions DIR",
-                    path.display()
-                )));
-            }
-            None => PathBuf::from(&run.run.motions),
-        };
+        let scene = common.scene.scene(&mut task, usual_dt_s)?;
+        let (robot, spec) = load_robot(&source.robot).map_err(Failure::input)?;
+        let folder = common.motions.clone().or(source.motions).ok_or_else(|| {
+            Failure::input(format!("{}: names no motions; say which with --motions DIR", source.name))
+        })?;
         let motions =
             MotionLibrary::load(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
         let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
-        let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).map_err(Failure::input)?;
-        let policy = checkpoint.policy().map_err(Failure::input)?;
+        let library =
+            Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).map_err(Failure::input)?);
+        let (maker, gains): (Box<PolicyMaker<'static>>, _) = match source.kind {
+            Kind::Network(policy) => (Box::new(LearnedPolicy::maker(*policy)), None),
+            Kind::Onnx(model) if Twist2::fits(&model) => {
+                let peer = Twist2::new(Arc::new(*model), Arc::clone(&library), &robot, &spec)
+                    .map_err(Failure::input)?;
+                let maker = move || Ok(Box::new(peer.clone()) as Box<dyn Policy>);
+                (Box::new(maker), Some(Twist2::facts().gains))
+            }
+            Kind::Onnx(model) => onnx(&model, &robot, &spec, task.control_dt_s())?,
+        };
         let arena = Arena {
             engine: engine_of(common.engine, &scene),
+            gains,
             isa: common.isa.parse().map_err(Failure::input)?,
             robot,
             spec,
-            library: Arc::new(library),
+            library,
             preset: task,
             threads: thread_count(common.threads)?,
             seed: common.seed,
             monitor: Monitor::default(),
         };
-        let name = path.display().to_string();
-        Ok(Self { arena, maker: Box::new(LearnedPolicy::maker(policy)), name, sets, scene })
+        Ok(Self { arena, maker, name: source.name, sets, scene })
     }
 
     /// The engine of a name with this subject's scene.
@@ -132,6 +193,41 @@ impl Subject {
             self.arena.preset.name
         )))
     }
+}
+
+type Driven = (Box<PolicyMaker<'static>>, Option<Gains>);
+
+/// An ONNX file with this project's contract, or with the released interface; its gains if they are not the robot's.
+fn onnx(model: &RawModel, robot: &RobotModel, spec: &RobotSpec, dt_s: f64) -> Result<Driven, Failure> {
+    let path = model.path();
+    let template = task_contract(robot, spec, dt_s).map_err(Failure::input)?;
+    let policy = if model.metadata(CONTRACT_KEY).is_some() {
+        let policy = OnnxPolicy::load(path).map_err(Failure::input)?;
+        let found = policy.contract();
+        let expected = Contract { recurrent: found.recurrent, ..template.clone() };
+        let differences = expected.differences(found);
+        if !differences.is_empty() {
+            return Err(Failure::input(OnnxError::ContractDiffers { path: path.to_owned(), differences }));
+        }
+        policy
+    } else {
+        load_released(path, &template).map_err(Failure::input)?
+    };
+    let gains = gains(policy.contract(), robot)?;
+    let own = spec.resolve(robot).map_err(Failure::input)?;
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() <= 1e-3 * y.abs());
+    let same = near(&gains.stiffness, &own.stiffness) && near(&gains.damping, &own.damping);
+    let driver = OnnxDriver::new(Arc::new(policy), &template).map_err(Failure::input)?;
+    let maker = move || Ok(Box::new(driver.clone()) as Box<dyn Policy>);
+    Ok((Box::new(maker), (!same).then_some(gains)))
+}
+
+/// The contract's gains in model order.
+fn gains(contract: &Contract, robot: &RobotModel) -> Result<Gains, Failure> {
+    let names: Vec<&str> = contract.joints.iter().map(|j| j.name.as_str()).collect();
+    let order = Permutation::between(&names, &robot.joint_names()).map_err(Failure::input)?;
+    let of = |f: fn(&JointContract) -> f64| order.indices().iter().map(|&i| f(&contract.joints[i])).collect();
+    Ok(Gains { stiffness: of(|j| j.stiffness), damping: of(|j| j.damping) })
 }
 
 fn task_preset(common: &Common, trained: TaskPreset) -> Result<TaskPreset, Failure> {

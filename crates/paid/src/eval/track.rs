@@ -21,6 +21,9 @@ pub struct Args {
     /// Starts with reset noise a clip, besides the exact one.
     #[arg(long, default_value_t = 20)]
     starts: usize,
+    /// Runs end at the motion's end or a fall only, not at the limits of training: for policies that drift.
+    #[arg(long)]
+    no_limits: bool,
     /// Print one line of JSON an engine.
     #[arg(long)]
     json: bool,
@@ -40,8 +43,9 @@ struct Whole<'a> {
 
 /// Scores in one engine or in both, one after the other.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common)?;
-    let options = TrackingOptions { starts: args.starts, sets: subject.sets.clone() };
+    let mut subject = Subject::load(&args.common, "stage1")?;
+    let options =
+        TrackingOptions { starts: args.starts, sets: subject.sets.clone(), limits: !args.no_limits };
     let engines = match args.common.engine {
         EngineName::Both => vec![EngineName::Builtin, EngineName::Mujoco],
         one => vec![one],

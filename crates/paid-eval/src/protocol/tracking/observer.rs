@@ -26,6 +26,8 @@ pub(super) struct Watch {
     robot_foot: FootRange,
     fell: bool,
     ended: Option<Ending>,
+    /// A fall ends the run.
+    until_fall: bool,
     frames_seen: usize,
 }
 
@@ -53,7 +55,7 @@ impl FootRange {
 }
 
 impl Watch {
-    pub(super) fn new(arena: &Arena, motion: usize) -> Self {
+    pub(super) fn new(arena: &Arena, motion: usize, until_fall: bool) -> Self {
         let index = |name: &String| arena.robot.body_index(name);
         let tracked: Vec<usize> = arena.spec.tracked_bodies.iter().filter_map(index).collect();
         Self {
@@ -70,6 +72,7 @@ impl Watch {
             robot_foot: FootRange::new(),
             fell: false,
             ended: None,
+            until_fall,
             frames_seen: 0,
         }
     }
@@ -91,7 +94,7 @@ impl Watch {
         RunScore {
             motion: self.motion,
             exact,
-            completed: self.ended == Some(Ending::Over),
+            completed: self.ended == Some(Ending::Over) && !(self.until_fall && self.fell),
             fell: self.fell,
             frames: self.frames_seen,
             errors: tracking_errors(&self.robot, &self.reference).unwrap_or_default(),
@@ -135,6 +138,6 @@ impl Observer for Watch {
         self.fell |= fallen(base.pos[2], base.rot[2][2], self.nominal_height_m);
         self.ended = self.ended.or(ended);
         self.frames_seen += 1;
-        ended.is_some()
+        ended.is_some() || (self.until_fall && self.fell)
     }
 }

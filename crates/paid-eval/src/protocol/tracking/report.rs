@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::TrackingOptions;
 use crate::engine::EngineFacts;
 use crate::episodes::Arena;
 use crate::metrics::statistics::{Share, mean};
@@ -165,6 +166,8 @@ pub struct SetScore {
 pub struct TrackingReport {
     /// Who simulated.
     pub engine: EngineFacts,
+    /// Whether the limits of training ended runs, or only falls.
+    pub limits: bool,
     /// Sets in order of first appearance, then all clips together.
     pub sets: Vec<SetScore>,
     /// Clips in library order.
@@ -176,7 +179,8 @@ pub struct TrackingReport {
 }
 
 impl TrackingReport {
-    pub(super) fn new(arena: &Arena, sets: &[String], runs: Vec<RunScore>) -> Self {
+    pub(super) fn new(arena: &Arena, options: &TrackingOptions, runs: Vec<RunScore>) -> Self {
+        let sets = &options.sets;
         let pick = |f: &dyn Fn(&RunScore) -> bool| runs.iter().filter(|r| f(r)).collect::<Vec<_>>();
         let done = |runs: &[&RunScore]| Share::of(runs.iter().map(|r| r.completed));
         let clips = (0..arena.library.len())
@@ -220,7 +224,7 @@ impl TrackingReport {
             scores.push(score("all", &|_| true));
         }
         let engine = arena.engine.facts(&arena.preset);
-        Self { engine, sets: scores, clips, paper: PAPER_ROWS.to_vec(), runs }
+        Self { engine, limits: options.limits, sets: scores, clips, paper: PAPER_ROWS.to_vec(), runs }
     }
 
     /// The report as text.
@@ -290,11 +294,12 @@ impl TrackingReport {
         }
         let engine = &self.engine;
         format!(
-            "{} ({} ms steps, {})\n\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
+            "{} ({} ms steps, {}); runs end {}\n\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
              kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}",
             engine.name,
             1e3 * engine.physics_dt_s,
-            engine.surfaces
+            engine.surfaces,
+            if self.limits { "at the limits of training" } else { "at a fall only" }
         )
     }
 }

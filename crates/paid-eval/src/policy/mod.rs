@@ -1,4 +1,7 @@
-//! What the evaluation asks of a policy.
+//! What the evaluation asks of a policy, and the policies that it knows: trained networks, ONNX files, a peer.
+
+mod onnx;
+mod twist2;
 
 use std::sync::Arc;
 
@@ -6,6 +9,9 @@ use paid_learn::model::PolicyState;
 use paid_task::EvalControl;
 
 use crate::EvalError;
+
+pub use onnx::OnnxDriver;
+pub use twist2::{Twist2, Twist2Facts};
 
 /// What a policy may look at before a control step.
 #[derive(Clone, Copy)]
@@ -20,8 +26,8 @@ pub struct Seen<'a> {
 
 /// A deterministic policy that drives a batch of environments. Matrices are feature-major `[features, envs]`.
 pub trait Policy: Send {
-    /// Length of the observation.
-    fn obs_dim(&self) -> usize;
+    /// Length of the task's observation; `None` for a policy that looks at the world itself.
+    fn obs_dim(&self) -> Option<usize>;
     /// Length of the action.
     fn action_dim(&self) -> usize;
     /// All environments begin an episode now: `envs` of them from here on, recurrent state zero.
@@ -46,8 +52,8 @@ pub struct ZeroPolicy {
 }
 
 impl Policy for ZeroPolicy {
-    fn obs_dim(&self) -> usize {
-        self.obs_dim
+    fn obs_dim(&self) -> Option<usize> {
+        Some(self.obs_dim)
     }
     fn action_dim(&self) -> usize {
         self.action_dim
@@ -80,8 +86,8 @@ impl LearnedPolicy {
 }
 
 impl Policy for LearnedPolicy {
-    fn obs_dim(&self) -> usize {
-        self.policy.obs_dim()
+    fn obs_dim(&self) -> Option<usize> {
+        Some(self.policy.obs_dim())
     }
     fn action_dim(&self) -> usize {
         self.policy.action_dim()

@@ -1,0 +1,122 @@
+//! Any ONNX graph over float tensors.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use prost::Message;
+use rten::{Model, NodeId, RunOptions, ThreadPool, Value, ValueOrView};
+
+use crate::error::OnnxError;
+use crate::proto::{ModelProto, ValueInfo};
+
+/// A graph that was read from a file, with its metadata; runs on the calling thread.
+pub struct RawModel {
+    path: PathBuf,
+    proto: ModelProto,
+    model: Model,
+    threads: Arc<ThreadPool>,
+}
+
+impl std::fmt::Debug for RawModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("RawModel").field("path", &self.path).finish_non_exhaustive()
+    }
+}
+
+impl RawModel {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read, is no ONNX model, or has an operator that the runtime lacks.
+    pub fn load(path: &Path) -> Result<Self, OnnxError> {
+        let bytes = std::fs::read(path).map_err(|source| OnnxError::Io { path: path.to_owned(), source })?;
+        Self::from_bytes(&bytes, path, decode(&bytes, path)?)
+    }
+
+    /// As [`Self::load`], from bytes that were decoded already; constants may be dropped from `proto`.
+    pub(crate) fn from_bytes(bytes: &[u8], path: &Path, mut proto: ModelProto) -> Result<Self, OnnxError> {
+        let model = Model::load(bytes.to_vec())
+            .map_err(|e| OnnxError::Graph { path: path.to_owned(), reason: one_line(&e) })?;
+        if let Some(graph) = &mut proto.graph {
+            // The runtime has its own copy of the constants.
+            graph.initializer.clear();
+            graph.node.clear();
+        }
+        // A policy is too small to gain from more than one thread.
+        let threads = Arc::new(ThreadPool::with_num_threads(1));
+        Ok(Self { path: path.to_owned(), proto, model, threads })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A metadata entry.
+    pub fn metadata(&self, key: &str) -> Option<&str> {
+        let entry = self.proto.metadata_props.iter().find(|e| e.key.as_deref() == Some(key))?;
+        Some(entry.value.as_deref().unwrap_or_default())
+    }
+
+    /// Shape of an input or output: outer `None` if there is none of this name, inner `None` if it has no fixed shape.
+    pub fn shape(&self, name: &str) -> Option<Option<Vec<i64>>> {
+        let graph = self.proto.graph.as_ref()?;
+        let value = graph.input.iter().chain(&graph.output).find(|v| v.name.as_deref() == Some(name))?;
+        Some(ValueInfo::shape(value))
+    }
+
+    /// Size of the last dimension of an input or output, if it is fixed.
+    pub fn width(&self, name: &str) -> Option<usize> {
+        let graph = self.proto.graph.as_ref()?;
+        let value = graph.input.iter().chain(&graph.output).find(|v| v.name.as_deref() == Some(name))?;
+        let shape = value.r#type.as_ref()?.tensor_type.as_ref()?.shape.as_ref()?;
+        shape.dim.last()?.dim_value.and_then(|d| usize::try_from(d).ok())
+    }
+
+    /// Values of the named outputs; each must have the given number of elements.
+    ///
+    /// # Errors
+    /// If an input or output does not exist, the runtime fails, or an output has another size.
+    pub fn run(
+        &self,
+        inputs: &[(&str, Vec<usize>, &[f32])],
+        outputs: &[(&'static str, usize)],
+    ) -> Result<Vec<Vec<f32>>, OnnxError> {
+        let failed = |reason: String| OnnxError::Graph { path: self.path.clone(), reason };
+        let node = |name: &str| self.model.node_id(name).map_err(|e| failed(one_line(&e)));
+        let mut given: Vec<(NodeId, ValueOrView)> = Vec::with_capacity(inputs.len());
+        for (name, shape, data) in inputs {
+            let value = Value::from_shape(shape, data.to_vec()).map_err(|e| failed(one_line(&e)))?;
+            given.push((node(name)?, value.into()));
+        }
+        let ids = outputs.iter().map(|(name, _)| node(name)).collect::<Result<Vec<_>, _>>()?;
+        let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.threads)));
+        let values = self.model.run(given, &ids, Some(options)).map_err(|e| failed(one_line(&e)))?;
+        outputs
+            .iter()
+            .zip(values)
+            .map(|(&(name, size), value)| match value.into_tensor::<f32>().map(|t| t.into_data()) {
+                Some(data) if data.len() == size => Ok(data),
+                Some(data) => {
+                    Err(failed(format!("output '{name}' has {} numbers, expected {size}", data.len())))
+                }
+                None => Err(failed(format!("output '{name}' is no float tensor"))),
+            })
+            .collect()
+    }
+}
+
+/// Decodes a file's bytes; `path` only names them.
+pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
+    let wrong = |reason: String| OnnxError::Decode { path: path.to_owned(), reason };
+    let proto = ModelProto::decode(bytes).map_err(|e| wrong(e.to_string()))?;
+    if proto.graph.is_none() {
+        return Err(wrong("it has no graph".to_owned()));
+    }
+    Ok(proto)
+}
+
+/// An error of the runtime as one line.
+pub(crate) fn one_line(error: &impl std::fmt::Display) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}
