@@ -184,5 +184,9 @@ fn a_ball_alone_moves_as_in_a_full_step() {
     alone.reset_lane(0, 0, &full.save_lane(0, 0));
     alone.step_balls(0, 3);
     (0..3).for_each(|_| step(&mut full));
-    assert_eq!(alone.state(0).ball.pos.0, full.state(0).ball.pos.0, "several steps at once are steps one by one");
+    assert_eq!(
+        alone.state(0).ball.pos.0,
+        full.state(0).ball.pos.0,
+        "several steps at once are steps one by one"
+    );
 }

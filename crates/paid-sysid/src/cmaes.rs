@@ -58,7 +58,8 @@ impl<const N: usize> CmaEs<N> {
         let n = N as f64;
         let path_step = (parents + 2.0) / (n + parents + 5.0);
         let rank_one = 2.0 / ((n + 1.3).powi(2) + parents);
-        let rank_mu = (2.0 * (parents - 2.0 + 1.0 / parents) / ((n + 2.0).powi(2) + parents)).min(1.0 - rank_one);
+        let rank_mu =
+            (2.0 * (parents - 2.0 + 1.0 / parents) / ((n + 2.0).powi(2) + parents)).min(1.0 - rank_one);
         let rates = Rates {
             parents,
             path_covariance: (4.0 + parents / n) / (n + 4.0 + 2.0 * parents / n),
@@ -177,7 +178,11 @@ impl<const N: usize> CmaEs<N> {
 mod tests {
     use super::*;
 
-    fn minimise<const N: usize>(population: usize, generations: usize, f: impl Fn(&[f64; N]) -> f64) -> [f64; N] {
+    fn minimise<const N: usize>(
+        population: usize,
+        generations: usize,
+        f: impl Fn(&[f64; N]) -> f64,
+    ) -> [f64; N] {
         let mut search = CmaEs::new([0.5; N], 0.2, population, Rng::new(3, 0, 0));
         for _ in 0..generations {
             let losses: Vec<f64> = search.ask().iter().map(&f).collect();
@@ -203,9 +208,14 @@ mod tests {
 
     #[test]
     fn a_candidate_without_a_loss_is_the_worst() {
-        let found = minimise(6, 400, |x: &[f64; 2]| {
-            if x[0] > 0.6 { f64::NAN } else { (x[0] - 0.4).powi(2) + (x[1] - 0.1).powi(2) }
-        });
+        let found =
+            minimise(
+                6,
+                400,
+                |x: &[f64; 2]| {
+                    if x[0] > 0.6 { f64::NAN } else { (x[0] - 0.4).powi(2) + (x[1] - 0.1).powi(2) }
+                },
+            );
         assert!((found[0] - 0.4).abs() < 1e-4 && (found[1] - 0.1).abs() < 1e-4, "{found:?}");
     }
 

@@ -59,6 +59,8 @@ pub struct Estimate {
     pub at_bound: bool,
     /// The judgement.
     pub verdict: Verdict,
+    /// The value that the surface takes instead, where these measurements do not tell.
+    pub kept: Option<f64>,
 }
 
 impl Estimate {
@@ -81,6 +83,13 @@ pub struct Confidence {
     pub noise_m: f64,
     /// Searches that fit as well as the best.
     pub agreeing: usize,
+}
+
+impl Confidence {
+    /// Rise of the squared error that stands out of the noise [m^2].
+    pub fn visible(&self) -> f64 {
+        VISIBLE * self.noise_m * self.noise_m
+    }
 }
 
 fn deviation(values: &[f64]) -> f64 {
@@ -128,6 +137,7 @@ pub fn judge(
                 flat: flat[i],
                 at_bound: (best[i] - lo).min(hi - best[i]) < 1e-3 * (hi - lo),
                 verdict: Verdict::Unseen,
+                kept: None,
             };
             let half = estimate.half_width();
             if estimate.standard_error.is_some() {
@@ -152,13 +162,14 @@ fn flat_ranges(
 ) -> [[f64; 2]; PARAMETERS] {
     std::array::from_fn(|i| {
         let [lo, hi] = problem.options.range[i];
-        let places: Vec<f64> =
-            (0..PLACES).map(|k| lo + (hi - lo) * k as f64 / (PLACES - 1) as f64).collect();
+        let places: Vec<f64> = (0..PLACES).map(|k| lo + (hi - lo) * k as f64 / (PLACES - 1) as f64).collect();
         let candidates: Vec<Parameters> = places
             .iter()
             .map(|&x| {
                 let mut p = *best;
                 p[i] = x;
+                // A dynamic friction above it would hide a small static one.
+                p[1] = if i == 0 { p[1].min(x) } else { p[1] };
                 p
             })
             .collect();
@@ -188,7 +199,7 @@ fn curvature(problem: &Problem<'_>, lab: &mut dyn Lab, best: &Parameters, noise:
         candidates.extend([below, above]);
     }
     let flat = |c: Vec<Vec<f64>>| c.concat();
-    let curves: Vec<Vec<f64>> = problem.simulate(lab, &candidates).into_iter().map(flat).collect();
+    let curves: Vec<Vec<f64>> = problem.residuals(lab, &candidates).into_iter().map(flat).collect();
     let slopes: [Vec<f64>; PARAMETERS] = std::array::from_fn(|i| {
         let (below, above) = (&curves[2 * i], &curves[2 * i + 1]);
         below.iter().zip(above).map(|(a, b)| (b - a) / widths[i]).collect()

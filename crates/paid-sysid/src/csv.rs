@@ -57,7 +57,8 @@ pub struct Run {
 /// # Errors
 /// File, line, column, expected, found.
 pub fn read_runs(path: &Path, quantity: Quantity) -> Result<Vec<Run>, SysidError> {
-    let text = fs::read_to_string(path).map_err(|source| SysidError::Read { path: path.to_owned(), source })?;
+    let text =
+        fs::read_to_string(path).map_err(|source| SysidError::Read { path: path.to_owned(), source })?;
     parse_runs(path, &text, quantity)
 }
 

@@ -55,7 +55,9 @@ pub enum SysidError {
     #[error("{0}")]
     Mujoco(String),
     /// No candidate gave a finite loss.
-    #[error("identification: expected at least one candidate with a finite loss, found none in {0} generations")]
+    #[error(
+        "identification: expected at least one candidate with a finite loss, found none in {0} generations"
+    )]
     NoFit(usize),
 }
 

@@ -5,10 +5,10 @@ use paid_physics::{BallParams, Material, SceneConfig};
 use serde::Serialize;
 
 use crate::SysidError;
-use crate::confidence::{Confidence, judge};
+use crate::confidence::{Confidence, Verdict, judge};
 use crate::csv::{Quantity, Run};
 use crate::lab::{Lab, Launch, Start, engine_lab};
-use crate::options::{Options, Parameters, Repeats, with_parameters};
+use crate::options::{Options, Parameters, Repeats, Starts, Unseen, parameters_of, with_parameters};
 use crate::search::{Problem, Search, search, starts};
 use crate::trial::{Trial, trials};
 
@@ -37,6 +37,8 @@ pub struct Identification {
     pub ball: BallParams,
     /// The ground that it was identified on, which is held.
     pub ground: Material,
+    /// True if initial heights and speeds were corrected by the whole runs.
+    pub starts_refined: bool,
     /// Loss of the best candidate [m^2].
     pub loss: f64,
     /// Root mean square of measured less simulated heights [m].
@@ -58,7 +60,7 @@ pub struct Identification {
 }
 
 /// Identifies the ball's surface and damping from measured `drops` and `rolls` on the flat ground of `scene`. Of `ball`, mass,
-/// radius and inertia are kept.
+/// radius and inertia are kept, and by default the parameters that the measurements do not show.
 ///
 /// # Errors
 /// If an option is out of range, nothing was measured, or the engine refuses the scene.
@@ -89,13 +91,18 @@ pub fn identify(
     best[0] = best[0].max(best[1]);
     let singles = repeat_fits(drops, rolls, ball, lab, options, &best);
     let optima: Vec<Parameters> = searches.iter().map(|s| s.best).collect();
-    let confidence = judge(&problem, lab, &best, &optima, &singles);
+    let mut confidence = judge(&problem, lab, &best, &optima, &singles);
+    if options.unseen == Unseen::Kept {
+        best = keep_unseen(&problem, lab, best, &mut confidence);
+    }
+    let refined = problem.refined(lab, &best);
     let ball = with_parameters(ball, &best);
-    let drops = overlays(&problem, lab, &ball, Quantity::Height);
-    let rolls = overlays(&problem, lab, &ball, Quantity::Distance);
+    let drops = overlays(&refined, lab, &ball, Quantity::Height);
+    let rolls = overlays(&refined, lab, &ball, Quantity::Distance);
     Ok(Identification {
         ball,
         ground: scene.ground,
+        starts_refined: options.starts == Starts::Refined,
         loss,
         drop_rms_m: rms(&drops),
         roll_rms_m: rms(&rolls),
@@ -128,7 +135,8 @@ fn repeat_fits(
         return Vec::new();
     }
     let options = Options { repeats: Repeats::Joint, ..options.clone() };
-    let of = |runs: &[Run], i: usize| runs.get(i % runs.len().max(1)).cloned().into_iter().collect::<Vec<_>>();
+    let of =
+        |runs: &[Run], i: usize| runs.get(i % runs.len().max(1)).cloned().into_iter().collect::<Vec<_>>();
     (0..count)
         .map(|i| {
             let one = both(&of(drops, i), &of(rolls, i), &options);
@@ -138,10 +146,34 @@ fn repeat_fits(
         .collect()
 }
 
+/// The best parameters with those that are not seen put back to the value of the problem's ball, as far as that fits as well.
+fn keep_unseen(
+    problem: &Problem<'_>,
+    lab: &mut dyn Lab,
+    best: Parameters,
+    confidence: &mut Confidence,
+) -> Parameters {
+    let known = parameters_of(&problem.ball);
+    let mut kept = best;
+    for (i, e) in confidence.estimates.iter().enumerate().filter(|(_, e)| e.verdict == Verdict::Unseen) {
+        kept[i] = known[i].clamp(e.flat[0], e.flat[1]);
+    }
+    kept[0] = kept[0].max(kept[1]);
+    // Each alone fits as well; together they need not.
+    let sums = problem.square_sums(lab, &[best, kept]);
+    if !(sums[1] - sums[0] <= confidence.visible()) {
+        return best;
+    }
+    for (i, e) in confidence.estimates.iter_mut().enumerate().filter(|(_, e)| e.verdict == Verdict::Unseen) {
+        e.kept = Some(kept[i]);
+    }
+    kept
+}
+
 /// Measured and simulated runs of one quantity.
-fn overlays(problem: &Problem<'_>, lab: &mut dyn Lab, ball: &BallParams, quantity: Quantity) -> Vec<Overlay> {
+fn overlays(trials: &[Trial], lab: &mut dyn Lab, ball: &BallParams, quantity: Quantity) -> Vec<Overlay> {
     let mut out = Vec::new();
-    for trial in problem.trials.iter().filter(|t| t.quantity == quantity) {
+    for trial in trials.iter().filter(|t| t.quantity == quantity) {
         let end = trial.times.last().copied().unwrap_or(0.0);
         let dense: Vec<f64> = (0..=(end / CURVE_S) as usize).map(|i| CURVE_S * i as f64).collect();
         let launch = |times| Launch { ball: *ball, start: trial.start, times };

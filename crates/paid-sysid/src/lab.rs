@@ -76,7 +76,9 @@ impl<V: Real> EngineLab<V> {
     pub fn new(scene: &SceneConfig) -> Result<Self, SysidError> {
         let scene = SceneConfig { terrain: Terrain::Plane, ball: true, ..scene.clone() };
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let fits = |e: &dyn std::fmt::Display| SysidError::option("the built-in robot", "a valid one", e.to_string());
+        let fits = |e: &dyn std::fmt::Display| {
+            SysidError::option("the built-in robot", "a valid one", e.to_string())
+        };
         let control = spec.resolve(&model).map_err(|e| fits(&e))?;
         let feet = spec.indices(&model).map_err(|e| fits(&e))?.feet;
         let spec = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
@@ -187,7 +189,8 @@ mod tests {
         let impact = (2.0 * 1.5 / G).sqrt();
         for (t, h) in times.iter().zip(found) {
             let up = t - impact;
-            let exact = if up < 0.0 { 1.5 - 0.5 * G * t * t } else { 0.7 * G * impact * up - 0.5 * G * up * up };
+            let exact =
+                if up < 0.0 { 1.5 - 0.5 * G * t * t } else { 0.7 * G * impact * up - 0.5 * G * up * up };
             // To the second impact.
             if up < 2.0 * 0.7 * impact {
                 assert!((h - exact).abs() < 0.005, "at {t}: {h}, expected {exact}");
@@ -202,7 +205,11 @@ mod tests {
         for (linear, angular) in [(0.01, 4.28), (0.5, 1.0)] {
             let ball = with_parameters(&BallParams::default(), &[0.9, 0.1, 0.7, linear, angular]);
             let start = Start::Roll { speed: 2.0, offset_m: 0.3, spin: 1.0 };
-            let found = &EngineLab::<f64>::new(&scene()).expect("scene").run(&[Launch { ball, start, times: &times }])[0];
+            let found = &EngineLab::<f64>::new(&scene()).expect("scene").run(&[Launch {
+                ball,
+                start,
+                times: &times,
+            }])[0];
             let rate = (linear + k * angular) / (1.0 + k);
             for (t, d) in times.iter().zip(found) {
                 let exact = 0.3 + 2.0 / rate * (1.0 - (-rate * t).exp());

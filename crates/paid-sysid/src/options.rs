@@ -43,6 +43,27 @@ pub enum Repeats {
     Mean,
 }
 
+/// Where the simulated experiments begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Starts {
+    /// At the first height, and at the speed of the first samples (paper).
+    FirstSamples,
+    /// There, corrected by what makes the whole run fit best, for every candidate: a speed from few samples is the largest
+    /// error of a roll.
+    Refined,
+}
+
+/// What becomes of parameters that the measurements do not show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unseen {
+    /// They keep the value of the ball put in, moved into the range that fits as well.
+    Kept,
+    /// They take the value at which the best search happened to end (paper).
+    Fitted,
+}
+
 /// Numbers of an identification.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -79,6 +100,10 @@ pub struct Options {
     pub spin: f64,
     /// Repeats.
     pub repeats: Repeats,
+    /// Initial heights and speeds.
+    pub starts: Starts,
+    /// Parameters that are not seen.
+    pub unseen: Unseen,
     /// Positions are not trusted beyond this [m], however well the curves agree.
     pub resolution_m: f64,
     /// Seed of the searches.
@@ -103,6 +128,8 @@ impl Default for Options {
             speed_window_s: 0.5,
             spin: 1.0,
             repeats: Repeats::Joint,
+            starts: Starts::FirstSamples,
+            unseen: Unseen::Kept,
             resolution_m: 0.001,
             seed: 0,
         }

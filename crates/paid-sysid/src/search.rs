@@ -6,10 +6,19 @@ use serde::Serialize;
 
 use crate::cmaes::CmaEs;
 use crate::csv::Quantity;
-use crate::lab::{Lab, Launch};
-use crate::options::{Options, PARAMETERS, Parameters, with_parameters};
+use crate::lab::{Lab, Launch, Start};
+use crate::options::{Options, PARAMETERS, Parameters, Starts, with_parameters};
 use crate::trial::Trial;
 
+/// Change of a drop's height [m] and share of a roll's speed from which their effects are computed.
+const SHIFT_M: f64 = 0.005;
+const SHIFT_SHARE: f64 = 0.01;
+/// What a start taken from first samples may be wrong by [m, share of the speed], and a sample [m] (standard deviations).
+const START_SD_M: f64 = 0.03;
+const START_SD_SHARE: f64 = 0.1;
+const SAMPLE_SD_M: f64 = 0.005;
+/// Steps from the first guess of a start to its best value.
+const REFINEMENTS: usize = 3;
 /// Streams of the random numbers: places of the restarts, and steps of each search.
 const PLACES: u32 = 0;
 const STEPS: u32 = 1;
@@ -51,26 +60,63 @@ pub struct Search {
 }
 
 impl Problem<'_> {
-    /// Trajectories `[candidate][trial][sample]` [m].
-    pub fn simulate(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<Vec<Vec<f64>>> {
-        let mut launches = Vec::with_capacity(candidates.len() * self.trials.len());
+    /// Measured less simulated positions `[candidate][trial][sample]` [m]. If the starts are to be refined, each trial's best
+    /// correction of its start is taken out first.
+    pub fn residuals(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<Vec<Vec<f64>>> {
+        let refine = self.options.starts == Starts::Refined;
+        let mut launches = Vec::with_capacity(candidates.len() * self.trials.len() * 2);
         for candidate in candidates {
             let ball = with_parameters(&self.ball, candidate);
             for trial in &self.trials {
                 launches.push(Launch { ball, start: trial.start, times: &trial.times });
+                if refine {
+                    launches.push(Launch { ball, start: shifted(trial.start).0, times: &trial.times });
+                }
             }
         }
         let mut all = lab.run(&launches).into_iter();
-        candidates.iter().map(|_| all.by_ref().take(self.trials.len()).collect()).collect()
+        let mut of_trial = |trial: &&Trial| {
+            let base = all.next().unwrap_or_default();
+            let residual = trial.values.iter().zip(&base).map(|(m, s)| m - s).collect();
+            if !refine {
+                return residual;
+            }
+            let moved = all.next().unwrap_or_default();
+            correct(trial, residual, &base, &moved).0
+        };
+        candidates.iter().map(|_| self.trials.iter().map(&mut of_trial).collect()).collect()
+    }
+
+    /// The trials with the starts that fit a candidate best; unchanged if starts are not refined.
+    pub fn refined(&self, lab: &mut dyn Lab, candidate: &Parameters) -> Vec<Trial> {
+        let mut trials: Vec<Trial> = self.trials.iter().map(|t| (*t).clone()).collect();
+        if self.options.starts == Starts::FirstSamples {
+            return trials;
+        }
+        let ball = with_parameters(&self.ball, candidate);
+        for trial in &mut trials {
+            // The motion is not quite linear in its start.
+            for _ in 0..REFINEMENTS {
+                let launch = |start| Launch { ball, start, times: &trial.times };
+                let found = lab.run(&[launch(trial.start), launch(shifted(trial.start).0)]);
+                let residual = trial.values.iter().zip(&found[0]).map(|(m, s)| m - s).collect();
+                let [along, offset] = correct(trial, residual, &found[0], &found[1]).1;
+                match &mut trial.start {
+                    Start::Drop { height_m } => *height_m += along,
+                    Start::Roll { speed, offset_m, .. } => {
+                        *speed += along;
+                        *offset_m += offset;
+                    }
+                }
+            }
+        }
+        trials
     }
 
     /// Sum of squared differences of each trial [m^2], for every candidate.
     fn trial_errors(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<Vec<f64>> {
-        let of_trial = |(found, trial): (&Vec<f64>, &&Trial)| {
-            found.iter().zip(&trial.values).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
-        };
-        let simulated = self.simulate(lab, candidates);
-        simulated.iter().map(|c| c.iter().zip(&self.trials).map(of_trial).collect()).collect()
+        let squares = |r: &Vec<f64>| r.iter().map(|x| x * x).sum::<f64>();
+        self.residuals(lab, candidates).iter().map(|c| c.iter().map(squares).collect()).collect()
     }
 
     /// Weight of a trial's squared error: lambda over the number of repeats.
@@ -98,6 +144,40 @@ impl Problem<'_> {
     pub fn samples(&self) -> usize {
         self.trials.iter().map(|t| t.times.len()).sum()
     }
+}
+
+/// A slightly different start, and by how much: height [m] or speed [m/s].
+fn shifted(start: Start) -> (Start, f64) {
+    match start {
+        Start::Drop { height_m } => (Start::Drop { height_m: height_m + SHIFT_M }, SHIFT_M),
+        Start::Roll { speed, offset_m, spin } => {
+            let shift = SHIFT_SHARE * speed.abs().max(0.1);
+            (Start::Roll { speed: speed + shift, offset_m, spin }, shift)
+        }
+    }
+}
+
+/// Takes the best correction of a trial's start out of its residual, by least squares from the motion with the start shifted.
+/// Also returns the correction: height [m] or speed [m/s], and the distance at the start [m].
+fn correct(trial: &Trial, residual: Vec<f64>, base: &[f64], moved: &[f64]) -> (Vec<f64>, [f64; 2]) {
+    let shift = shifted(trial.start).1;
+    let slope: Vec<f64> = base.iter().zip(moved).map(|(a, b)| (b - a) / shift).collect();
+    // Corrections beyond what a first sample may be wrong by are held back.
+    let (start_sd, has_offset) = match trial.start {
+        Start::Drop { .. } => (START_SD_M, 0.0),
+        Start::Roll { speed, .. } => (START_SD_SHARE * speed.abs().max(0.1), 1.0),
+    };
+    let n = slope.len() as f64 * has_offset;
+    let sum = |x: &[f64]| x.iter().sum::<f64>() * has_offset;
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>();
+    let (gg, g1) = (dot(&slope, &slope) + (SAMPLE_SD_M / start_sd).powi(2), sum(&slope));
+    let (gr, r1) = (dot(&slope, &residual), sum(&residual));
+    // Normal equations of slope and offset; without an offset, of the slope alone.
+    let n = n.max(1e-9);
+    let along = (gr - g1 * r1 / n) / (gg - g1 * g1 / n).max(1e-12);
+    let offset = has_offset * (r1 - g1 * along) / n;
+    let left = residual.iter().zip(&slope).map(|(r, g)| r - g * along - offset).collect();
+    (left, [along, offset])
 }
 
 /// Where the searches of an identification begin: the first at the initial values, the others anywhere in the ranges.

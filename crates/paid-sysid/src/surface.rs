@@ -38,7 +38,28 @@ pub struct Evidence {
     pub half_width: f64,
 }
 
+/// The shipped surfaces: name and file.
+const SHIPPED: [(&str, &str); 2] = [
+    ("hard", include_str!("../../../configs/surfaces/hard.toml")),
+    ("grass", include_str!("../../../configs/surfaces/grass.toml")),
+];
+
 impl Surface {
+    /// A shipped surface by name (`hard` or `grass`, the paper's two), or one from a `.toml` file.
+    ///
+    /// # Errors
+    /// As [`Surface::read`], or if there is no surface of that name.
+    pub fn load(name: &str) -> Result<Self, SysidError> {
+        if Path::new(name).extension().is_some_and(|e| e == "toml") {
+            return Self::read(Path::new(name));
+        }
+        let found = SHIPPED.iter().find(|(shipped, _)| *shipped == name);
+        let (_, text) = found.ok_or_else(|| {
+            SysidError::option("surface", "hard, grass or the path of a .toml file", format!("'{name}'"))
+        })?;
+        Self::parse(Path::new(name), text)
+    }
+
     /// The surface of an identification.
     pub fn of(name: &str, found: &Identification) -> Self {
         let evidence = found.confidence.estimates.iter().map(|e| {
@@ -117,14 +138,15 @@ mod tests {
 
     #[test]
     fn the_papers_two_surfaces_are_shipped() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/surfaces");
         for (name, values) in
             [("hard", [0.77, 0.07, 0.75, 0.01, 4.28]), ("grass", [0.98, 0.15, 0.71, 0.01, 4.95])]
         {
-            let surface = Surface::read(&folder.join(format!("{name}.toml"))).expect("shipped");
+            let surface = Surface::load(name).expect("shipped");
             assert_eq!(surface.name, name);
             assert_eq!(crate::options::parameters_of(&surface.ball_params), values);
         }
+        let error = Surface::load("mud").expect_err("not shipped").to_string();
+        assert!(error.contains("hard, grass") && error.contains("'mud'"), "{error}");
     }
 
     #[test]
@@ -133,7 +155,8 @@ mod tests {
             name: "yard".into(),
             ball_params: BallParams::default(),
             ground: Some(Material { static_friction: 1.0, dynamic_friction: 1.0, restitution: 0.8 }),
-            evidence: [("restitution".to_owned(), Evidence { verdict: "sharp".into(), half_width: 0.01 })].into(),
+            evidence: [("restitution".to_owned(), Evidence { verdict: "sharp".into(), half_width: 0.01 })]
+                .into(),
         };
         let text = surface.to_toml(&["how it was made".into()]).expect("writes");
         assert!(text.starts_with("# how it was made\n"));
@@ -155,7 +178,8 @@ mod tests {
             ("restitution", "bounciness", ["yard.toml", "bounciness", "restitution"]),
             ("mass_kg = 0.43", "mass_kg = nan", ["mass_kg", "a positive number", "NaN"]),
         ] {
-            let error = Surface::parse(Path::new("yard.toml"), &text.replace(from, to)).expect_err("bad").to_string();
+            let error =
+                Surface::parse(Path::new("yard.toml"), &text.replace(from, to)).expect_err("bad").to_string();
             for part in parts {
                 assert!(error.contains(part), "{part}: {error}");
             }

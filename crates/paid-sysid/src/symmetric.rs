@@ -45,7 +45,8 @@ mod tests {
 
     #[test]
     fn vectors_and_values_rebuild_the_matrix() {
-        let matrix = [[4.0, 1.0, -2.0, 0.0], [1.0, 3.0, 0.5, 0.0], [-2.0, 0.5, 1.0, 0.0], [0.0, 0.0, 0.0, -7.0]];
+        let matrix =
+            [[4.0, 1.0, -2.0, 0.0], [1.0, 3.0, 0.5, 0.0], [-2.0, 0.5, 1.0, 0.0], [0.0, 0.0, 0.0, -7.0]];
         let (values, vectors) = eigen(&matrix);
         for i in 0..4 {
             for j in 0..4 {

@@ -10,6 +10,9 @@ use crate::search::Stop;
 /// Correlations from here on are spelt out.
 const STRONG: f64 = 0.8;
 
+const ROUGH_STARTS: &str = "The rolls fit much worse than the drops: the first samples give a rough initial speed. --starts refined \
+                            corrects it, or film with more frames a second.";
+
 impl Identification {
     /// Parameters, correlations and remarks. `truth`, if known, is set beside the values.
     pub fn table(&self, truth: Option<&Parameters>) -> String {
@@ -110,6 +113,11 @@ impl Identification {
                 }
             }
         }
+        if let (Some(roll), false) = (self.roll_rms_m, self.starts_refined)
+            && self.drop_rms_m.is_some_and(|drop| roll > 2.0 * drop)
+        {
+            out.push(ROUGH_STARTS.to_owned());
+        }
         let half = self.searches.len() / 2;
         if c.agreeing <= half && self.searches.len() > 1 {
             out.push(format!(
@@ -132,8 +140,13 @@ fn unseen(e: &Estimate) -> String {
         }
         _ => "",
     };
+    let taken = match e.kept {
+        Some(kept) => format!("the surface takes {kept:.3}, which is no measurement"),
+        None => format!("{:.3} is no measurement", e.value),
+    };
+    let [low, high] = e.flat;
+    let name = e.name;
     format!(
-        "{} cannot be identified from these measurements: {:.3} to {:.3} fit as well, and {:.3} is no measurement.{why}",
-        e.name, e.flat[0], e.flat[1], e.value
+        "{name} cannot be identified from these measurements: {low:.3} to {high:.3} fit as well; {taken}.{why}"
     )
 }

@@ -140,7 +140,10 @@ mod tests {
                     0.2 + if rate == 0.0 { 2.5 * t } else { 2.5 * (1.0 - (-rate * t).exp()) / rate }
                 });
                 let (speed, offset) = rolling_start(&roll.times, &roll.values, 0.5);
-                assert!((speed - 2.5).abs() < 0.01 && (offset - 0.2).abs() < 0.002, "{rate} {camera}: {speed}");
+                assert!(
+                    (speed - 2.5).abs() < 0.01 && (offset - 0.2).abs() < 0.002,
+                    "{rate} {camera}: {speed}"
+                );
             }
         }
         // Constant deceleration, as of a sliding ball.

@@ -31,7 +31,12 @@ pub(crate) struct Kernels<V: Real> {
 
 impl<V: Real> Kernels<V> {
     const fn new() -> Self {
-        Self { step: step::<V>, refresh: refresh::<V>, balls: ball_steps::<V>, accelerations: validate::accelerations::<V> }
+        Self {
+            step: step::<V>,
+            refresh: refresh::<V>,
+            balls: ball_steps::<V>,
+            accelerations: validate::accelerations::<V>,
+        }
     }
 
     /// The table of a lane type.

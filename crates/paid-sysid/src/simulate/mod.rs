@@ -171,11 +171,8 @@ mod tests {
 
     #[test]
     fn repeats_differ_and_the_noise_is_as_large_as_asked() {
-        let source = Source::Engine {
-            ball: BallParams::default(),
-            scene: SceneConfig::default(),
-            isa: Isa::Portable,
-        };
+        let source =
+            Source::Engine { ball: BallParams::default(), scene: SceneConfig::default(), isa: Isa::Portable };
         let exact = simulate(&Experiment { noise_m: 0.0, ..Experiment::default() }, &source).expect("runs");
         let noisy = simulate(&Experiment::default(), &source).expect("runs");
         assert_eq!((exact.drops.len(), exact.rolls.len(), exact.drops[0].times.len()), (5, 5, 21));
@@ -195,7 +192,8 @@ mod tests {
     #[test]
     fn an_impossible_experiment_is_refused() {
         let source = Source::Fifa(FifaFigures::TURF);
-        let error = simulate(&Experiment { rate_hz: 1.0, ..Experiment::default() }, &source).expect_err("too slow");
+        let error =
+            simulate(&Experiment { rate_hz: 1.0, ..Experiment::default() }, &source).expect_err("too slow");
         assert!(error.to_string().contains("rate_hz: expected 5 to 1000, found 1"), "{error}");
     }
 }
