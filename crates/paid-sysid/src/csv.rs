@@ -50,6 +50,8 @@ pub struct Run {
     pub times: Vec<f64>,
     /// Heights or distances [m].
     pub values: Vec<f64>,
+    /// Spin of a rolling ball at the first sample where it is not that of the options: 1 rolls, 0 slides.
+    pub spin: Option<f64>,
 }
 
 /// Reads the runs of a file.
@@ -151,7 +153,7 @@ pub fn parse_runs(path: &Path, text: &str, quantity: Quantity) -> Result<Vec<Run
             let expected = format!("all rows of run '{name}' together (it began on line {})", earlier.line);
             return place.bad("run", expected, "another run between them");
         }
-        let run = Run { name: name.to_owned(), times: vec![0.0], values: vec![value] };
+        let run = Run { name: name.to_owned(), times: vec![0.0], values: vec![value], spin: None };
         runs.push(Open { run, start: time, line });
     }
     if runs.is_empty() {
@@ -235,7 +237,8 @@ mod tests {
     #[test]
     fn what_is_written_reads_back() {
         let times: Vec<f64> = (0..6).map(|i| 0.1 * f64::from(i)).collect();
-        let run = |name: &str| Run { name: name.into(), times: times.clone(), values: vec![0.5; 6] };
+        let run =
+            |name: &str| Run { name: name.into(), times: times.clone(), values: vec![0.5; 6], spin: None };
         let runs = vec![run("a"), run("b")];
         let text = write_runs(&runs, Quantity::Height, &["note".into()]);
         let back = parse(&text).expect("good");

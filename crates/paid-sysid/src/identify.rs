@@ -10,7 +10,7 @@ use crate::csv::{Quantity, Run};
 use crate::lab::{Lab, Launch, Start, engine_lab};
 use crate::options::{Options, Parameters, Repeats, Starts, Unseen, parameters_of, with_parameters};
 use crate::search::{Problem, Search, search, starts};
-use crate::trial::{Trial, trials};
+use crate::trial::{Trial, repeats, trials};
 
 /// Initial step of a fit to one repeat, which begins at the common best, in units of the ranges.
 const REPEAT_SCALE: f64 = 0.05;
@@ -80,7 +80,8 @@ pub fn identify(
     let lab = lab.as_mut();
     let all = both(drops, rolls, options);
     let problem = Problem { ball: *ball, trials: all.iter().collect(), options };
-    let searches = search(&problem, lab, &starts(options), options.scale);
+    let begins = starts(&problem, lab);
+    let searches = search(&problem, lab, &begins, options.scale);
     let best = searches
         .iter()
         .filter(|s| s.loss.is_finite())
@@ -130,16 +131,17 @@ fn repeat_fits(
     options: &Options,
     best: &Parameters,
 ) -> Vec<Parameters> {
-    let count = drops.len().max(rolls.len());
+    let (drops, rolls) = (repeats(drops), repeats(rolls));
+    let count = drops.iter().chain(&rolls).map(Vec::len).max().unwrap_or(0);
     if count < 2 {
         return Vec::new();
     }
     let options = Options { repeats: Repeats::Joint, ..options.clone() };
     let of =
-        |runs: &[Run], i: usize| runs.get(i % runs.len().max(1)).cloned().into_iter().collect::<Vec<_>>();
+        |groups: &[Vec<Run>], i: usize| groups.iter().map(|g| g[i % g.len()].clone()).collect::<Vec<_>>();
     (0..count)
         .map(|i| {
-            let one = both(&of(drops, i), &of(rolls, i), &options);
+            let one = both(&of(&drops, i), &of(&rolls, i), &options);
             let problem = Problem { ball: *ball, trials: one.iter().collect(), options: &options };
             search(&problem, lab, &[*best], REPEAT_SCALE)[0].best
         })
@@ -161,7 +163,7 @@ fn keep_unseen(
     kept[0] = kept[0].max(kept[1]);
     // Each alone fits as well; together they need not.
     let sums = problem.square_sums(lab, &[best, kept]);
-    if !(sums[1] - sums[0] <= confidence.visible()) {
+    if sums[1].is_nan() || sums[1] - sums[0] > confidence.visible() {
         return best;
     }
     for (i, e) in confidence.estimates.iter_mut().enumerate().filter(|(_, e)| e.verdict == Verdict::Unseen) {

@@ -83,9 +83,11 @@ pub struct Options {
     pub patience: usize,
     /// Generations after which a search ends anyway (the algorithm's T; no number given).
     pub generations: usize,
-    /// Searches: the first starts at `initial`, the others at random places. With a population of 4 a single search can
+    /// Searches: the first starts at `initial`, the others at random. With a population of 4 a single search can
     /// be caught; the spread over searches shows it.
     pub restarts: usize,
+    /// Random places of which the best becomes the start of a search other than the first.
+    pub screening: usize,
     /// Weight of the squared height errors, lambda_1.
     pub weight_drop: f64,
     /// Weight of the squared distance errors, lambda_2.
@@ -121,6 +123,7 @@ impl Default for Options {
             patience: 1,
             generations: 1000,
             restarts: 16,
+            screening: 64,
             weight_drop: 1.0,
             weight_roll: 1.0,
             every_s: 0.1,
@@ -178,6 +181,7 @@ impl Options {
             ("patience", self.patience, 1, 1_000_000),
             ("generations", self.generations, 1, 1_000_000),
             ("restarts", self.restarts, 1, 1024),
+            ("screening", self.screening, 1, 100_000),
         ] {
             if !(least..=most).contains(&n) {
                 return Err(SysidError::option(name, &format!("{least} to {most}"), n));

@@ -180,14 +180,21 @@ fn correct(trial: &Trial, residual: Vec<f64>, base: &[f64], moved: &[f64]) -> (V
     (left, [along, offset])
 }
 
-/// Where the searches of an identification begin: the first at the initial values, the others anywhere in the ranges.
-pub fn starts(options: &Options) -> Vec<Parameters> {
-    let place = |i: usize| {
+/// Where the searches of an identification begin: the first at the initial values, each other one at the best of
+/// `options.screening` random places. Large parts of the ranges are flat (a ball that never slides does not feel how slippery it
+/// is), and a small population that begins there stays there.
+pub fn starts(problem: &Problem<'_>, lab: &mut dyn Lab) -> Vec<Parameters> {
+    let options = problem.options;
+    let mut starts = vec![options.initial];
+    for i in 1..options.restarts {
         let mut rng = Rng::new(options.seed, i as u32, PLACES);
-        let unit: [f64; PARAMETERS] = std::array::from_fn(|_| rng.unit());
-        options.from_unit(&unit)
-    };
-    (0..options.restarts).map(|i| if i == 0 { options.initial } else { place(i) }).collect()
+        let mut place = || options.from_unit(&std::array::from_fn(|_| rng.unit()));
+        let places: Vec<Parameters> = (0..options.screening).map(|_| place()).collect();
+        let losses = problem.losses(lab, &places);
+        let best = losses.iter().zip(&places).min_by(|a, b| a.0.total_cmp(b.0));
+        starts.push(best.map_or(options.initial, |(_, place)| *place));
+    }
+    starts
 }
 
 struct Running {

@@ -36,6 +36,8 @@ pub struct Evidence {
     pub verdict: String,
     /// The value may be off by this.
     pub half_width: f64,
+    /// Values that fit as well, the others held.
+    pub fits: [f64; 2],
 }
 
 /// The shipped surfaces: name and file.
@@ -64,7 +66,10 @@ impl Surface {
     pub fn of(name: &str, found: &Identification) -> Self {
         let evidence = found.confidence.estimates.iter().map(|e| {
             let half_width = round(e.half_width());
-            (e.name.to_owned(), Evidence { verdict: e.verdict.name().to_owned(), half_width })
+            (
+                e.name.to_owned(),
+                Evidence { verdict: e.verdict.name().to_owned(), half_width, fits: e.flat.map(round) },
+            )
         });
         let mut ball = found.ball;
         ball.material.static_friction = round(ball.material.static_friction);
@@ -155,8 +160,11 @@ mod tests {
             name: "yard".into(),
             ball_params: BallParams::default(),
             ground: Some(Material { static_friction: 1.0, dynamic_friction: 1.0, restitution: 0.8 }),
-            evidence: [("restitution".to_owned(), Evidence { verdict: "sharp".into(), half_width: 0.01 })]
-                .into(),
+            evidence: [(
+                "restitution".to_owned(),
+                Evidence { verdict: "sharp".into(), half_width: 0.01, fits: [0.7, 0.8] },
+            )]
+            .into(),
         };
         let text = surface.to_toml(&["how it was made".into()]).expect("writes");
         assert!(text.starts_with("# how it was made\n"));

@@ -96,6 +96,8 @@ impl Identification {
         for e in &c.estimates {
             if e.verdict == Verdict::Unseen {
                 out.push(unseen(e));
+            } else if e.at_bound && e.flat[0] <= 0.0 {
+                out.push(format!("{} cannot be told from 0.", e.name));
             } else if e.at_bound {
                 out.push(format!(
                     "{} ended at an end of its range ({:.3}): the truth may lie beyond it, or the ground's own value limits it.",
@@ -136,7 +138,7 @@ fn unseen(e: &Estimate) -> String {
             " It only has to be large enough for the ball to roll: the low end is a lower limit, no more."
         }
         "dynamic_friction" => {
-            " A rolling ball does not slide; film a ball that starts sliding (--spin 0), or measure it by other means."
+            " A rolling ball does not slide; film one that is pushed off without spin (--slide)."
         }
         _ => "",
     };

@@ -74,7 +74,7 @@ fn trial(run: &Run, quantity: Quantity, options: &Options) -> Trial {
         Quantity::Height => Start::Drop { height_m: run.values[0] },
         Quantity::Distance => {
             let (speed, offset_m) = rolling_start(&run.times, &run.values, options.speed_window_s);
-            Start::Roll { speed, offset_m, spin: options.spin }
+            Start::Roll { speed, offset_m, spin: run.spin.unwrap_or(options.spin) }
         }
     };
     let (times, values) = thinned(run, options.every_s, options.duration_s);
@@ -92,9 +92,9 @@ fn value_at(run: &Run, t: f64) -> Option<f64> {
     Some(run.values[i - 1] + s * (run.values[i] - run.values[i - 1]))
 }
 
-/// The mean of runs at multiples of `every` as long as all of them last.
+/// The mean of at least one run at multiples of `every` as long as all of them last.
 fn mean_run(runs: &[Run], every: f64) -> Run {
-    let mut mean = Run { name: "mean".to_owned(), times: Vec::new(), values: Vec::new() };
+    let mut mean = Run { name: "mean".to_owned(), times: Vec::new(), values: Vec::new(), spin: runs[0].spin };
     for i in 0.. {
         let t = every * f64::from(i);
         let Some(values) = runs.iter().map(|r| value_at(r, t)).collect::<Option<Vec<f64>>>() else { break };
@@ -104,11 +104,28 @@ fn mean_run(runs: &[Run], every: f64) -> Run {
     mean
 }
 
+/// Runs that are repeats of each other: those with the same spin.
+pub fn repeats(runs: &[Run]) -> Vec<Vec<Run>> {
+    let mut groups: Vec<Vec<Run>> = Vec::new();
+    for run in runs {
+        match groups.iter_mut().find(|g| g[0].spin == run.spin) {
+            Some(group) => group.push(run.clone()),
+            None => groups.push(vec![run.clone()]),
+        }
+    }
+    groups
+}
+
 /// The experiments of all runs of one quantity.
 pub fn trials(runs: &[Run], quantity: Quantity, options: &Options) -> Vec<Trial> {
-    if options.repeats == Repeats::Joint || runs.len() < 2 {
+    if options.repeats == Repeats::Joint {
         return runs.iter().map(|run| trial(run, quantity, options)).collect();
     }
+    repeats(runs).iter().map(|group| mean_trial(group, quantity, options)).collect()
+}
+
+/// The experiment of the mean of several runs.
+fn mean_trial(runs: &[Run], quantity: Quantity, options: &Options) -> Trial {
     let mean = mean_run(runs, options.every_s);
     let mut one = trial(&mean, quantity, options);
     // The mean of the runs' own starts, which know the frames between the compared samples.
@@ -119,7 +136,7 @@ pub fn trials(runs: &[Run], quantity: Quantity, options: &Options) -> Vec<Trial>
         *speed = of(|s| if let Start::Roll { speed, .. } = s { *speed } else { 0.0 });
         *offset_m = of(|s| if let Start::Roll { offset_m, .. } = s { *offset_m } else { 0.0 });
     }
-    vec![one]
+    one
 }
 
 #[cfg(test)]
@@ -129,7 +146,7 @@ mod tests {
     fn run(rate: f64, end: f64, f: impl Fn(f64) -> f64) -> Run {
         let times: Vec<f64> = (0..=(end * rate) as usize).map(|i| i as f64 / rate).collect();
         let values = times.iter().map(|t| f(*t)).collect();
-        Run { name: "1".into(), times, values }
+        Run { name: "1".into(), times, values, spin: None }
     }
 
     #[test]
@@ -173,5 +190,10 @@ mod tests {
         assert!((all[0].values[10] - (0.05 + 2.5)).abs() < 1e-9);
         let Start::Roll { speed, offset_m, .. } = all[0].start else { panic!("a roll") };
         assert!((speed - 2.5).abs() < 1e-6 && (offset_m - 0.05).abs() < 1e-6);
+        // A sliding ball is no repeat of a rolling one.
+        let slide = Run { spin: Some(0.0), ..rolls[0].clone() };
+        let all = trials(&[rolls[0].clone(), slide], Quantity::Distance, &options);
+        assert_eq!(all.len(), 2);
+        assert!(matches!(all[1].start, Start::Roll { spin: 0.0, .. }));
     }
 }

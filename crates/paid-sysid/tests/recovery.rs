@@ -3,6 +3,7 @@
 use paid_lanes::Isa;
 use paid_physics::{BallParams, Combine, Material, SceneConfig};
 use paid_sysid::confidence::Verdict;
+use paid_sysid::csv::Run;
 use paid_sysid::options::{Starts, with_parameters};
 use paid_sysid::simulate::{Experiment, FifaFigures, Measurements, MujocoBall, Source, simulate};
 use paid_sysid::{Identification, Options, Repeats, Surface, SysidError, identify};
@@ -89,12 +90,18 @@ fn without_noise_a_large_damping_comes_back_within_five_percent() {
 
 #[test]
 fn a_ball_that_starts_sliding_shows_the_dynamic_friction() {
-    let truth = [0.5, 0.15, 0.7, 0.05, 1.0];
-    let film_it = Experiment { spin: 0.0, speed: 5.0, ..Experiment::default() };
-    let found = fit(&film(&truth, &film_it), &Options { spin: 0.0, starts: Starts::Refined, ..options() });
-    let e = &found.confidence.estimates[1];
-    assert!((e.value - truth[1]).abs() < 0.05 * truth[1], "{e:?}");
-    assert_ne!(e.verdict, Verdict::Unseen);
+    for truth in [HARD, GRASS, [0.5, 0.15, 0.7, 0.05, 1.0]] {
+        let mut data = film(&truth, &Experiment::default());
+        let slides = film(&truth, &Experiment { spin: 0.0, speed: 4.0, ..Experiment::default() }).rolls;
+        data.rolls.extend(slides.into_iter().map(|run| Run { spin: Some(0.0), ..run }));
+        let found = fit(&data, &Options { starts: Starts::Refined, ..options() });
+        println!("{}", found.table(Some(&truth)));
+        for i in [1, 2, 4] {
+            let e = &found.confidence.estimates[i];
+            assert!((e.value - truth[i]).abs() < 0.05 * truth[i], "{e:?}");
+            assert_ne!(e.verdict, Verdict::Unseen, "{e:?}");
+        }
+    }
 }
 
 #[test]

@@ -22,6 +22,9 @@ pub fn ramp_speed() -> f64 {
     (2.0 * GRAVITY * RAMP_M / (1.0 + INERTIA)).sqrt()
 }
 
+/// Curves `[run][time]` [m] of drops and of rolls.
+pub(crate) type Curves = (Vec<Vec<f64>>, Vec<Vec<f64>>);
+
 /// A ground by the figures of its tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FifaFigures {
@@ -44,7 +47,7 @@ impl FifaFigures {
         speeds: &[f64],
         times: &[f64],
         seed: u64,
-    ) -> Result<(Vec<Vec<f64>>, Vec<Vec<f64>>), SysidError> {
+    ) -> Result<Curves, SysidError> {
         if !(self.rebound_m > 0.0 && self.rebound_m < TEST_HEIGHT_M) {
             return Err(SysidError::option("rebound", "above 0, below 2 m", self.rebound_m));
         }

@@ -158,7 +158,7 @@ pub fn simulate(experiment: &Experiment, source: &Source) -> Result<Measurements
             .map(|(i, curve): (u32, Vec<f64>)| {
                 let mut rng = Rng::new(experiment.seed, 2 * i + experiment_index, NOISE);
                 let values = curve.iter().map(|x| x + experiment.noise_m * rng.normal()).collect();
-                Run { name: (i + 1).to_string(), times: times.clone(), values }
+                Run { name: (i + 1).to_string(), times: times.clone(), values, spin: None }
             })
             .collect()
     };

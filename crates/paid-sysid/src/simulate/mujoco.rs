@@ -20,10 +20,9 @@ impl Default for MujocoBall {
     /// The public evaluation's ball (release facts) with a contact that bounces: a damping ratio of 0.15 returns about 0.6 of the
     /// approach speed, as turf does; and with a rolling friction of 1 cm, about 0.5 m/s^2.
     fn default() -> Self {
-        let mut options = BallOptions::default();
-        options.solref = [0.02, 0.15];
-        options.friction[2] = 0.01;
-        Self { options }
+        let known = BallOptions::default();
+        let [sliding, torsional, _] = known.friction;
+        Self { options: BallOptions { solref: [0.02, 0.15], friction: [sliding, torsional, 0.01], ..known } }
     }
 }
 

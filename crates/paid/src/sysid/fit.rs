@@ -22,6 +22,9 @@ pub struct FitArgs {
     /// Rolls: CSV with the columns run, time_s, distance_m (repeatable).
     #[arg(long, value_name = "CSV")]
     roll: Vec<PathBuf>,
+    /// Balls pushed off without spin, which slide before they roll: CSV as for rolls (repeatable).
+    #[arg(long, value_name = "CSV")]
+    slide: Vec<PathBuf>,
     /// Write the surface to this TOML file.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -91,9 +94,12 @@ struct Search {
     /// Most generations of a search.
     #[arg(long, default_value_t = Options::default().generations)]
     generations: usize,
-    /// Searches; all but the first begin at random places.
+    /// Searches; all but the first begin at random.
     #[arg(long, default_value_t = Options::default().restarts)]
     restarts: usize,
+    /// Random places of which the best becomes the start of a search.
+    #[arg(long, default_value_t = Options::default().screening)]
+    screening: usize,
     /// Weight of squared height errors.
     #[arg(long, default_value_t = Options::default().weight_drop)]
     lambda1: f64,
@@ -150,6 +156,7 @@ impl Search {
             patience: self.patience,
             generations: self.generations,
             restarts: self.restarts,
+            screening: self.screening,
             weight_drop: self.lambda1,
             weight_roll: self.lambda2,
             every_s: self.every,
@@ -205,7 +212,7 @@ fn surface_name(args: &FitArgs) -> String {
 
 /// Identifies, writes, prints.
 pub fn run(args: &FitArgs) -> Result<(), Failure> {
-    if args.drop.is_empty() && args.roll.is_empty() {
+    if args.drop.is_empty() && args.roll.is_empty() && args.slide.is_empty() {
         return Err(Failure::input(
             "measurements: expected --drop FILE and --roll FILE, found neither; `paid sysid simulate` makes such files",
         ));
@@ -214,7 +221,13 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
     let isa = args.world.isa.parse().map_err(Failure::input)?;
     let options = args.search.options();
     let drops = read_all(&args.drop, Quantity::Height)?;
-    let rolls = read_all(&args.roll, Quantity::Distance)?;
+    let mut rolls = read_all(&args.roll, Quantity::Distance)?;
+    let slides = read_all(&args.slide, Quantity::Distance)?;
+    rolls.extend(slides.into_iter().map(|run| Run {
+        name: format!("slide {}", run.name),
+        spin: Some(0.0),
+        ..run
+    }));
     let begin = Instant::now();
     let found = identify(&drops, &rolls, &ball, &scene, isa, &options).map_err(Failure::input)?;
     let seconds = begin.elapsed().as_secs_f64();
@@ -260,8 +273,9 @@ fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Ve
         let list = |files: &[PathBuf]| {
             files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ").replace('\n', " ")
         };
+        let sources = [args.drop.as_slice(), &args.roll, &args.slide].concat();
         let comments = [
-            format!("Identified by `paid sysid` from {} and {}.", list(&args.drop), list(&args.roll)),
+            format!("Identified by `paid sysid` from {}.", list(&sources)),
             "[ball_params] takes the place of the table of that name in a task preset.".to_owned(),
         ];
         let text = surface.to_toml(&comments).map_err(Failure::input)?;

@@ -52,6 +52,9 @@ pub struct Args {
     /// Spin of the rolling ball at its start: 1 rolls, 0 slides.
     #[arg(long, default_value_t = Experiment::default().spin)]
     spin: f64,
+    /// Also make slide.csv, of balls pushed off at this speed [m/s] without spin.
+    #[arg(long, value_name = "SPEED")]
+    slide: Option<f64>,
     /// Length of a run [s].
     #[arg(long, default_value_t = Experiment::default().duration_s)]
     duration: f64,
@@ -115,6 +118,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if !runs.is_empty() {
             files.add(args.out.join(name), write_runs(runs, quantity, &comments).into_bytes());
         }
+    }
+    if let Some(speed) = args.slide {
+        if fifa {
+            return Err(Failure::input(
+                "--slide: expected with --from parameters or mujoco; FIFA has no such test",
+            ));
+        }
+        // Another seed: other hands, other noise.
+        let pushed = Experiment { speed, spin: 0.0, seed: args.seed.wrapping_add(1 << 32), ..experiment };
+        let runs = simulate(&pushed, &source).map_err(Failure::input)?.rolls;
+        files.add(args.out.join("slide.csv"), write_runs(&runs, Quantity::Distance, &comments).into_bytes());
     }
     let files: Vec<String> = files.write()?.iter().map(|p| p.display().to_string()).collect();
     if args.json {
