@@ -68,6 +68,29 @@ fn a_filmed_surface_comes_back_with_its_pictures() {
 }
 
 #[test]
+fn a_sliding_start_is_an_experiment_of_its_own() {
+    let folder = tempfile::tempdir().expect("folder");
+    film(folder.path(), &["--surface", "hard", "--slide", "4"]);
+    assert_eq!(names(&folder.path().join("film")), ["drop.csv", "roll.csv", "slide.csv"]);
+    let args = [
+        &["sysid", "--drop", "film/drop.csv", "--roll", "film/roll.csv", "--slide", "film/slide.csv"][..],
+        // From the truth on: this is about the files, not about the search.
+        &["--initial", "0.77,0.07,0.75,0.01,4.28", "--scale", "0.02", "--restarts", "1", "--json"],
+        &["--starts", "refined"],
+    ]
+    .concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    let rolls = report["rolls"].as_array().expect("a list");
+    assert_eq!((rolls.len(), &rolls[7]["run"]), (10, &Value::from("slide 3")));
+    let friction = &report["confidence"]["estimates"][1];
+    assert_eq!(friction["verdict"], "sharp", "{friction}");
+    // FIFA has no such test.
+    let turf = ["sysid", "simulate", "--from", "turf", "--slide", "4", "--out", "turf"];
+    assert!(refuses(&paid(folder.path(), &turf)).contains("--slide"));
+    assert!(!folder.path().join("turf").exists());
+}
+
+#[test]
 fn every_source_makes_files_that_read_back() {
     let folder = tempfile::tempdir().expect("folder");
     film(folder.path(), &["--from", "turf", "--rate", "30"]);
