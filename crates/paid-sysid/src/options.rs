@@ -160,6 +160,9 @@ impl Options {
         ] {
             positive(name, x)?;
         }
+        if self.every_s < 0.001 {
+            return Err(SysidError::option("every_s", "at least 0.001 s", self.every_s));
+        }
         if self.duration_s > 60.0 {
             return Err(SysidError::option("duration_s", "at most 60 s", self.duration_s));
         }

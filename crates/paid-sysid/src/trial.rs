@@ -92,10 +92,10 @@ fn value_at(run: &Run, t: f64) -> Option<f64> {
     Some(run.values[i - 1] + s * (run.values[i] - run.values[i - 1]))
 }
 
-/// The mean of at least one run at multiples of `every` as long as all of them last.
-fn mean_run(runs: &[Run], every: f64) -> Run {
+/// The mean of at least one run at multiples of `every` up to `end` [s] or as long as all of them last.
+fn mean_run(runs: &[Run], every: f64, end: f64) -> Run {
     let mut mean = Run { name: "mean".to_owned(), times: Vec::new(), values: Vec::new(), spin: runs[0].spin };
-    for i in 0.. {
+    for i in 0..=(end / every + 1e-3) as u32 {
         let t = every * f64::from(i);
         let Some(values) = runs.iter().map(|r| value_at(r, t)).collect::<Option<Vec<f64>>>() else { break };
         mean.times.push(t);
@@ -126,7 +126,7 @@ pub fn trials(runs: &[Run], quantity: Quantity, options: &Options) -> Vec<Trial>
 
 /// The experiment of the mean of several runs.
 fn mean_trial(runs: &[Run], quantity: Quantity, options: &Options) -> Trial {
-    let mean = mean_run(runs, options.every_s);
+    let mean = mean_run(runs, options.every_s, options.duration_s);
     let mut one = trial(&mean, quantity, options);
     // The mean of the runs' own starts, which know the frames between the compared samples.
     let starts: Vec<Start> = runs.iter().map(|run| trial(run, quantity, options).start).collect();

@@ -83,7 +83,8 @@ fn a_sliding_start_is_an_experiment_of_its_own() {
     let rolls = report["rolls"].as_array().expect("a list");
     assert_eq!((rolls.len(), &rolls[7]["run"]), (10, &Value::from("slide 3")));
     let friction = &report["confidence"]["estimates"][1];
-    assert_eq!(friction["verdict"], "sharp", "{friction}");
+    let error = friction["value"].as_f64().expect("a number") - 0.07;
+    assert!(error.abs() < 0.05 * 0.07 && friction["verdict"] != "unseen", "{friction}");
     // FIFA has no such test.
     let turf = ["sysid", "simulate", "--from", "turf", "--slide", "4", "--out", "turf"];
     assert!(refuses(&paid(folder.path(), &turf)).contains("--slide"));
