@@ -167,3 +167,26 @@ fn a_marker_ball_stays_where_it_is_put() {
     step(&mut engine);
     assert_eq!(engine.state(0).ball.pos.0, [0.3, 0.2, 1.0]);
 }
+
+#[test]
+fn a_ball_alone_moves_as_in_a_full_step() {
+    let params = ball(0.8, 0.07, 0.75);
+    let (pos, vel) = ([0.0, 0.0, 0.9], [2.0, 0.5, 0.0]);
+    let mut full = with_ball::<f64>(&scene(), &params, pos, vel);
+    let mut alone = with_ball::<f64>(&scene(), &params, pos, vel);
+    for _ in 0..400 {
+        step(&mut full);
+        alone.step_balls(0, 1);
+        let (a, b) = (&alone.state(0).ball, &full.state(0).ball);
+        assert_eq!((a.pos.0, a.vel.0, a.ang_vel.0), (b.pos.0, b.vel.0, b.ang_vel.0));
+        assert_eq!(a.ground_force, b.ground_force);
+    }
+    alone.reset_lane(0, 0, &full.save_lane(0, 0));
+    alone.step_balls(0, 3);
+    (0..3).for_each(|_| step(&mut full));
+    assert_eq!(
+        alone.state(0).ball.pos.0,
+        full.state(0).ball.pos.0,
+        "several steps at once are steps one by one"
+    );
+}

@@ -8,6 +8,7 @@ mod eval;
 mod export;
 mod failure;
 mod motion;
+mod sysid;
 mod train;
 
 use std::process::ExitCode;
@@ -34,6 +35,8 @@ enum Command {
     Export(export::Args),
     /// Measure speed.
     Bench(bench::Args),
+    /// Identify how a ball bounces and rolls from filmed experiments.
+    Sysid(Box<sysid::Args>),
     /// Run a task under a zero or random agent and print each term's mean.
     Agent(agent::Args),
 }
@@ -45,6 +48,7 @@ fn main() -> ExitCode {
         Command::Motion(args) => motion::run(args),
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),
+        Command::Sysid(args) => sysid::run(*args),
         Command::Agent(args) => agent::run(args),
     };
     match result {

@@ -11,7 +11,7 @@ use paid_lanes::{F32x8, F32x16};
 
 use super::phase::phase;
 use super::step::{Constants, physics_step};
-use super::{Engine, report, validate};
+use super::{Engine, ball, report, validate};
 
 /// Group, base wrench, joint torques; see [`Engine::accelerations_under`].
 type Accelerations<V> = fn(&mut Engine<V>, usize, [V; 6], &[V]) -> Vec<V>;
@@ -23,13 +23,20 @@ pub(crate) struct Kernels<V: Real> {
     pub step: fn(&mut Engine<V>, usize, &[V]),
     /// Body poses and velocities of a group from its joints and base.
     pub refresh: fn(&mut Engine<V>, usize),
+    /// Physics steps of the balls of a group alone.
+    pub balls: fn(&mut Engine<V>, usize, usize),
     /// Accelerations of a group under a base wrench and joint torques.
     pub accelerations: Accelerations<V>,
 }
 
 impl<V: Real> Kernels<V> {
     const fn new() -> Self {
-        Self { step: step::<V>, refresh: refresh::<V>, accelerations: validate::accelerations::<V> }
+        Self {
+            step: step::<V>,
+            refresh: refresh::<V>,
+            balls: ball_steps::<V>,
+            accelerations: validate::accelerations::<V>,
+        }
     }
 
     /// The table of a lane type.
@@ -76,5 +83,26 @@ fn control_step<'a, V>(engine: &'a mut Engine<V>, group: usize, targets: &'a [V]
         report::forces(g, work);
     }
     report::torques(plan, g, targets);
+}
+}
+
+phase! {
+/// Physics steps of the balls of a group: ground contact as in a full step, no robot.
+fn ball_steps<'a, V>(engine: &'a mut Engine<V>, group: usize, steps: usize) -> () {
+    let Engine { scene, plan, ground, groups, work, .. } = engine;
+    let g = &mut groups[group];
+    let constants = Constants::new(scene, ground);
+    report::start(g);
+    for touch in &mut work.touches {
+        touch.active = false;
+    }
+    for _ in 0..steps {
+        ball::prepare_ground(&constants, g, work);
+        for _ in 0..constants.sweeps {
+            ball::sweep_ground(g, work);
+        }
+        ball::finish(plan, &constants, g, work);
+    }
+    report::ball(g);
 }
 }

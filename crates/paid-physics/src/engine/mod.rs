@@ -130,6 +130,13 @@ impl<V: Real> Engine<V> {
     pub fn scene(&self) -> &SceneConfig {
         &self.scene
     }
+
+    /// Advances the balls of a group alone by `steps` physics steps: the robots neither move nor touch them. For experiments on
+    /// the ball, at a small part of a full step's cost. The balls move even where the scene makes them markers; of
+    /// `state`, only the ball and the contact forces are renewed.
+    pub fn step_balls(&mut self, group: usize, steps: usize) {
+        (self.kernels.balls)(self, group, steps);
+    }
 }
 
 impl<V: Real> Simulator<V> for Engine<V> {

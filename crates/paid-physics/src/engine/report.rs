@@ -74,11 +74,17 @@ pub(crate) fn poses<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a mut Group<V>, w: &'
         }
         w.kin[c] = kin;
     }
+    ball(g);
+}
+}
+
+/// Writes the ball from the state.
+#[inline(always)]
+pub(crate) fn ball<V: Real>(g: &mut Group<V>) {
     let ball = &mut g.state.ball;
     ball.pos = g.ball_pos;
     ball.vel = g.ball_vel;
     ball.ang_vel = g.ball_omega;
-}
 }
 
 /// Actuator torques at the end of the last physics step.

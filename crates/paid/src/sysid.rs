@@ -1,0 +1,77 @@
+//! `paid sysid`: a ball's behaviour from filmed drops and rolls, or such films from a known ball.
+
+mod files;
+mod fit;
+mod plot;
+mod simulate;
+
+use std::process::ExitCode;
+
+use paid_physics::{BallParams, SceneConfig};
+use paid_sysid::options::{PARAMETERS, Parameters};
+use paid_task::TaskPreset;
+
+use crate::failure::Failure;
+
+/// Arguments of `paid sysid`.
+#[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    fit: fit::FitArgs,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// Make measurement files of a ball that is known, to try the identification on.
+    Simulate(simulate::Args),
+}
+
+/// Runs the identification or a subcommand.
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    match args.command {
+        Some(Command::Simulate(args)) => simulate::run(&args),
+        None => fit::run(&args.fit),
+    }
+    .map(|()| ExitCode::SUCCESS)
+}
+
+/// Which task's ground and ball are meant.
+#[derive(Debug, clap::Args)]
+struct World {
+    /// Built-in task or task preset file: its ground is held, its ball gives mass, radius, inertia and what cannot be seen.
+    #[arg(long, value_name = "NAME|FILE", default_value = "stage2")]
+    task: String,
+    /// Change a value of the task, such as scene.ground.restitution=1 (repeatable).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Instruction set: auto, avx512, avx2 or portable. Two sets round differently.
+    #[arg(long, default_value = "auto")]
+    isa: String,
+}
+
+impl World {
+    fn load(&self) -> Result<(SceneConfig, BallParams), Failure> {
+        let text = if self.task.ends_with(".toml") {
+            std::fs::read_to_string(&self.task).map_err(|e| Failure::input(format!("{}: {e}", self.task)))?
+        } else {
+            let preset = TaskPreset::builtin(&self.task).map_err(Failure::input)?;
+            toml::to_string(&preset).map_err(Failure::input)?
+        };
+        let preset = TaskPreset::parse(&self.task, &text, &self.sets).map_err(Failure::input)?;
+        Ok((preset.scene, preset.ball_params))
+    }
+}
+
+/// Five numbers: static and dynamic friction, restitution, linear and angular damping.
+fn five(text: &str) -> Result<Parameters, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|t| t.trim().parse().ok()).collect();
+    match <[f64; PARAMETERS]>::try_from(numbers) {
+        Ok(five) if text.matches(',').count() + 1 == PARAMETERS && five.iter().all(|x| x.is_finite()) => {
+            Ok(five)
+        }
+        _ => Err(format!("expected five numbers such as 0.77,0.07,0.75,0.01,4.28, found '{text}'")),
+    }
+}

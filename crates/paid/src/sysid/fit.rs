@@ -1,0 +1,285 @@
+//! The identification itself.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::ValueEnum;
+use paid_sysid::csv::{Quantity, Run, read_runs};
+use paid_sysid::options::{NAMES, Parameters, Starts, Unseen};
+use paid_sysid::{Identification, Options, Repeats, Surface, identify};
+use serde::Serialize;
+
+use super::files::Files;
+use super::{World, five, plot};
+use crate::failure::Failure;
+
+/// Arguments of the identification.
+#[derive(Debug, clap::Args)]
+pub struct FitArgs {
+    /// Drops: CSV with the columns run, time_s, height_m (repeatable).
+    #[arg(long, value_name = "CSV")]
+    drop: Vec<PathBuf>,
+    /// Rolls: CSV with the columns run, time_s, distance_m (repeatable).
+    #[arg(long, value_name = "CSV")]
+    roll: Vec<PathBuf>,
+    /// Balls pushed off without spin, which slide before they roll: CSV as for rolls (repeatable).
+    #[arg(long, value_name = "CSV")]
+    slide: Vec<PathBuf>,
+    /// Write the surface to this TOML file.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Name of the surface [default: the name of --out].
+    #[arg(long)]
+    name: Option<String>,
+    /// Write loss.png, drop.png and roll.png to this folder.
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// The true values, where the measurements are simulated: printed beside the found ones.
+    #[arg(long, value_name = "S,D,R,L,A", value_parser = five)]
+    truth: Option<Parameters>,
+    #[command(flatten)]
+    world: World,
+    #[command(flatten)]
+    search: Search,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RepeatsArg {
+    /// One set of parameters for all repeats.
+    Joint,
+    /// Average the repeats first.
+    Mean,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum StartsArg {
+    /// First height, speed of the first samples (paper).
+    FirstSamples,
+    /// Corrected by the whole run.
+    Refined,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum UnseenArg {
+    /// The task's ball, where it fits as well.
+    Kept,
+    /// Wherever the search ended (paper).
+    Fitted,
+}
+
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "Search (defaults: the paper's appendix, where it gives a number)")]
+struct Search {
+    /// Start of the first search: static and dynamic friction, restitution, linear and angular damping [1/s].
+    #[arg(long, value_name = "S,D,R,L,A", value_parser = five, default_value = "0.5,0.5,0.5,1,1")]
+    initial: Parameters,
+    /// Range of a parameter, such as angular_damping=0,8 (repeatable) [default: 0,1; dampings 0,5].
+    #[arg(long, value_name = "NAME=LO,HI", value_parser = range)]
+    range: Vec<(usize, [f64; 2])>,
+    /// Initial step, in units of the ranges.
+    #[arg(long, default_value_t = Options::default().scale)]
+    scale: f64,
+    /// Candidates a generation.
+    #[arg(long, default_value_t = Options::default().population)]
+    population: usize,
+    /// A search ends when the best loss changes by less than this [m^2] ...
+    #[arg(long, default_value_t = Options::default().tolerance)]
+    tolerance: f64,
+    /// ... so many generations in a row.
+    #[arg(long, default_value_t = Options::default().patience)]
+    patience: usize,
+    /// Most generations of a search.
+    #[arg(long, default_value_t = Options::default().generations)]
+    generations: usize,
+    /// Searches; all but the first begin at random.
+    #[arg(long, default_value_t = Options::default().restarts)]
+    restarts: usize,
+    /// Random places of which the best becomes the start of a search.
+    #[arg(long, default_value_t = Options::default().screening)]
+    screening: usize,
+    /// Weight of squared height errors.
+    #[arg(long, default_value_t = Options::default().weight_drop)]
+    lambda1: f64,
+    /// Weight of squared distance errors.
+    #[arg(long, default_value_t = Options::default().weight_roll)]
+    lambda2: f64,
+    /// Spacing of the compared samples [s].
+    #[arg(long, default_value_t = Options::default().every_s)]
+    every: f64,
+    /// Compared part of a run [s].
+    #[arg(long, default_value_t = Options::default().duration_s)]
+    duration: f64,
+    /// Samples that give the rolling ball's initial speed [s].
+    #[arg(long, default_value_t = Options::default().speed_window_s)]
+    speed_window: f64,
+    /// Spin of the rolling ball at its first sample: 1 rolls, 0 slides.
+    #[arg(long, default_value_t = Options::default().spin)]
+    spin: f64,
+    /// What is done with repeats.
+    #[arg(long, value_enum, default_value = "joint")]
+    repeats: RepeatsArg,
+    /// Initial heights and speeds of the simulated runs.
+    #[arg(long, value_enum, default_value = "first-samples")]
+    starts: StartsArg,
+    /// Values of parameters that the measurements do not show.
+    #[arg(long, value_enum, default_value = "kept")]
+    unseen: UnseenArg,
+    /// Positions are not trusted beyond this [m].
+    #[arg(long, default_value_t = Options::default().resolution_m)]
+    resolution: f64,
+    /// Seed of the searches.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+fn range(text: &str) -> Result<(usize, [f64; 2]), String> {
+    let wrong = || format!("expected NAME=LO,HI with a name of {}, found '{text}'", NAMES.join(", "));
+    let (name, ends) = text.split_once('=').ok_or_else(wrong)?;
+    let index = NAMES.iter().position(|n| *n == name).ok_or_else(wrong)?;
+    let (lo, hi) = ends.split_once(',').ok_or_else(wrong)?;
+    match (lo.trim().parse::<f64>(), hi.trim().parse::<f64>()) {
+        (Ok(lo), Ok(hi)) => Ok((index, [lo, hi])),
+        _ => Err(wrong()),
+    }
+}
+
+impl Search {
+    fn options(&self) -> Options {
+        let mut options = Options {
+            initial: self.initial,
+            scale: self.scale,
+            population: self.population,
+            tolerance: self.tolerance,
+            patience: self.patience,
+            generations: self.generations,
+            restarts: self.restarts,
+            screening: self.screening,
+            weight_drop: self.lambda1,
+            weight_roll: self.lambda2,
+            every_s: self.every,
+            duration_s: self.duration,
+            speed_window_s: self.speed_window,
+            spin: self.spin,
+            repeats: match self.repeats {
+                RepeatsArg::Joint => Repeats::Joint,
+                RepeatsArg::Mean => Repeats::Mean,
+            },
+            starts: match self.starts {
+                StartsArg::FirstSamples => Starts::FirstSamples,
+                StartsArg::Refined => Starts::Refined,
+            },
+            unseen: match self.unseen {
+                UnseenArg::Kept => Unseen::Kept,
+                UnseenArg::Fitted => Unseen::Fitted,
+            },
+            resolution_m: self.resolution,
+            seed: self.seed,
+            ..Options::default()
+        };
+        for (index, range) in &self.range {
+            options.range[*index] = *range;
+        }
+        options
+    }
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    surface: &'a Surface,
+    #[serde(flatten)]
+    found: &'a Identification,
+    remarks: Vec<String>,
+    options: &'a Options,
+    seconds: f64,
+    files: Vec<String>,
+}
+
+fn read_all(files: &[PathBuf], quantity: Quantity) -> Result<Vec<Run>, Failure> {
+    let mut runs = Vec::new();
+    for file in files {
+        runs.extend(read_runs(file, quantity).map_err(Failure::input)?);
+    }
+    Ok(runs)
+}
+
+fn surface_name(args: &FitArgs) -> String {
+    let stem = args.out.as_deref().and_then(Path::file_stem).map(|s| s.to_string_lossy().into_owned());
+    args.name.clone().or(stem).unwrap_or_else(|| "surface".to_owned())
+}
+
+/// Identifies, writes, prints.
+pub fn run(args: &FitArgs) -> Result<(), Failure> {
+    if args.drop.is_empty() && args.roll.is_empty() && args.slide.is_empty() {
+        return Err(Failure::input(
+            "measurements: expected --drop FILE and --roll FILE, found neither; `paid sysid simulate` makes such files",
+        ));
+    }
+    let (scene, ball) = args.world.load()?;
+    let isa = args.world.isa.parse().map_err(Failure::input)?;
+    let options = args.search.options();
+    let drops = read_all(&args.drop, Quantity::Height)?;
+    let mut rolls = read_all(&args.roll, Quantity::Distance)?;
+    let slides = read_all(&args.slide, Quantity::Distance)?;
+    rolls.extend(slides.into_iter().map(|run| Run {
+        name: format!("slide {}", run.name),
+        spin: Some(0.0),
+        ..run
+    }));
+    let begin = Instant::now();
+    let found = identify(&drops, &rolls, &ball, &scene, isa, &options).map_err(Failure::input)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let surface = Surface::of(&surface_name(args), &found);
+    let written = write(args, &found, &surface)?;
+    if args.json {
+        let files = written.iter().map(|p| p.display().to_string()).collect();
+        let remarks = found.remarks();
+        let report = Report { surface: &surface, found: &found, remarks, options: &options, seconds, files };
+        println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+        return Ok(());
+    }
+    print!("{}", found.table(args.truth.as_ref()));
+    println!("\n{:.1} s, {:.0} rollouts a second", seconds, found.rollouts as f64 / seconds.max(1e-9));
+    for file in &written {
+        println!("wrote {}", file.display());
+    }
+    Ok(())
+}
+
+fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Vec<PathBuf>, Failure> {
+    let mut files = Files::default();
+    if let Some(folder) = &args.plots {
+        let mut add = |name: &str, image: paid_eval::picture::Canvas| {
+            files.add(folder.join(name), image.png().map_err(Failure::input)?);
+            Ok::<(), Failure>(())
+        };
+        add("loss.png", plot::loss(found))?;
+        if !found.drops.is_empty() {
+            add(
+                "drop.png",
+                plot::overlay("DROP: DOTS MEASURED, LINES SIMULATED", "HEIGHT [M]", &found.drops),
+            )?;
+        }
+        if !found.rolls.is_empty() {
+            add(
+                "roll.png",
+                plot::overlay("ROLL: DOTS MEASURED, LINES SIMULATED", "DISTANCE [M]", &found.rolls),
+            )?;
+        }
+    }
+    if let Some(out) = &args.out {
+        let list = |files: &[PathBuf]| {
+            files.iter().map(|p| p.display().to_string()).collect::<Vec<_>>().join(", ").replace('\n', " ")
+        };
+        let sources = [args.drop.as_slice(), &args.roll, &args.slide].concat();
+        let comments = [
+            format!("Identified by `paid sysid` from {}.", list(&sources)),
+            "[ball_params] takes the place of the table of that name in a task preset.".to_owned(),
+        ];
+        let text = surface.to_toml(&comments).map_err(Failure::input)?;
+        files.add(out.clone(), text.into_bytes());
+    }
+    files.write()
+}

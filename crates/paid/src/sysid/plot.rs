@@ -1,0 +1,179 @@
+//! Diagrams: the loss over the generations, and measured runs under simulated ones.
+
+use paid_eval::picture::{Canvas, Rgb};
+use paid_sysid::Identification;
+use paid_sysid::identify::Overlay;
+
+/// Size of a diagram and its margins (left, top, right, bottom) in pixels.
+const SIZE: [usize; 2] = [900, 600];
+const MARGIN: [f64; 4] = [90.0, 50.0, 30.0, 60.0];
+/// Drawn at this multiple and shrunk: smooth lines.
+const FINE: f64 = 2.0;
+
+const INK: Rgb = [30, 30, 30];
+const GRID: Rgb = [225, 228, 232];
+const FAINT: Rgb = [150, 165, 190];
+/// A colour a run.
+const RUNS: [Rgb; 6] =
+    [[31, 105, 180], [220, 95, 20], [40, 145, 60], [150, 70, 165], [180, 30, 50], [90, 90, 90]];
+
+/// A line or a row of dots.
+struct Series {
+    points: Vec<[f64; 2]>,
+    color: Rgb,
+    dots: bool,
+}
+
+/// Axes with their data.
+struct Chart<'a> {
+    title: &'a str,
+    x_label: &'a str,
+    y_label: &'a str,
+    /// Ticks of y are powers of ten: the values are logarithms.
+    logarithmic: bool,
+    series: Vec<Series>,
+}
+
+/// Distance of ticks: 1, 2 or 5 times a power of ten, about `count` on `span`.
+fn tick_step(span: f64, count: f64) -> f64 {
+    let rough = (span / count).max(1e-12);
+    let power = 10_f64.powf(rough.log10().floor());
+    let times = [1.0, 2.0, 5.0, 10.0].into_iter().find(|t| t * power >= rough * 0.999).unwrap_or(10.0);
+    times * power
+}
+
+impl Chart<'_> {
+    /// Lowest and highest value of a coordinate, a little wider.
+    fn span(&self, k: usize) -> [f64; 2] {
+        let all = || self.series.iter().flat_map(|s| s.points.iter().map(|p| p[k])).filter(|x| x.is_finite());
+        let (lo, hi) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+        if lo > hi {
+            return [0.0, 1.0];
+        }
+        let room = 0.04 * (hi - lo).max(1e-3);
+        [if k == 0 { lo } else { lo - room }, hi + room]
+    }
+
+    fn draw(&self) -> Canvas {
+        let [width, height] = SIZE.map(|n| n as f64);
+        let [left, top, right, bottom] = MARGIN;
+        let mut image = Canvas::new(SIZE[0] * FINE as usize, SIZE[1] * FINE as usize, [255; 3]);
+        let spans = [self.span(0), self.span(1)];
+        let place = |p: [f64; 2]| {
+            let share = |k: usize| (p[k] - spans[k][0]) / (spans[k][1] - spans[k][0]);
+            let x = left + share(0) * (width - left - right);
+            let y = height - bottom - share(1) * (height - top - bottom);
+            [FINE * x, FINE * y]
+        };
+        let fine = |x: f64| (FINE * x) as i64;
+        for k in 0..2 {
+            let step = tick_step(spans[k][1] - spans[k][0], 8.0);
+            let step = if k == 1 && self.logarithmic { step.max(1.0).round() } else { step };
+            let digits = (-step.log10().floor()).clamp(0.0, 6.0) as usize;
+            let first = (spans[k][0] / step).ceil() as i64;
+            for i in first.. {
+                let value = step * i as f64;
+                if value > spans[k][1] {
+                    break;
+                }
+                let text = if k == 1 && self.logarithmic {
+                    format!("1E{value:.0}")
+                } else {
+                    format!("{value:.digits$}")
+                };
+                let (from, to) = if k == 0 {
+                    (place([value, spans[1][0]]), place([value, spans[1][1]]))
+                } else {
+                    (place([spans[0][0], value]), place([spans[0][1], value]))
+                };
+                image.line(from, to, 2, GRID);
+                let [w, h] = Canvas::text_size(4, &text);
+                let (x, y) = (from[0] as i64, from[1] as i64);
+                let (x, y) = if k == 0 { (x - w / 2, y + fine(8.0)) } else { (x - w - fine(8.0), y - h / 2) };
+                image.text(x, y, 4, INK, &text);
+            }
+        }
+        let corners =
+            [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]: [usize; 2]| place([spans[0][i], spans[1][j]]));
+        for i in 0..4 {
+            image.line(corners[i], corners[(i + 1) % 4], 2, INK);
+        }
+        for one in &self.series {
+            if one.dots {
+                one.points.iter().for_each(|p| image.disc(place(*p), FINE * 4.0, one.color));
+            } else {
+                one.points.windows(2).for_each(|w| image.line(place(w[0]), place(w[1]), 3, one.color));
+            }
+        }
+        image.text(fine(left), fine(16.0), 6, INK, self.title);
+        image.text(fine(8.0), fine(top - 16.0), 4, INK, self.y_label);
+        let [w, _] = Canvas::text_size(4, self.x_label);
+        image.text(fine(width - right) - w, fine(height - 24.0), 4, INK, self.x_label);
+        image.halved()
+    }
+}
+
+/// The best loss so far of every search; the best search is dark.
+pub fn loss(found: &Identification) -> Canvas {
+    let best = found.searches.iter().map(|s| s.loss).fold(f64::INFINITY, f64::min);
+    let mut searches: Vec<_> = found.searches.iter().collect();
+    // The best is drawn last, over the others.
+    searches.sort_by(|a, b| b.loss.total_cmp(&a.loss));
+    let line = |s: &&paid_sysid::search::Search| Series {
+        points: (1..).zip(&s.curve).map(|(g, l)| [f64::from(g), l.max(1e-12).log10()]).collect(),
+        color: if s.loss <= best { RUNS[4] } else { FAINT },
+        dots: false,
+    };
+    Chart {
+        title: "LOSS OF EVERY SEARCH",
+        x_label: "GENERATION",
+        y_label: "LOSS [M2]",
+        logarithmic: true,
+        series: searches.iter().map(line).collect(),
+    }
+    .draw()
+}
+
+/// Measured samples (dots) and simulated curves (lines), a colour a run.
+pub fn overlay(title: &str, y_label: &str, runs: &[Overlay]) -> Canvas {
+    let mut series = Vec::new();
+    for (i, run) in runs.iter().enumerate() {
+        let color = RUNS[i % RUNS.len()];
+        series.push(Series { points: run.curve.clone(), color, dots: false });
+        let dots = run.samples.iter().map(|[t, measured, _]| [*t, *measured]).collect();
+        series.push(Series { points: dots, color, dots: true });
+    }
+    Chart { title, x_label: "TIME [S]", y_label, logarithmic: false, series }.draw()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_numbers() {
+        for (span, want) in [(2.0, 0.5), (2.1, 0.5), (1.0, 0.2), (0.9, 0.2), (300.0, 50.0)] {
+            let step = tick_step(span, 8.0);
+            assert!((step - want).abs() < 1e-9, "{span}: {step}");
+        }
+    }
+
+    #[test]
+    fn dots_and_lines_are_where_the_data_are() {
+        let run = Overlay {
+            run: "1".into(),
+            initial: 1.0,
+            samples: vec![[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
+            curve: vec![[0.0, 0.0], [1.0, 0.0]],
+        };
+        let image = overlay("T", "Y", &[run]);
+        assert_eq!([image.width(), image.height()], SIZE);
+        let colored = |x0: usize, y0: usize, x1: usize, y1: usize| {
+            (y0..y1).any(|y| (x0..x1).any(|x| image.get(x, y) == RUNS[0]))
+        };
+        let [w, h] = SIZE;
+        assert!(colored(w * 3 / 4, 40, w, h / 4), "the second dot is at the top right");
+        assert!(colored(w / 3, h * 3 / 4, w / 2, h), "the line is at the bottom");
+        assert!(!colored(w / 3, 40, w / 2, h / 2), "nothing elsewhere");
+    }
+}
