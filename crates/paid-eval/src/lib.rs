@@ -9,6 +9,7 @@ pub mod engine;
 pub mod episodes;
 mod error;
 pub mod file;
+pub mod html;
 pub mod metrics;
 pub mod monitor;
 pub mod picture;

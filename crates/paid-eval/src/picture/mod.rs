@@ -1,5 +1,6 @@
 //! Pictures without dependencies beyond the PNG encoder: heat maps, path plots, and the robot itself.
 
+mod bars;
 mod canvas;
 mod font;
 mod heatmap;
@@ -8,6 +9,7 @@ mod robot;
 mod scene;
 mod svg;
 
+pub use bars::Bars;
 pub use canvas::{Canvas, Rgb};
 pub use heatmap::{HeatMap, color_of};
 pub use paths::{Path, plot_paths};

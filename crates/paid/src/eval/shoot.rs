@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use paid_eval::agreement::{self, AgreementReport};
 use paid_eval::file::write_whole;
+use paid_eval::html::write_report;
 use paid_eval::picture::{HeatMap, Path as BallPath, plot_paths};
 use paid_eval::shooting::{self, CellScore, Grid, ShootingOptions, ShootingReport, Variant};
 use serde::Serialize;
@@ -51,7 +52,7 @@ pub struct Args {
     /// Print one line of JSON.
     #[arg(long)]
     json: bool,
-    /// Write JSON, a CSV row a trial, heat maps and paths to this folder.
+    /// Write JSON, a CSV row a trial, heat maps, paths and report.html to this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -92,6 +93,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         if let Some(out) = &args.out {
             write_agreement(out, &report)?;
         }
+        if let Some(out) = &args.out {
+            write_report(out).map_err(Failure::input)?;
+        }
         let whole = Whole { kind: "agreement", policy: &subject.name, report: &report, timing };
         (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?)
     } else {
@@ -101,6 +105,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         let json = to_json(&whole)?;
         if let Some(out) = &args.out {
             write_shooting(out, subject.arena.engine.name(), &report, &json)?;
+            write_report(out).map_err(Failure::input)?;
         }
         (format!("{}\n{}", report.table(), timing.text()), json)
     };
@@ -128,6 +133,8 @@ fn write_shooting(out: &Path, engine: &str, report: &ShootingReport, json: &str)
     let file = |what: &str| out.join(format!("{engine}_{kind}_{what}"));
     write_whole(&file("shooting.json"), json.as_bytes()).map_err(Failure::input)?;
     write_whole(&file("trials.csv"), report.csv().as_bytes()).map_err(Failure::input)?;
+    let table = out.join(format!("{engine}_{kind}.txt"));
+    write_whole(&table, report.table().as_bytes()).map_err(Failure::input)?;
     let grid = report.options.grid;
     let map = |title: &str, low: f64, factor: f64, value: fn(&CellScore) -> Option<f64>| HeatMap {
         title: format!("{title}, {kind} ball"),

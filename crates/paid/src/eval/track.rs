@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use paid_eval::file::write_whole;
+use paid_eval::html::write_report;
 use paid_eval::tracking::{self, TrackingOptions, TrackingReport};
 use serde::Serialize;
 
@@ -27,7 +28,7 @@ pub struct Args {
     /// Print one line of JSON an engine.
     #[arg(long)]
     json: bool,
-    /// Write <engine>_tracking.json to this folder.
+    /// Write JSON, table, a plot of the clips' errors and report.html to this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -62,6 +63,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         if let Some(out) = &args.out {
             let file = format!("{}_tracking.json", subject.arena.engine.name());
             write_whole(&out.join(file), json.as_bytes()).map_err(Failure::input)?;
+            let name = |what: &str| out.join(format!("{}_tracking{what}", subject.arena.engine.name()));
+            write_whole(&name(".txt"), report.table().as_bytes()).map_err(Failure::input)?;
+            write_whole(&name("_errors.svg"), report.error_bars().svg().as_bytes())
+                .map_err(Failure::input)?;
+            write_report(out).map_err(Failure::input)?;
         }
         if args.json {
             println!("{json}");

@@ -7,6 +7,7 @@ use crate::engine::EngineFacts;
 use crate::episodes::Arena;
 use crate::metrics::statistics::{Share, mean};
 use crate::metrics::tracking::TrackingErrors;
+use crate::picture::Bars;
 use crate::table::{Table, number};
 
 /// A row of the paper's comparison (table "Comparison of motion tracking performance").
@@ -225,6 +226,23 @@ impl TrackingReport {
         }
         let engine = arena.engine.facts(&arena.preset);
         Self { engine, limits: options.limits, sets: scores, clips, paper: PAPER_ROWS.to_vec(), runs }
+    }
+
+    /// Errors of every clip, of the exact and of the perturbed starts.
+    pub fn error_bars(&self) -> Bars {
+        let of = |f: fn(&MeanScore) -> f64| {
+            let pair = |c: &ClipScore| [f(&c.exact), f(&c.perturbed)];
+            self.clips.iter().map(pair).collect()
+        };
+        Bars {
+            labels: self.clips.iter().map(|c| c.name.clone()).collect(),
+            series: ["exact start", "starts with reset noise"],
+            panels: vec![
+                ("MPJPE [mm]".to_owned(), of(|m| m.errors.mpjpe_mm)),
+                ("G-MPJPE [mm]".to_owned(), of(|m| m.errors.g_mpjpe_mm)),
+                ("root velocity error [mm/frame]".to_owned(), of(|m| m.errors.velocity_error_mm)),
+            ],
+        }
     }
 
     /// The report as text.

@@ -1,0 +1,71 @@
+//! Bars: figures of many things side by side.
+
+use super::{Rgb, Svg};
+
+/// Pixels from the left edge to the bars.
+const LEFT: i64 = 260;
+/// Length of the longest bar in pixels.
+const LENGTH: f64 = 520.0;
+/// Height of a bar in pixels.
+const BAR: i64 = 9;
+const COLORS: [Rgb; 2] = [[50, 90, 140], [110, 200, 90]];
+
+/// Panels of horizontal bars over the same labels, two bars a label.
+#[derive(Clone, Debug)]
+pub struct Bars {
+    /// What a pair of bars is about.
+    pub labels: Vec<String>,
+    /// Names of the first and second bar of each pair.
+    pub series: [&'static str; 2],
+    /// Title and values of each panel, a pair a label.
+    pub panels: Vec<(String, Vec<[f64; 2]>)>,
+}
+
+impl Bars {
+    /// The picture.
+    pub fn svg(&self) -> String {
+        let pair = 2 * BAR + 6;
+        let panel = pair * self.labels.len() as i64 + 44;
+        let mut svg = Svg::new(LEFT + LENGTH as i64 + 80, panel * self.panels.len() as i64 + 34);
+        for (k, (name, color)) in self.series.iter().zip(COLORS).enumerate() {
+            let x = LEFT + 240 * k as i64;
+            svg.rect([x, 10], [14, 14], color);
+            svg.text(x + 20, 22, 14, "start", name);
+        }
+        for (p, (title, values)) in (0..).zip(&self.panels) {
+            let top = 34 + p * panel;
+            svg.text(LEFT, top + 24, 16, "start", title);
+            let largest = values.iter().flatten().copied().fold(1e-9, f64::max);
+            for (i, (label, pair_values)) in (0..).zip(self.labels.iter().zip(values)) {
+                let y = top + 34 + i * pair;
+                svg.text(LEFT - 8, y + BAR + 4, 13, "end", label);
+                for ((k, value), color) in (0..).zip(pair_values).zip(COLORS) {
+                    let length = (value / largest * LENGTH).round() as i64;
+                    svg.rect([LEFT, y + k * BAR], [length.max(1), BAR - 1], color);
+                    svg.text(LEFT + length + 4, y + k * BAR + BAR, 10, "start", &format!("{value:.1}"));
+                }
+            }
+        }
+        svg.finish()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_bar_fills_the_panel_and_half_is_half() {
+        let bars = Bars {
+            labels: vec!["a".into(), "b & c".into()],
+            series: ["one", "two"],
+            panels: vec![("error".into(), vec![[10.0, 5.0], [0.0, 2.5]])],
+        };
+        let svg = bars.svg();
+        assert!(
+            svg.contains("width=\"520\" height=\"8\"") && svg.contains("width=\"260\" height=\"8\""),
+            "{svg}"
+        );
+        assert!(svg.contains(">b &amp; c</text>") && svg.contains(">2.5</text>"), "{svg}");
+    }
+}

@@ -1,0 +1,151 @@
+//! `paid eval` from end to end, on an untrained policy and motions of our own.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{paid, refuses, small, succeeds, write_motions};
+use paid_mujoco::Library;
+use serde_json::Value;
+
+/// A folder with motions and a policy of two iterations in `run`.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let train =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
+    succeeds(&paid(folder.path(), &train));
+    folder
+}
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text.trim()).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// True if MuJoCo is here; must be in CI.
+fn mujoco(test: &str) -> bool {
+    match Library::get() {
+        Ok(_) => true,
+        Err(error) => {
+            assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{test}: {error}");
+            println!("SKIPPED (needs MuJoCo): {test}");
+            false
+        }
+    }
+}
+
+#[test]
+fn tracking_prints_one_line_of_json_and_writes_the_same() {
+    let folder = folder();
+    let args = ["eval", "tracking", "--policy", "run", "--starts", "2", "--out", "scores", "--json"];
+    let text = succeeds(&paid(folder.path(), &args));
+    assert_eq!(text.trim().lines().count(), 1);
+    let report = json(&text);
+    assert_eq!(report["kind"], "tracking");
+    assert_eq!(
+        report["runs"].as_array().map(Vec::len),
+        Some(6),
+        "two motions, one exact and two other starts"
+    );
+    assert_eq!(report["timing"]["trials"], 6);
+    let file = fs::read_to_string(folder.path().join("scores/builtin_tracking.json")).expect("the file");
+    assert_eq!(json(&file), report);
+    let table = succeeds(&paid(folder.path(), &["eval", "tracking", "--policy", "run", "--starts", "1"]));
+    assert!(table.contains("swing_left") && table.contains("this policy, exact"), "{table}");
+}
+
+#[test]
+fn shooting_writes_every_trial_and_every_figure() {
+    let folder = folder();
+    let args = ["eval", "shooting", "--policy", "run", "--task", "stage2", "--trials", "1", "--limit", "1"];
+    let args = [&args[..], &["--rolling", "--out", "scores", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    assert_eq!(report["trials"].as_array().map(Vec::len), Some(63));
+    let file = |name: &str| folder.path().join("scores").join(format!("builtin_rolling_{name}"));
+    let csv = fs::read_to_string(file("trials.csv")).expect("the trials");
+    assert_eq!(csv.lines().count(), 64);
+    for name in ["success.png", "accuracy.png", "paths.png", "success.svg", "accuracy.svg", "shooting.json"] {
+        assert!(fs::metadata(file(name)).is_ok_and(|m| m.len() > 100), "{name}");
+    }
+    let page = fs::read_to_string(folder.path().join("scores/report.html")).expect("the report");
+    assert!(
+        page.contains("builtin_rolling") && page.contains("<svg") && !page.contains("http-equiv"),
+        "{page}"
+    );
+    assert!(!page.contains("src=\"http"), "the report needs no network");
+}
+
+#[test]
+fn an_onnx_file_scores_as_its_checkpoint_does() {
+    let folder = folder();
+    let score = |policy: &str| {
+        let args =
+            ["eval", "tracking", "--policy", policy, "--motions", "motions", "--starts", "0", "--json"];
+        json(&succeeds(&paid(folder.path(), &args)))
+    };
+    let (checkpoint, onnx) = (score("run"), score("run/policy.onnx"));
+    for (a, b) in
+        checkpoint["runs"].as_array().expect("runs").iter().zip(onnx["runs"].as_array().expect("runs"))
+    {
+        let error = |run: &Value| run["errors"]["mpjpe_mm"].as_f64().expect("a number");
+        assert_eq!(a["frames"], b["frames"]);
+        assert!((error(a) - error(b)).abs() < 0.05 * error(a), "{} and {}", error(a), error(b));
+    }
+}
+
+#[test]
+fn both_engines_run_the_same_trials() {
+    if !mujoco("both_engines_run_the_same_trials") {
+        return;
+    }
+    let folder = folder();
+    let args = ["eval", "shooting", "--policy", "run", "--task", "stage2", "--trials", "1", "--limit", "0.5"];
+    let args = [&args[..], &["--engine", "both", "--out", "scores", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    assert_eq!(report["pairs"].as_array().map(Vec::len), Some(63));
+    let csv = fs::read_to_string(folder.path().join("scores/both_static_trials.csv")).expect("the pairs");
+    assert_eq!(csv.lines().count(), 64);
+    let args = ["eval", "tracking", "--policy", "run", "--engine", "both", "--starts", "0"];
+    let table = succeeds(&paid(folder.path(), &args));
+    assert!(table.contains("MuJoCo 3.") && table.contains("built-in"), "{table}");
+}
+
+#[test]
+fn a_film_has_a_strip_and_frames() {
+    let folder = folder();
+    let args = ["eval", "film", "--policy", "run", "--task", "stage2", "--frames", "film", "--limit", "0.5"];
+    succeeds(&paid(folder.path(), &[&args[..], &["--rate", "5", "--ball", "0.8,-0.1"]].concat()));
+    for name in ["strip.png", "paths.png", "frame_0000.png"] {
+        assert!(folder.path().join("film").join(name).is_file(), "{name}");
+    }
+}
+
+#[test]
+fn the_scene_is_written_for_mujocos_viewer() {
+    let folder = tempfile::tempdir().expect("folder");
+    let args = ["eval", "scene", "--out", "scene.xml", "--protocol", "public", "--floor-friction", "0.55"];
+    succeeds(&paid(folder.path(), &args));
+    let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("the scene");
+    assert!(xml.contains("friction=\"0.55 ") && xml.contains("mass=\"0.1\""), "{xml}");
+}
+
+#[test]
+fn bad_arguments_are_named() {
+    let folder = folder();
+    let eval = |args: &[&str]| refuses(&paid(folder.path(), &[&["eval"], args].concat()));
+    let error = eval(&["shooting", "--policy", "run"]);
+    assert!(error.contains("scene.ball = false") && error.contains("--task stage2"), "{error}");
+    let error = eval(&["tracking", "--policy", "absent"]);
+    assert!(error.contains("absent"), "{error}");
+    let error = eval(&["tracking", "--policy", "run", "--motions", "nowhere"]);
+    assert!(error.contains("nowhere"), "{error}");
+    let error = eval(&["tracking", "--policy", "run/policy.onnx"]);
+    assert!(error.contains("policy.onnx") && error.contains("--motions"), "{error}");
+    fs::write(folder.path().join("bad.onnx"), b"no model").expect("writes");
+    let error = eval(&["tracking", "--policy", "bad.onnx", "--motions", "motions"]);
+    assert!(error.contains("bad.onnx"), "{error}");
+    let error = eval(&["tracking", "--policy", "run", "--engine", "mujoco", "--physics-dt", "0.003"]);
+    assert!(error.contains("--physics-dt") && error.contains("0.003"), "{error}");
+    assert!(!Path::new("scores").exists());
+}
