@@ -3,6 +3,7 @@
 mod grid;
 mod observer;
 mod report;
+mod score;
 
 use paid_task::{EvalOptions, ForcedStart};
 use serde::Serialize;
@@ -14,7 +15,8 @@ use crate::policy::PolicyMaker;
 use observer::Watch;
 
 pub use grid::{Placement, Trial, plan};
-pub use report::{CellScore, Outcome, ShootingReport, totals};
+pub use report::ShootingReport;
+pub use score::{CellScore, Outcome, totals};
 
 /// Ball places.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -2,7 +2,7 @@
 
 use paid_task::{EnvSample, KickEvent};
 
-use super::report::Outcome;
+use super::score::Outcome;
 use super::{ShootingOptions, Trial};
 use crate::episodes::{Arena, Ending, Observer};
 use crate::metrics::shooting::{Crossing, Goal, direction_cosine, fallen};
