@@ -268,6 +268,7 @@ mod tests {
             path: "wave.npz".into(),
             fps: 50.0,
             kick_leg: paid_motion::KickLeg::Left,
+            kick_frame: None,
             licence: None,
             frames,
             joints,

@@ -181,7 +181,7 @@ impl Subject {
         let (robot, spec) = load_robot(&run.robot).map_err(Failure::input)?;
         let folder = common.motions.clone().unwrap_or_else(|| PathBuf::from(&run.run.motions));
         let motions =
-            MotionLibrary::load(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
+            MotionLibrary::open(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
         let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
         let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).map_err(Failure::input)?;
         let policy = checkpoint.policy().map_err(Failure::input)?;
