@@ -16,6 +16,7 @@ mod style;
 mod sway;
 #[cfg(test)]
 mod tests;
+mod walk;
 
 pub use builtin::{BUILTIN_LICENCE, BuiltinKick, builtin_kicks, generate_builtin};
 pub use figure::Figure;
@@ -32,12 +33,15 @@ use plan::{KICK, PLANT};
 use thiserror::Error;
 
 use crate::resample::differentiate;
-use crate::{Balance, Clip, KickLeg, balance, support_margin};
+use crate::{Balance, Clip, KickLeg, balance, rotation_log, support_margin};
 
 /// Rounds of correcting the centre of mass by the whole body's pressure.
 const ROUNDS: usize = 5;
-/// How far a foot may be from its target [m]; more means that the legs do not reach.
-const FOOT_TOLERANCE: f64 = 10.0;
+/// How far a foot [m] and the base [m, rad] may be from their targets; more means that the legs do not reach or a joint is at
+/// its limit.
+const TOLERANCES: [f64; 2] = [1e-3, 5e-4];
+/// Steps beyond the fewest that are tried.
+const EXTRA_STEPS: usize = 3;
 
 /// Why a kick cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -61,14 +65,17 @@ pub enum GenerateError {
         degrees: f64,
     },
     /// The legs cannot follow the plan.
-    #[error("ball ({:.2}, {:.2}) m: the feet miss their plan by {error_m:.4} m at {time_s:.2} s", ball[0], ball[1])]
+    #[error(
+        "ball ({:.2}, {:.2}) m: the legs do not follow the plan at {time_s:.2} s, {error:.1} times what is allowed",
+        ball[0], ball[1]
+    )]
     Reach {
         /// Asked for [m].
         ball: [f64; 2],
         /// When [s].
         time_s: f64,
-        /// By how much [m].
-        error_m: f64,
+        /// Largest error of feet and base, as a share of what is allowed.
+        error: f64,
     },
 }
 
@@ -124,13 +131,22 @@ pub fn generate_kick(
     let ball = [request.ball[0], side * request.ball[1]];
 
     // Stand once to learn where the anchor is above the feet.
-    let trial = Plan::new(&figure, &request.style, ball, 0.0)?;
-    let stand = Course::new(&figure, trial, &request.style).first()?;
+    let trial = Plan::new(&figure, &request.style, ball, 0.0, 0)?;
+    let stand = Course::new(&figure, trial, &request.style).first();
     let anchor = poses(&figure, &stand)[figure.anchor].pos.x();
-    let plan = Plan::new(&figure, &request.style, ball, -anchor)?;
-
-    let course = Course::new(&figure, plan, &request.style);
-    let (mut frames, plan) = course.run()?;
+    // The plan knows strides, not joints: where the legs do not reach, one more step helps.
+    let attempt = |extra: usize| {
+        let plan = Plan::new(&figure, &request.style, ball, -anchor, extra)?;
+        Course::new(&figure, plan, &request.style).run()
+    };
+    let mut made = attempt(0);
+    for extra in 1..=EXTRA_STEPS {
+        if !matches!(made, Err(GenerateError::Reach { .. })) {
+            break;
+        }
+        made = attempt(extra);
+    }
+    let (mut frames, plan) = made?;
     let contact_frame = (plan.kick.contact * FPS).round() as usize;
     let mut support: Vec<Vec<[f64; 2]>> =
         (0..frames.len()).map(|k| plan.support(&figure, k as f64 / FPS)).collect();
@@ -210,18 +226,18 @@ impl<'f, 'm> Course<'f, 'm> {
     }
 
     /// The pose of the first frame.
-    fn first(&self) -> Result<Pose, GenerateError> {
+    fn first(&self) -> Pose {
         let mut pose = Pose {
             base_pos: [0.0, 0.0, self.figure.stance().0],
             base_quat: [1.0, 0.0, 0.0, 0.0],
             joints: self.figure.default_pos.clone(),
         };
-        self.frame(&mut pose, 0, self.pressure.at(0.0))?;
-        Ok(pose)
+        self.frame(&mut pose, 0, self.pressure.at(0.0));
+        pose
     }
 
-    /// Solves frame `k` from a pose nearby.
-    fn frame(&self, pose: &mut Pose, k: usize, com: [f64; 2]) -> Result<(), GenerateError> {
+    /// Solves frame `k` from a pose nearby; returns the largest error as a share of its tolerance.
+    fn frame(&self, pose: &mut Pose, k: usize, com: [f64; 2]) -> f64 {
         let t = k as f64 / FPS;
         let angles = self.posture.joints(self.figure, t);
         for j in 0..angles.len() {
@@ -245,14 +261,14 @@ impl<'f, 'm> Course<'f, 'm> {
         };
         solve(self.figure, pose, &target);
         let bodies = poses(self.figure, pose);
+        let mut error: f64 = 0.0;
         for (side, foot) in target.feet.iter().enumerate() {
-            let error = bodies[self.figure.feet[side]].point(Vec3(self.figure.toe[side])) - Vec3(foot.toe);
-            let error_m = error.norm();
-            if error_m > FOOT_TOLERANCE || error_m.is_nan() {
-                return Err(GenerateError::Reach { ball: self.plan.ball, time_s: t, error_m });
-            }
+            let toe = bodies[self.figure.feet[side]].point(Vec3(self.figure.toe[side]));
+            error = error.max((toe - Vec3(foot.toe)).norm() / TOLERANCES[0]);
         }
-        Ok(())
+        let turn = Vec3(rotation_log(pose.base_quat, target.base_quat)).norm();
+        error = error.max(turn.max((pose.base_pos[2] - target.height).abs()) / TOLERANCES[1]);
+        error
     }
 
     fn foot(&self, foot: usize, t: f64) -> FootTarget {
@@ -299,7 +315,7 @@ impl<'f, 'm> Course<'f, 'm> {
         let count = self.plan.frames();
         let planned: Vec<[f64; 2]> = (0..count).map(|k| self.pressure.at(k as f64 / FPS)).collect();
         let mut wanted = planned.clone();
-        let first = self.first()?;
+        let first = self.first();
         let height = {
             let bodies = poses(self.figure, &first);
             let sum: f64 = self
@@ -329,7 +345,12 @@ impl<'f, 'm> Course<'f, 'm> {
             let mut pose = first.clone();
             frames.clear();
             for k in 0..count {
-                self.frame(&mut pose, k, [x[k], y[k]])?;
+                let error = self.frame(&mut pose, k, [x[k], y[k]]);
+                // Only the last round must be good; one that has gone astray is not worth going on with.
+                let worst = if round + 1 == ROUNDS { 1.0 } else { 30.0 };
+                if error > worst || error.is_nan() {
+                    return Err(GenerateError::Reach { ball: self.plan.ball, time_s: k as f64 / FPS, error });
+                }
                 frames.push(pose.clone());
             }
             if round + 1 == ROUNDS {

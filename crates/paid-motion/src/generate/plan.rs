@@ -1,6 +1,7 @@
 //! Where and when the feet stand: from standing at the origin to a plant foot beside the ball, the kick, and a stand where
 //! the ball was. Everything here is for a right-footed kick; the left-footed one is its mirror image.
 
+use super::walk::approach;
 use super::{Figure, GenerateError, KickStyle, Knot, Track};
 
 /// Frames a second of generated clips.
@@ -14,17 +15,6 @@ pub const PLANT: usize = 0;
 /// See [`PLANT`].
 pub const KICK: usize = 1;
 
-/// Longest distance of the two ankles along the feet when one comes down [m]: what the legs reach at walking height.
-const LONGEST_STRIDE: f64 = 0.38;
-/// Least and largest distance across [m]: shins that do not touch; ankles that lean no farther than they can.
-const ACROSS: [f64; 2] = [0.16, 0.315];
-/// Largest turn of the feet on the way [rad].
-const LARGEST_TURN: f64 = 0.70;
-/// Longest way of one foot in one step [m].
-const LONGEST_STEP: f64 = 0.72;
-/// Turns of the last pair before the plant foot's step that are tried [rad]; a large positive one would have the kicking foot
-/// in the ball.
-const TAKE_OFF_TURNS: [f64; 7] = [0.0, 0.15, -0.15, -0.3, -0.45, -0.6, 0.25];
 /// Nearest and farthest ball [m], and its largest angle off the heading [rad].
 const RING: ([f64; 2], f64) = ([0.55, 2.0], 0.9);
 
@@ -94,7 +84,7 @@ pub struct Plan {
 
 impl Plan {
     /// The plan for a ball at `ball`, as seen from the anchor's start (x forward, y left) [m]; `start_x` is where the feet
-    /// start along x so that the anchor starts at the origin.
+    /// start along x so that the anchor starts at the origin; `extra_steps` are taken beyond the fewest.
     ///
     /// # Errors
     /// A ball that cannot be reached in good steps.
@@ -103,6 +93,7 @@ impl Plan {
         style: &KickStyle,
         ball: [f64; 2],
         start_x: f64,
+        extra_steps: usize,
     ) -> Result<Self, GenerateError> {
         let ([near, far], widest) = RING;
         let (radius, angle) = (ball[0].hypot(ball[1]), ball[1].atan2(ball[0]));
@@ -120,7 +111,7 @@ impl Plan {
         let mut clock = Clock(0.60);
         let mut swings = Vec::new();
         let mut at = start;
-        let approach = approach(start, plant, style.take_off).ok_or(GenerateError::Ball {
+        let approach = approach(start, plant, style.take_off, extra_steps).ok_or(GenerateError::Ball {
             ball,
             near,
             far,
@@ -241,103 +232,5 @@ impl Clock {
         let land = lift + frames((0.34 + 0.24 * way).min(0.52));
         self.0 = land + frames(0.14);
         Swing { foot, lift, land, from, to }
-    }
-}
-
-/// A walk: which foot goes where, in order.
-type Walk = Vec<(usize, Foothold)>;
-
-/// The fewest good steps from `start` to the plant foot, the last; the kicking foot's last hold is `take_off` from it [m], in the
-/// axes of a pair that may be turned a little. On the way the feet may turn towards the goal of the walk, so that a ball at the
-/// side is walked to and not only side-stepped to.
-fn approach(start: [Foothold; 2], plant: Foothold, take_off: [f64; 2]) -> Option<Walk> {
-    let mut best: Option<(f64, Walk)> = None;
-    for turn in TAKE_OFF_TURNS {
-        let turned = Foothold { xy: plant.xy, yaw: plant.yaw + turn };
-        let goal = [plant, Foothold { xy: turned.point(take_off), yaw: turned.yaw }];
-        let middle = |feet: [Foothold; 2]| [0, 1].map(|i| f64::midpoint(feet[PLANT].xy[i], feet[KICK].xy[i]));
-        let (from, to) = (middle(start), middle(goal));
-        let heading = (to[1] - from[1]).atan2(to[0] - from[0]);
-        for share in [0.0, 0.2, 0.4, 0.6, 0.8] {
-            let heading = (share * heading).clamp(-LARGEST_TURN, LARGEST_TURN);
-            for (steps, first) in (1..=6).flat_map(|n| [(n, KICK), (n, PLANT)]) {
-                let walk = walk(start, goal, heading, first, steps);
-                let Some(longest) = effort(start, &walk) else { continue };
-                // A step costs a second; a turn or a long stride only decides between equals.
-                let cost = walk.len() as f64 + longest + 0.5 * (heading.abs() + turn.abs());
-                if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-                    best = Some((cost, walk));
-                }
-            }
-        }
-    }
-    best.map(|(_, walk)| walk)
-}
-
-/// `steps` steps of the plant foot and as many of the other, or one less, spread evenly, under way at `heading`.
-fn walk(start: [Foothold; 2], goal: [Foothold; 2], heading: f64, first: usize, steps: usize) -> Walk {
-    let half = 0.5 * (start[PLANT].xy[1] - start[KICK].xy[1]);
-    let side = [half, -half];
-    let counts = [steps, if first == KICK { steps } else { steps - 1 }];
-    let mut done = [0, 0];
-    let mut out = Vec::new();
-    for i in 0..counts[0] + counts[1] {
-        let foot = if i % 2 == 0 { first } else { 1 - first };
-        done[foot] += 1;
-        let share = done[foot] as f64 / counts[foot] as f64;
-        if done[foot] == counts[foot] {
-            out.push((foot, goal[foot]));
-            continue;
-        }
-        // The middle of a pair of which this foot is one.
-        let (a, b) = (start[foot].point([0.0, -side[foot]]), goal[foot].point([0.0, -side[foot]]));
-        let turned = share * share;
-        let pair = Foothold {
-            xy: [a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])],
-            yaw: heading + turned * (goal[foot].yaw - heading),
-        };
-        out.push((foot, Foothold { xy: pair.point([0.0, side[foot]]), yaw: pair.yaw }));
-    }
-    out
-}
-
-/// The longest stride of a walk [m], or nothing if a step is no good.
-fn effort(start: [Foothold; 2], walk: &Walk) -> Option<f64> {
-    let mut at = start;
-    let mut longest: f64 = 0.0;
-    for &(foot, to) in walk {
-        let way = (to.xy[0] - at[foot].xy[0]).hypot(to.xy[1] - at[foot].xy[1]);
-        at[foot] = to;
-        let (s, c) = f64::midpoint(at[0].yaw, at[1].yaw).sin_cos();
-        let apart = [at[PLANT].xy[0] - at[KICK].xy[0], at[PLANT].xy[1] - at[KICK].xy[1]];
-        let (along, across) = (c * apart[0] + s * apart[1], c * apart[1] - s * apart[0]);
-        longest = longest.max(along.abs());
-        let good = along.abs() <= LONGEST_STRIDE
-            && (ACROSS[0]..=ACROSS[1]).contains(&across)
-            && (at[0].yaw - at[1].yaw).abs() <= LARGEST_TURN
-            && way <= LONGEST_STEP;
-        if !good {
-            return None;
-        }
-    }
-    Some(longest)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_leg_takes_a_stride_it_cannot() {
-        let start = [0.12, -0.12].map(|y| Foothold { xy: [0.0, y], yaw: 0.0 });
-        for (x, y, yaw) in [(0.5, 0.2, 0.0), (0.4, -0.3, 0.1), (1.2, -0.3, 0.2), (0.5, 0.6, -0.1)] {
-            let plant = Foothold { xy: [x, y], yaw };
-            let walk = approach(start, plant, [-0.25, -0.24]).expect("a way");
-            assert_eq!(walk.last(), Some(&(PLANT, plant)));
-            assert!(walk.windows(2).all(|pair| pair[0].0 != pair[1].0), "feet alternate");
-            assert!(effort(start, &walk).is_some_and(|longest| longest <= LONGEST_STRIDE));
-        }
-        let far = Foothold { xy: [4.5, 0.0], yaw: 0.0 };
-        assert!(approach(start, far, [-0.25, -0.24]).is_none());
     }
 }
