@@ -59,6 +59,8 @@ pub struct Clip {
     pub fps: f64,
     /// The label of the kicking leg.
     pub kick_leg: KickLeg,
+    /// The frame in which the foot meets the ball, if it is known.
+    pub kick_frame: Option<usize>,
     /// Terms of use, if the file states them.
     pub licence: Option<String>,
     /// T.

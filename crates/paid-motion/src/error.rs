@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use paid_robot::OrderError;
+use paid_robot::{OrderError, SpecError};
 use thiserror::Error;
+
+use crate::generate::GenerateError;
 
 /// A motion file or folder that cannot be used; always names the path.
 #[derive(Debug, Error)]
@@ -62,6 +64,42 @@ pub enum MotionError {
         /// What does not match.
         source: OrderError,
     },
+    /// A text file with something wrong in a line.
+    #[error("{path}:{line}:{column}: expected {expected}, found {found}")]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Field of the line, from 1.
+        column: usize,
+        /// What the format asks for.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// Something that the file does not say and that nobody gave.
+    #[error("{path}: {what} is not stated in the file; {remedy}")]
+    Unstated {
+        /// The file.
+        path: PathBuf,
+        /// What is missing.
+        what: &'static str,
+        /// How to state it.
+        remedy: &'static str,
+    },
+    /// A file name that no format goes with.
+    #[error("{path}: expected a name that ends in .npz or .csv")]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A kick that cannot be made.
+    #[error(transparent)]
+    Generate(#[from] GenerateError),
+    /// The robot's TOML and MJCF do not fit together.
+    #[error(transparent)]
+    Robot(#[from] SpecError),
     /// The control rate that clips are to be brought to makes no sense.
     #[error("control rate: expected a positive number of hertz, found {0}")]
     Rate(f64),

@@ -1,13 +1,22 @@
-//! Motion clips and libraries: the NPZ format, checks, resampling, and what a clip's kick looks like.
+//! Motion clips and libraries: the NPZ and CSV formats, checks, resampling, what a clip's kick looks like, and kicks made from
+//! scratch.
 //!
 //! A [`Clip`] is in *model order* (see [`paid_robot`]); the orders of files are permuted by name on the way in. Every
 //! quaternion is w, x, y, z and unit; positions are world metres, velocities per second.
 
+mod balance;
+pub mod check;
 mod clip;
+mod csv;
+#[cfg(test)]
+mod csv_tests;
 mod error;
 #[cfg(test)]
 mod file_tests;
+mod format;
+pub mod generate;
 mod kick;
+mod label;
 mod library;
 mod npz;
 mod read;
@@ -17,9 +26,13 @@ mod rotation;
 mod testing;
 mod write;
 
+pub use balance::{Balance, GRAVITY, balance, hull, support_margin};
 pub use clip::{Clip, KickLeg};
+pub use csv::{read_csv, write_csv};
 pub use error::MotionError;
+pub use format::{ReadOptions, read_motion, write_motion};
 pub use kick::{KickFacts, displacement_in_heading, kick_facts, lowest_point};
+pub use label::{KickLabel, fastest_kick};
 pub use library::MotionLibrary;
 pub use read::read_clip;
 pub use resample::resample;

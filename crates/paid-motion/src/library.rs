@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use paid_robot::{RobotModel, RobotSpec};
 
+use crate::generate::generate_builtin;
 use crate::{Clip, MotionError, read_clip, resample};
 
 /// Clips at one frame rate, in the order of their paths.
@@ -15,6 +16,36 @@ pub struct MotionLibrary {
 }
 
 impl MotionLibrary {
+    /// The motions of `dir`, or, if `dir` is the empty path, the built-in ones: what every command does that takes motions.
+    ///
+    /// # Errors
+    /// As [`MotionLibrary::load`] and [`MotionLibrary::builtin`].
+    pub fn open(
+        dir: &Path,
+        model: &RobotModel,
+        spec: &RobotSpec,
+        control_rate_hz: f64,
+    ) -> Result<Self, MotionError> {
+        if dir.as_os_str().is_empty() {
+            Self::builtin(model, spec, control_rate_hz)
+        } else {
+            Self::load(dir, model, spec, control_rate_hz)
+        }
+    }
+
+    /// The kicks that the program makes by itself ([`crate::generate`]): ten standard and three powerful ones.
+    ///
+    /// # Errors
+    /// A robot that the generator does not understand, a bad rate.
+    pub fn builtin(model: &RobotModel, spec: &RobotSpec, control_rate_hz: f64) -> Result<Self, MotionError> {
+        check_rate(control_rate_hz)?;
+        let clips = generate_builtin(model, spec)?
+            .into_iter()
+            .map(|kick| at_rate(kick.clip, model, control_rate_hz))
+            .collect();
+        Ok(Self { clips })
+    }
+
     /// Reads every `*.npz` below `dir` in sorted order, checks every key, permutes to model order by name, and
     /// resamples what is not at `control_rate_hz`.
     ///
@@ -26,23 +57,25 @@ impl MotionLibrary {
         spec: &RobotSpec,
         control_rate_hz: f64,
     ) -> Result<Self, MotionError> {
-        if !(control_rate_hz.is_finite() && control_rate_hz > 0.0) {
-            return Err(MotionError::Rate(control_rate_hz));
-        }
+        check_rate(control_rate_hz)?;
+        let mut library = Self::load_unchanged(dir, model, spec)?;
+        library.clips = library.clips.into_iter().map(|c| at_rate(c, model, control_rate_hz)).collect();
+        Ok(library)
+    }
+
+    /// As [`MotionLibrary::load`], each clip at its file's own frame rate.
+    ///
+    /// # Errors
+    /// As [`MotionLibrary::load`].
+    pub fn load_unchanged(dir: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Self, MotionError> {
         let mut paths = Vec::new();
         collect(dir, &mut paths)?;
         paths.sort();
         if paths.is_empty() {
             return Err(MotionError::Empty { path: dir.to_owned() });
         }
-        let clips = paths
-            .iter()
-            .map(|path| {
-                let clip = read_clip(path, model, spec)?;
-                let same = (clip.fps - control_rate_hz).abs() < 1e-9 * control_rate_hz;
-                Ok(if same { clip } else { resample(&clip, model, control_rate_hz) })
-            })
-            .collect::<Result<_, MotionError>>()?;
+        let clips =
+            paths.iter().map(|path| read_clip(path, model, spec)).collect::<Result<_, MotionError>>()?;
         Ok(Self { clips })
     }
 
@@ -50,6 +83,16 @@ impl MotionLibrary {
     pub fn longest(&self) -> usize {
         self.clips.iter().map(|c| c.frames).max().unwrap_or(0)
     }
+}
+
+fn check_rate(control_rate_hz: f64) -> Result<(), MotionError> {
+    let good = control_rate_hz.is_finite() && control_rate_hz > 0.0;
+    if good { Ok(()) } else { Err(MotionError::Rate(control_rate_hz)) }
+}
+
+fn at_rate(clip: Clip, model: &RobotModel, rate_hz: f64) -> Clip {
+    let same = (clip.fps - rate_hz).abs() < 1e-9 * rate_hz;
+    if same { clip } else { resample(&clip, model, rate_hz) }
 }
 
 fn collect(dir: &Path, paths: &mut Vec<PathBuf>) -> Result<(), MotionError> {

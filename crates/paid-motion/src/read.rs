@@ -10,20 +10,43 @@ use crate::{Clip, KickLeg, MotionError};
 /// How far a stored quaternion's norm may be from one (single precision with room).
 const UNIT_TOLERANCE: f64 = 1e-3;
 /// Frame rates outside of this are taken for a mistake [Hz].
-const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
+pub(crate) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
 
 /// Reads and checks a motion file at its own frame rate.
 ///
 /// Keys: `fps` (one number), `joint_pos`, `joint_vel` `[T, J]`, `body_pos_w`, `body_lin_vel_w`, `body_ang_vel_w`
 /// `[T, B, 3]`, `body_quat_w` `[T, B, 4]` (w, x, y, z), `kick_leg` (`left` or `right`); optionally `joint_names`,
-/// `body_names` (text lists; without them the orders of [`RobotSpec`] hold) and `licence` (text).
+/// `body_names` (text lists; without them the orders of [`RobotSpec`] hold), `kick_frame` (one number: the frame in which
+/// the foot meets the ball) and `licence` (text).
 ///
 /// # Errors
 /// Names the file, the key, what was expected and what was found.
 pub fn read_clip(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Clip, MotionError> {
     let mut npz = Npz::open(path)?;
-    let fps = frame_rate(&mut npz)?;
     let kick_leg = label(&mut npz)?;
+    read_arrays(npz, path, model, spec, kick_leg)
+}
+
+/// As [`read_clip`], but the label may be missing: the clip is then labelled `right` and the second value is false.
+pub(crate) fn read_npz(
+    path: &Path,
+    model: &RobotModel,
+    spec: &RobotSpec,
+) -> Result<(Clip, bool), MotionError> {
+    let mut npz = Npz::open(path)?;
+    let labelled = npz.has("kick_leg");
+    let kick_leg = if labelled { label(&mut npz)? } else { KickLeg::Right };
+    Ok((read_arrays(npz, path, model, spec, kick_leg)?, labelled))
+}
+
+fn read_arrays(
+    mut npz: Npz,
+    path: &Path,
+    model: &RobotModel,
+    spec: &RobotSpec,
+    kick_leg: KickLeg,
+) -> Result<Clip, MotionError> {
+    let fps = frame_rate(&mut npz)?;
     let joints = order(&mut npz, path, "joint_names", &spec.policy_joint_order, &model.joint_names())?;
     let bodies = order(&mut npz, path, "body_names", &spec.motion_body_order, &model.body_names())?;
 
@@ -39,6 +62,7 @@ pub fn read_clip(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Cl
     let body_quat = reader.unit_quaternions("body_quat_w", &bodies)?;
     let body_lin_vel = reader.vectors::<3>("body_lin_vel_w", &bodies)?;
     let body_ang_vel = reader.vectors::<3>("body_ang_vel_w", &bodies)?;
+    let kick_frame = kick_frame(&mut npz, frames)?;
     let licence = match npz.has("licence") {
         true => npz.texts("licence")?.into_iter().next(),
         false => None,
@@ -48,6 +72,7 @@ pub fn read_clip(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Cl
         path: path.to_owned(),
         fps,
         kick_leg,
+        kick_frame,
         licence,
         frames,
         joints: model.joints.len(),
@@ -71,6 +96,19 @@ fn frame_rate(npz: &mut Npz) -> Result<f64, MotionError> {
             rate.to_string(),
         )),
         _ => Err(npz.error("fps", "one number", format!("shape {:?}", fps.shape))),
+    }
+}
+
+/// The optional key `kick_frame`.
+fn kick_frame(npz: &mut Npz, frames: usize) -> Result<Option<usize>, MotionError> {
+    if !npz.has("kick_frame") {
+        return Ok(None);
+    }
+    let stored = npz.numbers("kick_frame")?;
+    match stored.values[..] {
+        [k] if k >= 0.0 && k.fract() == 0.0 && k < frames as f64 => Ok(Some(k as usize)),
+        [k] => Err(npz.error("kick_frame", format!("a frame from 0 to {}", frames - 1), k.to_string())),
+        _ => Err(npz.error("kick_frame", "one number", format!("shape {:?}", stored.shape))),
     }
 }
 

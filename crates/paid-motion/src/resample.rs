@@ -17,6 +17,9 @@ pub fn resample(clip: &Clip, model: &RobotModel, rate_hz: f64) -> Clip {
     let mut out = Clip {
         fps: rate_hz,
         frames,
+        kick_frame: clip
+            .kick_frame
+            .map(|k| ((k as f64 * rate_hz / clip.fps).round() as usize).min(frames.saturating_sub(1))),
         joint_pos: Vec::with_capacity(frames * clip.joints),
         body_pos: Vec::with_capacity(frames * clip.bodies),
         body_quat: Vec::with_capacity(frames * clip.bodies),

@@ -75,6 +75,7 @@ pub(crate) fn steady_clip(frames: usize, fps: f64, turn: f64) -> Clip {
         path: "steady.npz".into(),
         fps,
         kick_leg: KickLeg::Right,
+        kick_frame: None,
         licence: Some("CC0".to_owned()),
         frames,
         joints: 2,

@@ -60,6 +60,9 @@ fn write_all<W: Write + Seek>(
     }
     numbers(&mut zip, "body_quat_w", &[t, b, 4], &single(&clip.body_quat, bodies))?;
     text(&mut zip, "kick_leg", &clip.kick_leg.to_string())?;
+    if let Some(frame) = clip.kick_frame {
+        numbers(&mut zip, "kick_frame", &[1], &[frame as i64])?;
+    }
     if let Some(licence) = &clip.licence {
         text(&mut zip, "licence", licence)?;
     }

@@ -139,14 +139,12 @@ impl TrainedPolicy {
     }
 
     /// Writes a checkpoint of weights, normalisers and preset only: small, free of anything that comes from the motion
-    /// files (environment states, their folder's name). It can be evaluated, exported and started from, not resumed.
+    /// files, such as environment states. It can be evaluated, exported and started from, not resumed.
     ///
     /// # Errors
     /// If the file cannot be written; an earlier file stays whole.
     pub fn write_checkpoint(&self, path: &Path) -> Result<(), TrainError> {
-        let mut preset = self.preset.clone();
-        preset.run.motions = String::new();
-        let preset = preset.to_toml()?;
+        let preset = self.preset.to_toml()?;
         Checkpoint::load(&self.checkpoint)?.save_weights(path, &[(PRESET, preset.as_bytes())])?;
         Ok(())
     }
@@ -298,6 +296,7 @@ mod tests {
             path: "wave.npz".into(),
             fps: 50.0,
             kick_leg: paid_motion::KickLeg::Left,
+            kick_frame: None,
             licence: None,
             frames,
             joints,

@@ -40,7 +40,7 @@ pub struct RunPreset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig {
-    /// Folder of the motion files.
+    /// Folder of the motion files; empty for the built-in kicks.
     pub motions: String,
     /// Environments over all shards.
     pub envs: usize,

@@ -68,14 +68,8 @@ impl Scene {
     pub fn load(preset: &RunPreset) -> Result<Self, TrainError> {
         let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
         let (model, spec) = load_robot(&preset.robot)?;
-        if preset.run.motions.is_empty() {
-            return Err(TrainError::Setup(
-                "no motions: expected a folder of .npz files from --motions or run.motions, found none"
-                    .to_owned(),
-            ));
-        }
         let rate = 1.0 / preset.task.control_dt_s();
-        let motions = MotionLibrary::load(Path::new(&preset.run.motions), &model, &spec, rate)
+        let motions = MotionLibrary::open(Path::new(&preset.run.motions), &model, &spec, rate)
             .map_err(|e| setup(&e))?;
         let clips = motions.clips.iter().map(reference_clip).collect();
         let library = ReferenceLibrary::new(clips, &model, &spec).map_err(|e| setup(&e))?;

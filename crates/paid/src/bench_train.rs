@@ -10,9 +10,9 @@ use crate::failure::Failure;
 /// Arguments of `paid bench train`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of the motion files (.npz, searched recursively).
+    /// Folder of the motion files (.npz, searched recursively) [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
-    motions: PathBuf,
+    motions: Option<PathBuf>,
     /// Run preset to measure [default: MLP at 2 and at 5 epochs, LSTM at 2].
     #[arg(long, value_name = "NAME|FILE")]
     preset: Option<String>,
@@ -51,7 +51,9 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     for (title, preset, set) in cases {
         let mut sets: Vec<String> = set.into_iter().map(str::to_owned).collect();
         sets.push(format!("run.envs={}", args.envs));
-        sets.push(format!("run.motions={:?}", args.motions.to_string_lossy()));
+        if let Some(motions) = &args.motions {
+            sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+        }
         sets.extend(args.sets.iter().cloned());
         let preset = RunPreset::resolve(preset, &sets).map_err(Failure::input)?;
         let found = bench_train(&title, &preset, threads, args.seconds).map_err(Failure::input)?;

@@ -8,17 +8,6 @@ use common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
 use paid_motion::{Clip, KickLeg};
 
 #[test]
-fn training_without_motions_says_what_is_needed() {
-    let folder = tempfile::tempdir().expect("folder");
-    for args in [&["train"][..], &["train", "stage1"], &["agent", "zero"]] {
-        let error = refuses(&paid(folder.path(), args));
-        assert!(error.contains("motions") && error.contains(".npz"), "{error}");
-    }
-    let left: Vec<_> = fs::read_dir(folder.path()).expect("folder").collect();
-    assert!(left.is_empty(), "{left:?}");
-}
-
-#[test]
 fn a_missing_or_empty_motion_folder_is_named() {
     let folder = tempfile::tempdir().expect("folder");
     fs::create_dir(folder.path().join("empty")).expect("folder");

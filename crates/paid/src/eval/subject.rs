@@ -33,7 +33,7 @@ pub struct Common {
     /// Built-in robot or robot file, for ONNX files.
     #[arg(long, default_value = "g1")]
     robot: String,
-    /// Folder of the motion files [default: the one the policy was trained on].
+    /// Folder of the motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Built-in task or task preset file to score in [default: the one the policy was trained in; for an ONNX file stage2 with
@@ -80,8 +80,8 @@ struct Source {
     robot: String,
     /// The task that it was trained in.
     task: TaskPreset,
-    /// Its motions, if it names them.
-    motions: Option<PathBuf>,
+    /// Its motions; empty for the built-in kicks.
+    motions: PathBuf,
     kind: Kind,
 }
 
@@ -99,7 +99,7 @@ impl Source {
                 name: common.policy.display().to_string(),
                 robot: common.robot.clone(),
                 task: TaskPreset::builtin(usual_task).map_err(Failure::input)?,
-                motions: None,
+                motions: PathBuf::new(),
                 kind: Kind::Onnx(Box::new(model)),
             });
         }
@@ -121,7 +121,7 @@ impl Source {
             name: path.display().to_string(),
             robot: run.robot,
             task: run.task,
-            motions: (!run.run.motions.is_empty()).then(|| PathBuf::from(&run.run.motions)),
+            motions: PathBuf::from(&run.run.motions),
             kind: Kind::Network(Box::new(checkpoint.policy().map_err(Failure::input)?)),
         })
     }
@@ -145,11 +145,9 @@ impl Subject {
         task.scene.terrain = Terrain::Plane;
         let scene = common.scene.scene(&mut task, usual_dt_s)?;
         let (robot, spec) = load_robot(&source.robot).map_err(Failure::input)?;
-        let folder = common.motions.clone().or(source.motions).ok_or_else(|| {
-            Failure::input(format!("{}: names no motions; say which with --motions DIR", source.name))
-        })?;
+        let folder = common.motions.clone().unwrap_or(source.motions);
         let motions =
-            MotionLibrary::load(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
+            MotionLibrary::open(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
         let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
         let library =
             Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).map_err(Failure::input)?);

@@ -54,6 +54,7 @@ pub fn swing(kick_leg: KickLeg) -> Clip {
         path: "swing.npz".into(),
         fps,
         kick_leg,
+        kick_frame: None,
         licence: Some("CC0".to_owned()),
         frames,
         joints: model.joints.len(),

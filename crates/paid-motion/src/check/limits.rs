@@ -1,0 +1,83 @@
+//! Where a warning and where a failure begins.
+
+/// Two bounds of a measure: above the first a warning, above the second a failure.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// Warn above.
+    pub warn: f64,
+    /// Fail above.
+    pub fail: f64,
+}
+
+impl Limit {
+    const fn new(warn: f64, fail: f64) -> Self {
+        Self { warn, fail }
+    }
+}
+
+/// Limits of all aspects.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CheckLimits {
+    /// Shortest clip without a warning [s]: less cannot hold an approach and a kick.
+    pub shortest_s: f64,
+    /// Clip length [s]: the task's episodes last 10 s.
+    pub duration_s: Limit,
+    /// Stored bodies against forward kinematics of the stored joints [m].
+    pub kinematics_m: Limit,
+    /// Stored joint velocities against differences of the angles [rad/s].
+    pub joint_rate: Limit,
+    /// Stored body velocities against differences of the centres of mass [m/s].
+    pub body_rate: Limit,
+    /// Joint angle beyond its range [rad].
+    pub joint_range: Limit,
+    /// Joint speed as a share of its limit.
+    pub joint_speed: Limit,
+    /// Change of a joint's velocity from one frame to the next, as a share of its speed limit.
+    pub joint_jump: Limit,
+    /// Speed of the base [m/s]: a robot that is elsewhere in the next frame.
+    pub base_speed: Limit,
+    /// Depth of the lowest point below the floor [m].
+    pub penetration_m: Limit,
+    /// Height of the lowest point above the floor [m]; a jump or a clip that hovers.
+    pub floating_m: Limit,
+    /// Way that a foot slides in one stance [m].
+    pub sliding_m: Limit,
+    /// Depth of two parts of the robot in each other [m].
+    pub overlap_m: Limit,
+    /// Share of frames whose centre of pressure is more than 2 cm outside of the standing soles.
+    pub unbalanced: Limit,
+    /// Share of frames that need more friction than a sole gives.
+    pub slippery: Limit,
+    /// Angle between the start's heading and the foot's way at the kick [rad].
+    pub heading: Limit,
+    /// Distance of a stated kick frame from the fastest frame [s].
+    pub kick_frame_s: Limit,
+}
+
+impl Default for CheckLimits {
+    fn default() -> Self {
+        Self {
+            shortest_s: 1.0,
+            duration_s: Limit::new(10.0, 120.0),
+            kinematics_m: Limit::new(1e-3, 1e-2),
+            joint_rate: Limit::new(0.5, 5.0),
+            // Files that were made at another rate and smoothed differ by this much in the strike.
+            body_rate: Limit::new(0.8, 3.0),
+            // Retargeted clips lie on the limit to single precision.
+            joint_range: Limit::new(1e-3, 0.05),
+            joint_speed: Limit::new(0.9, 1.0),
+            joint_jump: Limit::new(0.5, 1.0),
+            base_speed: Limit::new(4.0, 8.0),
+            // The depth that a soft contact gives way under the robot's weight, and one that throws it.
+            penetration_m: Limit::new(0.010, 0.030),
+            floating_m: Limit::new(0.030, 0.30),
+            sliding_m: Limit::new(0.040, 0.25),
+            // A hand that brushes a thigh is common in retargeted motions and harmless; one deep inside of it is not.
+            overlap_m: Limit::new(0.002, 0.100),
+            unbalanced: Limit::new(0.05, 0.80),
+            slippery: Limit::new(0.05, 0.50),
+            heading: Limit::new(0.8, 1.6),
+            kick_frame_s: Limit::new(0.06, 0.30),
+        }
+    }
+}

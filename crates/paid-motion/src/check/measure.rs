@@ -1,0 +1,193 @@
+//! The numbers that a verdict rests on.
+
+use paid_lanes::{Quat, Vec3};
+use paid_robot::{RobotModel, RobotSpec, SpecError, kinematics};
+use serde::Serialize;
+
+use super::{collision_pairs, deepest_overlap, foot_contacts};
+use crate::resample::differentiate;
+use crate::{Clip, balance, lowest_point, support_margin};
+
+/// The largest value of something, the frame and (if it belongs to one) the joint or body.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Worst {
+    /// The value.
+    pub value: f64,
+    /// Its frame.
+    pub frame: usize,
+    /// Name of the joint, body or bodies.
+    pub part: String,
+}
+
+impl Worst {
+    fn least() -> Self {
+        Self { value: f64::NEG_INFINITY, ..Self::default() }
+    }
+    fn see(&mut self, value: f64, frame: usize, part: impl FnOnce() -> String) {
+        if value > self.value || value.is_nan() {
+            *self = Self { value, frame, part: part() };
+        }
+    }
+}
+
+/// What is measured of a clip.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Measures {
+    /// First to last frame [s].
+    pub duration_s: f64,
+    /// Largest speed of the labelled foot's centre of mass [m/s].
+    pub foot_speed: Worst,
+    /// Largest speed of the other foot [m/s].
+    pub other_foot_speed: Worst,
+    /// Angle between the anchor's first heading and the way of the labelled foot at its fastest [rad].
+    pub shot_angle: f64,
+    /// Angle between the anchor's first and last heading [rad].
+    pub turn: f64,
+    /// Stored bodies against forward kinematics of the stored joints [m].
+    pub kinematics_m: Worst,
+    /// Stored joint velocities against differences [rad/s].
+    pub joint_rate: Worst,
+    /// Stored body velocities against differences [m/s].
+    pub body_rate: Worst,
+    /// Joint angle beyond its range (negative: room left) [rad].
+    pub joint_range: Worst,
+    /// Joint speed as a share of its limit.
+    pub joint_speed: Worst,
+    /// Change of joint velocity between frames as a share of the joint's speed limit.
+    pub joint_jump: Worst,
+    /// Speed of the base [m/s].
+    pub base_speed: Worst,
+    /// Lowest point below the floor (negative: above) [m].
+    pub penetration_m: Worst,
+    /// Lowest point above the floor [m].
+    pub floating_m: Worst,
+    /// Way of a foot in one stance [m].
+    pub sliding_m: Worst,
+    /// Depth of parts in each other [m]; 0 if nothing touches.
+    pub overlap_m: Worst,
+    /// Share of frames with the centre of pressure inside the standing soles.
+    pub pressure_inside: f64,
+    /// Share of frames with the centre of pressure more than 2 cm outside.
+    pub unbalanced: f64,
+    /// Least distance of the centre of pressure from the edge of the standing soles while any stands, negative outside [m].
+    pub pressure_margin_m: f64,
+    /// Share of frames that need friction above [`FRICTION`].
+    pub slippery: f64,
+}
+
+/// Friction coefficient that soles are sure to have (the task's floor has 1.0).
+pub const FRICTION: f64 = 0.8;
+/// Distance outside of the soles that still counts as balanced [m]: a real sole is larger than its contact points.
+const OUTSIDE: f64 = 0.02;
+
+/// Measures a clip.
+///
+/// # Errors
+/// If the robot's TOML names what its MJCF lacks.
+pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Measures, SpecError> {
+    let indices = spec.indices(model)?;
+    let control = spec.resolve(model)?;
+    let foot = indices.feet[clip.kick_leg.index()];
+    let other = indices.feet[1 - clip.kick_leg.index()];
+    let last = clip.frames - 1;
+    let mut again = clip.clone();
+    differentiate(&mut again, model);
+
+    let [mut foot_speed, mut other_foot_speed] = [Worst::least(), Worst::least()];
+    let [mut kinematics_m, mut joint_rate, mut body_rate] = [Worst::least(), Worst::least(), Worst::least()];
+    let [mut joint_range, mut joint_speed, mut joint_jump] =
+        [Worst::least(), Worst::least(), Worst::default()];
+    let [mut penetration_m, mut floating_m, mut base_speed] =
+        [Worst::least(), Worst::least(), Worst::least()];
+    let mut overlap_m = Worst::default();
+    let pairs = collision_pairs(model);
+    let body_name = |i: usize| model.bodies[i].name.clone();
+    for t in 0..clip.frames {
+        foot_speed.see(Vec3(again.body_lin_vel(t)[foot]).norm(), t, || body_name(foot));
+        other_foot_speed.see(Vec3(again.body_lin_vel(t)[other]).norm(), t, || body_name(other));
+        base_speed.see(Vec3(again.body_lin_vel(t)[0]).norm(), t, || body_name(0));
+        let poses = kinematics::forward::<f64>(
+            model,
+            Vec3(clip.body_pos(t)[0]),
+            Quat(clip.body_quat(t)[0]),
+            clip.joint_pos(t),
+        );
+        for (i, pose) in poses.iter().enumerate() {
+            kinematics_m.see((pose.pos - Vec3(clip.body_pos(t)[i])).norm(), t, || body_name(i));
+            // The ends are one-sided differences, which files need not share.
+            if t > 0 && t < last {
+                let off = Vec3(again.body_lin_vel(t)[i]) - Vec3(clip.body_lin_vel(t)[i]);
+                body_rate.see(off.norm(), t, || body_name(i));
+            }
+        }
+        for (j, joint) in model.joints.iter().enumerate() {
+            let (angle, speed, limit) =
+                (clip.joint_pos(t)[j], again.joint_vel(t)[j], control.velocity_limit[j]);
+            let name = || joint.name.clone();
+            joint_range.see((joint.range[0] - angle).max(angle - joint.range[1]), t, name);
+            joint_speed.see(speed.abs() / limit, t, name);
+            if t > 0 && t < last {
+                joint_rate.see((speed - clip.joint_vel(t)[j]).abs(), t, name);
+                let step = clip.joint_pos(t + 1)[j] - 2.0 * angle + clip.joint_pos(t - 1)[j];
+                joint_jump.see((step * clip.fps).abs() / limit, t, name);
+            }
+        }
+        let low = lowest_point(model, clip.body_pos(t), clip.body_quat(t));
+        penetration_m.see(-low, t, String::new);
+        floating_m.see(low, t, String::new);
+        if let Some(overlap) = deepest_overlap(model, &pairs, clip.body_pos(t), clip.body_quat(t)) {
+            let [a, b] = overlap.bodies;
+            overlap_m.see(overlap.depth, t, || format!("{} and {}", body_name(a), body_name(b)));
+        }
+    }
+
+    let contacts = foot_contacts(clip, model, &indices.feet);
+    let mut sliding_m = Worst::default();
+    for (contact, &body) in contacts.iter().zip(&indices.feet) {
+        let (way, frame) = contact.longest_slide(clip.fps);
+        sliding_m.see(way, frame, || body_name(body));
+    }
+    let balance = balance(clip, model);
+    let margins: Vec<f64> = (0..clip.frames)
+        .map(|t| {
+            let support: Vec<[f64; 2]> = contacts.iter().flat_map(|c| c.standing[t].clone()).collect();
+            support_margin(&support, balance[t].zmp)
+        })
+        .collect();
+    let share = |count: usize| count as f64 / clip.frames as f64;
+    let heading = |t: usize| {
+        let x = Quat(clip.body_quat(t)[indices.anchor]).rotate(Vec3([1.0, 0.0, 0.0]));
+        x.y().atan2(x.x())
+    };
+    let shot = again.body_lin_vel(foot_speed.frame)[foot];
+    Ok(Measures {
+        duration_s: clip.duration_s(),
+        shot_angle: between(shot[1].atan2(shot[0]), heading(0)),
+        turn: between(heading(last), heading(0)),
+        pressure_inside: share(margins.iter().filter(|m| **m >= 0.0).count()),
+        unbalanced: share(margins.iter().filter(|m| **m < -OUTSIDE).count()),
+        pressure_margin_m: margins.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min),
+        slippery: share(
+            balance.iter().filter(|b| b.force[0].hypot(b.force[1]) > FRICTION * b.force[2]).count(),
+        ),
+        foot_speed,
+        other_foot_speed,
+        kinematics_m,
+        joint_rate,
+        body_rate,
+        joint_range,
+        joint_speed,
+        joint_jump,
+        base_speed,
+        penetration_m,
+        floating_m,
+        sliding_m,
+        overlap_m,
+    })
+}
+
+/// The angle between two headings, 0 to pi [rad].
+fn between(a: f64, b: f64) -> f64 {
+    let (s, c) = (a - b).sin_cos();
+    s.atan2(c).abs()
+}

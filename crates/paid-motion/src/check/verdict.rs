@@ -1,0 +1,227 @@
+//! From measures to a verdict.
+
+use std::fmt;
+
+use paid_robot::{RobotModel, RobotSpec, SpecError};
+use serde::Serialize;
+
+use super::{CheckLimits, Limit, Measures, Worst, measure};
+use crate::{Clip, KickLeg};
+
+/// How fit a clip is; the worse is the greater.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Nothing to complain of.
+    Pass,
+    /// Usable; a policy or a reader may trip over it.
+    Warn,
+    /// Not to be trained on.
+    Fail,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Pass => "pass",
+            Self::Warn => "warn",
+            Self::Fail => "fail",
+        })
+    }
+}
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Aspect {
+    /// Length of the clip.
+    Duration,
+    /// The labelled foot is the one that kicks, in the stated frame.
+    Label,
+    /// The kick goes ahead.
+    Heading,
+    /// Terms of use are stated.
+    Licence,
+    /// Bodies and joints tell the same.
+    Kinematics,
+    /// Stored velocities are those of the motion.
+    Velocities,
+    /// Joint angles within their ranges.
+    JointLimits,
+    /// Joint speeds within their limits.
+    JointSpeeds,
+    /// No jumps from frame to frame.
+    Continuity,
+    /// Nothing below the floor.
+    Penetration,
+    /// Something on the floor.
+    Floating,
+    /// Standing feet stay where they are.
+    Sliding,
+    /// No part in another.
+    SelfCollision,
+    /// Pressure within the soles, friction enough.
+    Balance,
+}
+
+/// Something found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Of which aspect.
+    pub aspect: Aspect,
+    /// How bad.
+    pub verdict: Verdict,
+    /// The worst frame, if it belongs to one.
+    pub frame: Option<usize>,
+    /// One plain sentence.
+    pub reason: String,
+}
+
+/// The check of a clip.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClipReport {
+    /// Name.
+    pub name: String,
+    /// File.
+    pub path: String,
+    /// Label.
+    pub kick_leg: KickLeg,
+    /// Number of frames.
+    pub frames: usize,
+    /// Terms of use.
+    pub licence: Option<String>,
+    /// That of the worst finding.
+    pub verdict: Verdict,
+    /// Worst first.
+    pub findings: Vec<Finding>,
+    /// The numbers.
+    pub measures: Measures,
+}
+
+/// Checks a clip.
+///
+/// # Errors
+/// If the robot's TOML names what its MJCF lacks.
+pub fn check_clip(
+    clip: &Clip,
+    model: &RobotModel,
+    spec: &RobotSpec,
+    limits: &CheckLimits,
+) -> Result<ClipReport, SpecError> {
+    let measures = measure(clip, model, spec)?;
+    let mut findings = findings(clip, &measures, limits);
+    findings.sort_by_key(|f| (std::cmp::Reverse(f.verdict), f.aspect));
+    Ok(ClipReport {
+        name: clip.name.clone(),
+        path: clip.path.display().to_string(),
+        kick_leg: clip.kick_leg,
+        frames: clip.frames,
+        licence: clip.licence.clone(),
+        verdict: findings.first().map_or(Verdict::Pass, |f| f.verdict),
+        findings,
+        measures,
+    })
+}
+
+/// The verdict on a value; what is not a number fails.
+fn judge(value: f64, limit: Limit) -> Verdict {
+    if value <= limit.warn {
+        Verdict::Pass
+    } else if value <= limit.fail {
+        Verdict::Warn
+    } else {
+        Verdict::Fail
+    }
+}
+
+struct Findings(Vec<Finding>);
+
+impl Findings {
+    fn add(&mut self, aspect: Aspect, verdict: Verdict, frame: Option<usize>, reason: String) {
+        if verdict > Verdict::Pass {
+            self.0.push(Finding { aspect, verdict, frame, reason });
+        }
+    }
+    fn worst(
+        &mut self,
+        aspect: Aspect,
+        worst: &Worst,
+        limit: Limit,
+        reason: impl FnOnce(f64, &str) -> String,
+    ) {
+        let reason = reason(worst.value, &worst.part);
+        self.add(aspect, judge(worst.value, limit), Some(worst.frame), reason);
+    }
+}
+
+fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
+    let mut out = Findings(Vec::new());
+    let time = judge(m.duration_s, limits.duration_s);
+    out.add(Aspect::Duration, time, None, format!("lasts {:.2} s", m.duration_s));
+    if m.duration_s < limits.shortest_s {
+        out.add(Aspect::Duration, Verdict::Warn, None, format!("lasts only {:.2} s", m.duration_s));
+    }
+    label(clip, m, limits, &mut out);
+    let reason = format!("kicks {:.0} degrees off its first heading", m.shot_angle.to_degrees());
+    out.add(Aspect::Heading, judge(m.shot_angle, limits.heading), Some(m.foot_speed.frame), reason);
+    let reason = format!("ends {:.0} degrees off its first heading", m.turn.to_degrees());
+    out.add(Aspect::Heading, judge(m.turn, limits.heading), Some(clip.frames - 1), reason);
+    if clip.licence.is_none() {
+        out.add(Aspect::Licence, Verdict::Warn, None, "states no licence".to_owned());
+    }
+    out.worst(Aspect::Kinematics, &m.kinematics_m, limits.kinematics_m, |v, part| {
+        format!("{part} is stored {:.1} mm from where the joints put it", 1e3 * v)
+    });
+    out.worst(Aspect::Velocities, &m.joint_rate, limits.joint_rate, |v, part| {
+        format!("the stored velocity of {part} is {v:.2} rad/s off")
+    });
+    out.worst(Aspect::Velocities, &m.body_rate, limits.body_rate, |v, part| {
+        format!("the stored velocity of {part} is {v:.2} m/s off")
+    });
+    out.worst(Aspect::JointLimits, &m.joint_range, limits.joint_range, |v, part| {
+        format!("{part} is {v:.3} rad beyond its range")
+    });
+    out.worst(Aspect::JointSpeeds, &m.joint_speed, limits.joint_speed, |v, part| {
+        format!("{part} turns at {:.0} % of its speed limit", 100.0 * v)
+    });
+    out.worst(Aspect::Continuity, &m.joint_jump, limits.joint_jump, |v, part| {
+        format!("the velocity of {part} jumps by {:.0} % of its limit in a frame", 100.0 * v)
+    });
+    out.worst(Aspect::Continuity, &m.base_speed, limits.base_speed, |v, part| {
+        format!("{part} moves at {v:.1} m/s")
+    });
+    out.worst(Aspect::Penetration, &m.penetration_m, limits.penetration_m, |v, _| {
+        format!("reaches {:.0} mm below the floor", 1e3 * v)
+    });
+    out.worst(Aspect::Floating, &m.floating_m, limits.floating_m, |v, _| {
+        format!("floats {:.0} mm above the floor", 1e3 * v)
+    });
+    out.worst(Aspect::Sliding, &m.sliding_m, limits.sliding_m, |v, part| {
+        format!("{part} slides {:.0} mm while it stands", 1e3 * v)
+    });
+    out.worst(Aspect::SelfCollision, &m.overlap_m, limits.overlap_m, |v, part| {
+        format!("{part} are {:.0} mm in each other", 1e3 * v)
+    });
+    let reason =
+        format!("the pressure is outside of the soles in {:.0} % of the frames", 100.0 * m.unbalanced);
+    out.add(Aspect::Balance, judge(m.unbalanced, limits.unbalanced), None, reason);
+    let reason = format!("needs much friction in {:.0} % of the frames", 100.0 * m.slippery);
+    out.add(Aspect::Balance, judge(m.slippery, limits.slippery), None, reason);
+    out.0
+}
+
+fn label(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
+    let fastest = &m.foot_speed;
+    if m.other_foot_speed.value > fastest.value {
+        let reason = format!(
+            "labelled {}, but the other foot is faster ({:.1} m/s against {:.1})",
+            clip.kick_leg, m.other_foot_speed.value, fastest.value
+        );
+        out.add(Aspect::Label, Verdict::Fail, Some(m.other_foot_speed.frame), reason);
+    }
+    if let Some(stated) = clip.kick_frame {
+        let off = stated.abs_diff(fastest.frame) as f64 / clip.fps;
+        let reason = format!("kick frame {stated}, but the foot is fastest in frame {}", fastest.frame);
+        out.add(Aspect::Label, judge(off, limits.kick_frame_s), Some(stated), reason);
+    }
+}

@@ -1,0 +1,236 @@
+//! CSV motions as BeyondMimic and Unitree exchange them: one line a frame, position x, y, z of the base [m], its quaternion in the
+//! order x, y, z, w, then the joint angles [rad] in model order (depth-first), separated by commas.
+//!
+//! Lines that begin with `#` are comments, which other readers skip. Ours state there what the numbers leave open, a key a line:
+//! `# fps: 50`, `# kick_leg: right`, `# kick_frame: 141`, `# licence: ...`. A first line of column names is understood: its last
+//! names are then those of the joints, in any order.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use paid_lanes::{Quat, Vec3};
+use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
+
+use crate::read::RATES_HZ;
+use crate::resample::differentiate;
+use crate::{Clip, KickLeg, MotionError, ReadOptions, fastest_kick};
+
+/// Columns before the joints: three of position, four of orientation.
+const BASE: usize = 7;
+/// How far a quaternion's norm may be from one: files round to few digits.
+const UNIT_TOLERANCE: f64 = 1e-2;
+/// A larger file is no motion [bytes].
+const LARGEST: u64 = 1 << 30;
+
+/// Reads a CSV motion. Body poses come from forward kinematics, velocities from central differences.
+///
+/// # Errors
+/// Names file, line, field, what was expected and what was found; a frame rate that neither the file nor the options state.
+pub fn read_csv(
+    path: &Path,
+    model: &RobotModel,
+    spec: &RobotSpec,
+    options: &ReadOptions,
+) -> Result<Clip, MotionError> {
+    let io = |source| MotionError::Io { path: path.to_owned(), source };
+    if fs::metadata(path).map_err(io)?.len() > LARGEST {
+        let source = std::io::Error::other(format!("more than {LARGEST} bytes"));
+        return Err(io(source));
+    }
+    let text = fs::read_to_string(path).map_err(io)?;
+    let reader = Reader { path, joints: model.joint_names() };
+    let (stated, frames) = reader.lines(&text)?;
+    let fps = options.fps.or(stated.fps).ok_or_else(|| MotionError::Unstated {
+        path: path.to_owned(),
+        what: "the frame rate",
+        remedy: "give it (--fps) or write '# fps: 50' into the first line",
+    })?;
+    if !RATES_HZ.contains(&fps) {
+        let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
+        return Err(reader.error(stated.fps_line, 1, expected, fps.to_string()));
+    }
+    if frames.len() < 2 {
+        let found = format!("{} frames", frames.len());
+        return Err(reader.error(text.lines().count(), 1, "at least 2 frames", found));
+    }
+    let mut clip = Clip {
+        name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
+        path: path.to_owned(),
+        fps,
+        kick_leg: KickLeg::Right,
+        kick_frame: stated.kick_frame.filter(|&k| k < frames.len()),
+        licence: stated.licence,
+        frames: frames.len(),
+        joints: model.joints.len(),
+        bodies: model.bodies.len(),
+        joint_pos: Vec::new(),
+        joint_vel: Vec::new(),
+        body_pos: Vec::new(),
+        body_quat: Vec::new(),
+        body_lin_vel: Vec::new(),
+        body_ang_vel: Vec::new(),
+    };
+    for row in &frames {
+        let [x, y, z, qx, qy, qz, qw] = core::array::from_fn(|i| row[i]);
+        clip.joint_pos.extend(&row[BASE..]);
+        let base = Quat([qw, qx, qy, qz]);
+        for (i, pose) in
+            kinematics::forward::<f64>(model, Vec3([x, y, z]), base, &row[BASE..]).iter().enumerate()
+        {
+            clip.body_pos.push(pose.pos.0);
+            clip.body_quat.push(if i == 0 { base.0 } else { pose.quat.0 });
+        }
+    }
+    differentiate(&mut clip, model);
+    let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
+    clip.kick_leg = options.kick_leg.or(stated.kick_leg).or_else(fastest).unwrap_or(KickLeg::Right);
+    Ok(clip)
+}
+
+/// What comments state.
+#[derive(Default)]
+struct Stated {
+    fps: Option<f64>,
+    fps_line: usize,
+    kick_leg: Option<KickLeg>,
+    kick_frame: Option<usize>,
+    licence: Option<String>,
+}
+
+struct Reader<'a> {
+    path: &'a Path,
+    joints: Vec<String>,
+}
+
+impl Reader<'_> {
+    fn error(
+        &self,
+        line: usize,
+        column: usize,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> MotionError {
+        let path = self.path.to_owned();
+        MotionError::Text { path, line: line.max(1), column, expected: expected.into(), found: found.into() }
+    }
+
+    /// Comments and rows: position, unit quaternion x, y, z, w, joints in model order.
+    fn lines(&self, text: &str) -> Result<(Stated, Vec<Vec<f64>>), MotionError> {
+        let mut stated = Stated { fps_line: 1, ..Stated::default() };
+        let mut order: Option<Permutation> = None;
+        let mut frames = Vec::new();
+        for (i, line) in text.lines().enumerate() {
+            let (number, line) = (i + 1, line.trim());
+            if let Some(comment) = line.strip_prefix('#') {
+                self.comment(number, comment, &mut stated)?;
+            } else if !line.is_empty() {
+                let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+                let columns = BASE + self.joints.len();
+                if fields.len() != columns {
+                    let expected = format!(
+                        "{columns} numbers (x, y, z, quaternion x, y, z, w, {} joints)",
+                        self.joints.len()
+                    );
+                    return Err(self.error(
+                        number,
+                        fields.len(),
+                        expected,
+                        format!("{} fields", fields.len()),
+                    ));
+                }
+                let named = fields.iter().all(|f| f.parse::<f64>().is_err());
+                if named && frames.is_empty() && order.is_none() {
+                    order = Some(self.order(&fields[BASE..])?);
+                } else {
+                    frames.push(self.row(number, &fields, order.as_ref())?);
+                }
+            }
+        }
+        Ok((stated, frames))
+    }
+
+    fn order(&self, names: &[&str]) -> Result<Permutation, MotionError> {
+        Permutation::between(names, &self.joints).map_err(|source| MotionError::Order {
+            path: self.path.to_owned(),
+            list: "column names",
+            source,
+        })
+    }
+
+    fn row(
+        &self,
+        line: usize,
+        fields: &[&str],
+        order: Option<&Permutation>,
+    ) -> Result<Vec<f64>, MotionError> {
+        let mut row = Vec::with_capacity(fields.len());
+        for (i, field) in fields.iter().enumerate() {
+            match field.parse::<f64>() {
+                Ok(x) if x.is_finite() => row.push(x),
+                _ => return Err(self.error(line, i + 1, "a finite number", format!("'{field}'"))),
+            }
+        }
+        let norm = row[3..BASE].iter().map(|q| q * q).sum::<f64>().sqrt();
+        if (norm - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(self.error(line, 4, "a unit quaternion x, y, z, w", format!("norm {norm}")));
+        }
+        row[3..BASE].iter_mut().for_each(|q| *q /= norm);
+        if let Some(order) = order {
+            let joints = order.apply(&row[BASE..]);
+            row.truncate(BASE);
+            row.extend(joints);
+        }
+        Ok(row)
+    }
+
+    /// A comment without a known key is just that.
+    fn comment(&self, line: usize, comment: &str, stated: &mut Stated) -> Result<(), MotionError> {
+        let Some((key, value)) = comment.split_once(':') else { return Ok(()) };
+        let value = value.trim();
+        let bad = |expected: &str| self.error(line, 1, expected, format!("'{value}'"));
+        match key.trim() {
+            "fps" => {
+                stated.fps = Some(value.parse().map_err(|_| bad("a frame rate"))?);
+                stated.fps_line = line;
+            }
+            "kick_leg" => stated.kick_leg = Some(value.parse().map_err(|_| bad("'left' or 'right'"))?),
+            "kick_frame" => stated.kick_frame = Some(value.parse().map_err(|_| bad("a frame"))?),
+            "licence" => stated.licence = Some(value.to_owned()),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Writes a clip in the format that [`read_csv`] reads, with comments for what the numbers leave open; numbers are written so that
+/// they read back exactly. The file appears under its name only when it is whole.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_csv(path: &Path, clip: &Clip) -> Result<(), MotionError> {
+    let mut text = format!("# fps: {}\n# kick_leg: {}\n", clip.fps, clip.kick_leg);
+    if let Some(frame) = clip.kick_frame {
+        text += &format!("# kick_frame: {frame}\n");
+    }
+    if let Some(licence) = &clip.licence {
+        // A licence of several lines must not end the comment.
+        text += &format!("# licence: {}\n", licence.split_whitespace().collect::<Vec<_>>().join(" "));
+    }
+    for t in 0..clip.frames {
+        let ([x, y, z], [qw, qx, qy, qz]) = (clip.body_pos(t)[0], clip.body_quat(t)[0]);
+        let mut separator = "";
+        for value in [x, y, z, qx, qy, qz, qw].iter().chain(clip.joint_pos(t)) {
+            // Writing to a string does not fail.
+            let _ = write!(text, "{separator}{value}");
+            separator = ",";
+        }
+        text.push('\n');
+    }
+    let temporary = path.with_extension("csv.part");
+    fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
+        // The temporary file is of no use; a failure to remove it changes nothing about the first error.
+        let _ = fs::remove_file(&temporary);
+        MotionError::Io { path: path.to_owned(), source }
+    })
+}

@@ -1,0 +1,69 @@
+//! Motion files of any format: told apart by their content, then by their name.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::read::read_npz;
+use crate::{Clip, KickLeg, MotionError, fastest_kick, read_csv, write_csv, write_npz};
+
+/// What a file may leave open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ReadOptions {
+    /// Frames a second of a CSV file; wins over what the file states.
+    pub fps: Option<f64>,
+    /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
+    pub kick_leg: Option<KickLeg>,
+}
+
+/// Reads a motion file of any known format (NPZ, CSV), at its own frame rate. A zip archive is taken for NPZ whatever its name is.
+///
+/// # Errors
+/// Names the file, the place, what was expected and what was found.
+pub fn read_motion(
+    path: &Path,
+    model: &RobotModel,
+    spec: &RobotSpec,
+    options: &ReadOptions,
+) -> Result<Clip, MotionError> {
+    let io = |source| MotionError::Io { path: path.to_owned(), source };
+    let mut head = Vec::new();
+    File::open(path).map_err(io)?.take(4).read_to_end(&mut head).map_err(io)?;
+    if head == *b"PK\x03\x04" || has_extension(path, "npz") {
+        let (mut clip, labelled) = read_npz(path, model, spec)?;
+        let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
+        let leg = if labelled { options.kick_leg } else { options.kick_leg.or_else(fastest) };
+        clip.kick_leg = leg.unwrap_or(clip.kick_leg);
+        Ok(clip)
+    } else if has_extension(path, "csv") {
+        read_csv(path, model, spec, options)
+    } else {
+        Err(MotionError::Extension { path: path.to_owned() })
+    }
+}
+
+/// Writes a motion in the format that the file's name asks for (`.npz`, `.csv`). The file appears under its name only when it is
+/// whole.
+///
+/// # Errors
+/// Another name, names that do not match the robot's, a file that cannot be written.
+pub fn write_motion(
+    path: &Path,
+    clip: &Clip,
+    model: &RobotModel,
+    spec: &RobotSpec,
+) -> Result<(), MotionError> {
+    if has_extension(path, "npz") {
+        write_npz(path, clip, model, spec)
+    } else if has_extension(path, "csv") {
+        write_csv(path, clip)
+    } else {
+        Err(MotionError::Extension { path: path.to_owned() })
+    }
+}
+
+pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}

@@ -1,0 +1,96 @@
+//! `paid motion check`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip};
+use paid_motion::{Clip, MotionLibrary, ReadOptions, read_motion};
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::failure::Failure;
+
+/// Arguments of `paid motion check`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder with *.npz motion files, or one file (.npz, .csv) [default: the built-in kicks].
+    path: Option<PathBuf>,
+    /// Frames a second of a CSV file that does not state them.
+    #[arg(long, value_name = "HZ")]
+    fps: Option<f64>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Prints a verdict a clip; a clip that fails makes the exit code 2.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let limits = CheckLimits::default();
+    let reports = clips(args, &model, &spec)?
+        .iter()
+        .map(|clip| check_clip(clip, &model, &spec, &limits))
+        .collect::<Result<Vec<_>, _>>()
+        .map_err(Failure::input)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&reports).map_err(Failure::input)?);
+    } else {
+        print(&reports);
+    }
+    let fails = reports.iter().any(|r| r.verdict == Verdict::Fail);
+    Ok(ExitCode::from(if fails { 2 } else { 0 }))
+}
+
+/// At the files' own rates: resampling would smooth over what is to be found.
+fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>, Failure> {
+    match &args.path {
+        Some(path) if !path.is_dir() => {
+            let options = ReadOptions { fps: args.fps, kick_leg: None };
+            Ok(vec![read_motion(path, model, spec, &options).map_err(Failure::input)?])
+        }
+        Some(folder) => MotionLibrary::load_unchanged(folder, model, spec).map(|l| l.clips).map_err(Failure::input),
+        None => MotionLibrary::builtin(model, spec, paid_motion::generate::FPS)
+            .map(|l| l.clips)
+            .map_err(Failure::input),
+    }
+}
+
+fn print(reports: &[ClipReport]) {
+    let width = reports.iter().map(|r| r.name.len()).max().unwrap_or(4).max(4);
+    println!(
+        "{:<width$}  verdict  leg    time s  foot m/s  joint speed %  range rad  lowest mm  floats mm  slides mm  \
+         overlap mm  pressure inside %  margin mm",
+        "clip"
+    );
+    for report in reports {
+        let m = &report.measures;
+        println!(
+            "{:<width$}  {:<7}  {:<5}  {:>6.2}  {:>8.2}  {:>13.0}  {:>9.3}  {:>9.1}  {:>9.1}  {:>9.1}  {:>10.1}  \
+             {:>17.0}  {:>9.1}",
+            report.name,
+            report.verdict,
+            report.kick_leg.to_string(),
+            m.duration_s,
+            m.foot_speed.value,
+            100.0 * m.joint_speed.value,
+            m.joint_range.value,
+            -1e3 * m.penetration_m.value,
+            1e3 * m.floating_m.value,
+            1e3 * m.sliding_m.value,
+            1e3 * m.overlap_m.value,
+            100.0 * m.pressure_inside,
+            1e3 * m.pressure_margin_m,
+        );
+        for finding in &report.findings {
+            let place = finding.frame.map_or_else(String::new, |frame| format!(" (frame {frame})"));
+            println!("{:<width$}    {}: {}{place}", "", finding.verdict, finding.reason);
+        }
+    }
+    let count = |verdict| reports.iter().filter(|r| r.verdict == verdict).count();
+    println!(
+        "{} clips: {} pass, {} warn, {} fail",
+        reports.len(),
+        count(Verdict::Pass),
+        count(Verdict::Warn),
+        count(Verdict::Fail)
+    );
+}

@@ -1,0 +1,139 @@
+//! `paid motion generate`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use paid_motion::generate::{GeneratedKick, KickRequest, KickStyle, generate_builtin, generate_kick};
+use paid_motion::{KickLeg, write_motion};
+use paid_robot::{RobotModel, RobotSpec};
+use serde::Serialize;
+
+use crate::failure::Failure;
+
+/// Arguments of `paid motion generate`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Output folder; the library goes to DIR/standard and DIR/powerful, one kick to DIR.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// One kick for a ball X m ahead and Y m to the left of the start, instead of the library.
+    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
+    ball: Option<[f64; 2]>,
+    /// Kicking leg of that kick [default: the one on the ball's side].
+    #[arg(long, requires = "ball")]
+    leg: Option<KickLeg>,
+    /// How hard that kick is.
+    #[arg(long, value_enum, default_value_t = Style::Standard, requires = "ball")]
+    style: Style,
+    /// Speed of its toe at the ball [m/s] [default: that of the style].
+    #[arg(long, value_name = "M/S", requires = "ball")]
+    speed: Option<f64>,
+    /// File format.
+    #[arg(long, value_enum, default_value_t = Format::Npz)]
+    format: Format,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Style {
+    /// Inside of the foot.
+    Standard,
+    /// Instep, harder.
+    Powerful,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Arrays; what training reads.
+    Npz,
+    /// Base and joints, for other programs.
+    Csv,
+}
+
+#[derive(Debug, Serialize)]
+struct Written {
+    file: String,
+    kick_leg: KickLeg,
+    ball: [f64; 2],
+    duration_s: f64,
+    kick_frame: usize,
+    /// Least distance of the centre of pressure from the edge of the standing soles [m].
+    pressure_margin_m: f64,
+}
+
+/// Makes the kicks and writes them.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let kicks = match args.ball {
+        Some(ball) => vec![generate_kick(&model, &spec, &request(args, ball)?).map_err(Failure::input)?],
+        None => generate_builtin(&model, &spec).map_err(Failure::input)?,
+    };
+    let mut lines = Vec::new();
+    for kick in &kicks {
+        let path = place(args, kick);
+        let folder = path.parent().unwrap_or(&args.out);
+        std::fs::create_dir_all(folder)
+            .map_err(|e| Failure::input(format!("{}: {e}", folder.display())))?;
+        write_motion(&path, &kick.clip, &model, &spec).map_err(Failure::input)?;
+        lines.push(Written {
+            file: path.display().to_string(),
+            kick_leg: kick.clip.kick_leg,
+            ball: kick.ball,
+            duration_s: kick.clip.duration_s(),
+            kick_frame: kick.contact_frame,
+            pressure_margin_m: kick.margins().into_iter().fold(f64::INFINITY, f64::min),
+        });
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&lines).map_err(Failure::input)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    for line in &lines {
+        println!(
+            "{}: {} foot, ball ({:.2}, {:.2}) m, {:.2} s, kick in frame {}, pressure at least {:.1} mm inside",
+            line.file,
+            line.kick_leg,
+            line.ball[0],
+            line.ball[1],
+            line.duration_s,
+            line.kick_frame,
+            1e3 * line.pressure_margin_m
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn request(args: &Args, ball: [f64; 2]) -> Result<KickRequest, Failure> {
+    let mut style = match args.style {
+        Style::Standard => KickStyle::standard(),
+        Style::Powerful => KickStyle::powerful(),
+    };
+    if let Some(speed) = args.speed {
+        if !(1.0..=9.0).contains(&speed) {
+            return Err(Failure::input(format!("--speed: expected 1 to 9 m/s, found {speed}")));
+        }
+        style.speed = speed;
+    }
+    let leg = args.leg.unwrap_or(if ball[1] > 0.0 { KickLeg::Left } else { KickLeg::Right });
+    Ok(KickRequest { name: format!("kick_{leg}"), ball, leg, style })
+}
+
+fn place(args: &Args, kick: &GeneratedKick) -> PathBuf {
+    let extension = match args.format {
+        Format::Npz => "npz",
+        Format::Csv => "csv",
+    };
+    let set = kick.clip.path.parent().and_then(Path::file_name).filter(|_| args.ball.is_none());
+    let folder = set.map_or_else(|| args.out.clone(), |set| args.out.join(set));
+    folder.join(format!("{}.{extension}", kick.clip.name))
+}
+
+fn point(text: &str) -> Result<[f64; 2], String> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|x| x.is_finite());
+    match text.split_once(',').map(|(x, y)| (number(x), number(y))) {
+        Some((Some(x), Some(y))) => Ok([x, y]),
+        _ => Err(format!("expected two numbers such as 0.8,-0.3, found '{text}'")),
+    }
+}
