@@ -36,7 +36,7 @@ pub fn deepest_overlap(
     quat: &[[f64; 4]],
 ) -> Option<Overlap> {
     let place = |body: usize, p: [f64; 3]| Quat(quat[body]).rotate(Vec3(p)) + Vec3(pos[body]);
-    let rods: Vec<Vec<(Vec3<f64>, Vec3<f64>, f64)>> = model
+    let rods: Vec<Vec<Rod>> = model
         .bodies
         .iter()
         .enumerate()
@@ -63,6 +63,9 @@ pub fn deepest_overlap(
     }
     worst
 }
+
+/// A segment in the world with a radius [m].
+type Rod = (Vec3<f64>, Vec3<f64>, f64);
 
 /// A shape as a segment with a radius.
 fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {

@@ -47,7 +47,9 @@ fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>,
             let options = ReadOptions { fps: args.fps, kick_leg: None };
             Ok(vec![read_motion(path, model, spec, &options).map_err(Failure::input)?])
         }
-        Some(folder) => MotionLibrary::load_unchanged(folder, model, spec).map(|l| l.clips).map_err(Failure::input),
+        Some(folder) => {
+            MotionLibrary::load_unchanged(folder, model, spec).map(|l| l.clips).map_err(Failure::input)
+        }
         None => MotionLibrary::builtin(model, spec, paid_motion::generate::FPS)
             .map(|l| l.clips)
             .map_err(Failure::input),
