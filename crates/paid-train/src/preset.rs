@@ -214,7 +214,7 @@ mod tests {
         }
         let lstm = RunPreset::resolve("stage2_lstm", &[]).expect("stage2_lstm");
         assert_eq!(lstm.learn.actor.kind, paid_learn::NetworkKind::Lstm);
-        assert_eq!(lstm.task, TaskPreset::builtin("stage2").expect("task"));
+        assert_eq!(lstm.task, RunPreset::resolve("stage2", &[]).expect("stage2").task);
     }
 
     #[test]
