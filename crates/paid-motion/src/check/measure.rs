@@ -71,7 +71,7 @@ pub struct Measures {
     pub unbalanced: f64,
     /// Least distance of the centre of pressure from the edge of the standing soles while any stands, negative outside [m].
     pub pressure_margin_m: f64,
-    /// Share of frames that need friction above [`FRICTION`].
+    /// Share of frames that need friction above `FRICTION`.
     pub slippery: f64,
 }
 
