@@ -12,6 +12,9 @@ pub struct Overlap {
     pub depth: f64,
 }
 
+/// Two ends and a radius, world [m].
+type Rod = (Vec3<f64>, Vec3<f64>, f64);
+
 /// Pairs of bodies whose `collision` shapes may not meet: all but a body with its parent and the model's exclusions.
 pub fn collision_pairs(model: &RobotModel) -> Vec<(usize, usize)> {
     let solid = |i: usize| model.bodies[i].geoms.iter().any(|g| g.class == "collision");
@@ -36,7 +39,7 @@ pub fn deepest_overlap(
     quat: &[[f64; 4]],
 ) -> Option<Overlap> {
     let place = |body: usize, p: [f64; 3]| Quat(quat[body]).rotate(Vec3(p)) + Vec3(pos[body]);
-    let rods: Vec<Vec<(Vec3<f64>, Vec3<f64>, f64)>> = model
+    let rods: Vec<Vec<Rod>> = model
         .bodies
         .iter()
         .enumerate()

@@ -74,8 +74,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for kick in &kicks {
         let path = place(args, kick);
         let folder = path.parent().unwrap_or(&args.out);
-        std::fs::create_dir_all(folder)
-            .map_err(|e| Failure::input(format!("{}: {e}", folder.display())))?;
+        std::fs::create_dir_all(folder).map_err(|e| Failure::input(format!("{}: {e}", folder.display())))?;
         write_motion(&path, &kick.clip, &model, &spec).map_err(Failure::input)?;
         lines.push(Written {
             file: path.display().to_string(),
