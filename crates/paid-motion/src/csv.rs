@@ -2,7 +2,8 @@
 //! order x, y, z, w, then the joint angles [rad] in model order (depth-first), separated by commas.
 //!
 //! Lines that begin with `#` are comments, which other readers skip. Ours state there what the numbers leave open, a key a line:
-//! `# fps: 50`, `# kick_leg: right`, `# kick_frame: 141`, `# licence: ...`. A first line of column names is understood: its last
+//! `# fps: 50`, `# kick_leg: right`, `# kick_frame: 141`, `# joint_order: model` (or `policy`),
+//! `# licence: ...`. A first line of column names is understood: its last
 //! names are then those of the joints, in any order.
 
 use std::fmt::Write as _;
@@ -14,7 +15,7 @@ use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
 
 use crate::read::RATES_HZ;
 use crate::resample::differentiate;
-use crate::{Clip, KickLeg, MotionError, ReadOptions, fastest_kick};
+use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
 const BASE: usize = 7;
@@ -40,7 +41,12 @@ pub fn read_csv(
     }
     let text = fs::read_to_string(path).map_err(io)?;
     let reader = Reader { path, joints: model.joint_names() };
-    let (stated, frames) = reader.lines(&text)?;
+    let (stated, named, mut frames) = reader.lines(&text)?;
+    if !named && options.joint_order.or(stated.joint_order) == Some(JointOrder::Policy) {
+        let names: Vec<&str> = spec.policy_joint_order.iter().map(String::as_str).collect();
+        let order = reader.order(&names)?;
+        frames.iter_mut().for_each(|row| reorder(row, &order));
+    }
     let fps = options.fps.or(stated.fps).ok_or_else(|| MotionError::Unstated {
         path: path.to_owned(),
         what: "the frame rate",
@@ -88,6 +94,13 @@ pub fn read_csv(
     Ok(clip)
 }
 
+/// Brings the joints of a row into model order.
+fn reorder(row: &mut Vec<f64>, order: &Permutation) {
+    let joints = order.apply(&row[BASE..]);
+    row.truncate(BASE);
+    row.extend(joints);
+}
+
 /// What comments state.
 #[derive(Default)]
 struct Stated {
@@ -96,6 +109,7 @@ struct Stated {
     kick_leg: Option<KickLeg>,
     kick_frame: Option<usize>,
     licence: Option<String>,
+    joint_order: Option<JointOrder>,
 }
 
 struct Reader<'a> {
@@ -115,8 +129,8 @@ impl Reader<'_> {
         MotionError::Text { path, line: line.max(1), column, expected: expected.into(), found: found.into() }
     }
 
-    /// Comments and rows: position, unit quaternion x, y, z, w, joints in model order.
-    fn lines(&self, text: &str) -> Result<(Stated, Vec<Vec<f64>>), MotionError> {
+    /// Comments, whether columns are named, and rows: position, unit quaternion x, y, z, w, joints in model order if they are.
+    fn lines(&self, text: &str) -> Result<(Stated, bool, Vec<Vec<f64>>), MotionError> {
         let mut stated = Stated { fps_line: 1, ..Stated::default() };
         let mut order: Option<Permutation> = None;
         let mut frames = Vec::new();
@@ -147,7 +161,7 @@ impl Reader<'_> {
                 }
             }
         }
-        Ok((stated, frames))
+        Ok((stated, order.is_some(), frames))
     }
 
     fn order(&self, names: &[&str]) -> Result<Permutation, MotionError> {
@@ -177,9 +191,7 @@ impl Reader<'_> {
         }
         row[3..BASE].iter_mut().for_each(|q| *q /= norm);
         if let Some(order) = order {
-            let joints = order.apply(&row[BASE..]);
-            row.truncate(BASE);
-            row.extend(joints);
+            reorder(&mut row, order);
         }
         Ok(row)
     }
@@ -196,6 +208,9 @@ impl Reader<'_> {
             }
             "kick_leg" => stated.kick_leg = Some(value.parse().map_err(|_| bad("'left' or 'right'"))?),
             "kick_frame" => stated.kick_frame = Some(value.parse().map_err(|_| bad("a frame"))?),
+            "joint_order" => {
+                stated.joint_order = Some(value.parse().map_err(|_| bad("'model' or 'policy'"))?);
+            }
             "licence" => stated.licence = Some(value.to_owned()),
             _ => {}
         }
@@ -209,7 +224,7 @@ impl Reader<'_> {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_csv(path: &Path, clip: &Clip) -> Result<(), MotionError> {
-    let mut text = format!("# fps: {}\n# kick_leg: {}\n", clip.fps, clip.kick_leg);
+    let mut text = format!("# fps: {}\n# kick_leg: {}\n# joint_order: model\n", clip.fps, clip.kick_leg);
     if let Some(frame) = clip.kick_frame {
         text += &format!("# kick_frame: {frame}\n");
     }

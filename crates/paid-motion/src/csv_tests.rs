@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use crate::resample::differentiate;
 use crate::testing::{model, spec, steady_clip};
-use crate::{Clip, KickLeg, MotionError, ReadOptions, read_motion, write_motion};
+use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, read_motion, write_motion};
 
 /// A clip whose bodies are where its joints put them.
 fn clip(bases: &[([f64; 3], [f64; 4])], joints: &[f64], fps: f64) -> Clip {
@@ -83,7 +83,7 @@ proptest! {
     #[test]
     fn no_text_brings_the_reader_down(text in "[-0-9.,#a-z:\n ]{0,200}") {
         let (_dir, path) = written(&text);
-        let read = read_motion(&path, &model(), &spec(), &ReadOptions { fps: Some(50.0), kick_leg: None });
+        let read = read_motion(&path, &model(), &spec(), &ReadOptions { fps: Some(50.0), ..ReadOptions::default() });
         if let Ok(clip) = read {
             prop_assert!(clip.frames >= 2 && clip.joint_pos.iter().all(|x| x.is_finite()));
         }
@@ -95,7 +95,7 @@ fn a_bare_file_needs_a_frame_rate_and_is_labelled_by_its_faster_foot() {
     let (_dir, path) = written(&[ROW, ROW, "0.1,0.2,0.7,0,0,0,1,0.3,0.4\n"].concat());
     let error = read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect_err("no rate");
     assert!(matches!(error, MotionError::Unstated { .. }), "{error}");
-    let options = ReadOptions { fps: Some(30.0), kick_leg: None };
+    let options = ReadOptions { fps: Some(30.0), ..ReadOptions::default() };
     let clip = read_motion(&path, &model(), &spec(), &options).expect("good");
     assert_eq!((clip.frames, clip.fps, clip.kick_leg, clip.licence), (3, 30.0, KickLeg::Right, None));
     assert_eq!(clip.joint_vel[5], 0.8 * 30.0);
@@ -109,6 +109,21 @@ fn the_quaternion_is_read_with_w_last_and_joints_by_their_names() {
     let clip = read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect("good");
     assert_eq!(clip.body_quat[0], [0.8, 0.0, 0.0, 0.6]);
     assert_eq!(clip.joint_pos(0), [0.2, 0.1], "left hip is joint 0");
+}
+
+#[test]
+fn joints_in_the_policys_order_are_brought_into_the_models() {
+    let text = ["# fps: 50\n", ROW, ROW].concat();
+    let (_dir, path) = written(&text);
+    let asked = ReadOptions { joint_order: Some(JointOrder::Policy), ..ReadOptions::default() };
+    // The test robot's files list the right side first.
+    let clip = read_motion(&path, &model(), &spec(), &asked).expect("good");
+    assert_eq!(clip.joint_pos(0), [-0.4, 0.3]);
+    let (_dir, path) = written(&["# joint_order: policy\n", &text].concat());
+    assert_eq!(
+        read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect("good"),
+        Clip { path, ..clip }
+    );
 }
 
 #[test]

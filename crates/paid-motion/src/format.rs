@@ -9,6 +9,29 @@ use paid_robot::{RobotModel, RobotSpec};
 use crate::read::read_npz;
 use crate::{Clip, KickLeg, MotionError, fastest_kick, read_csv, write_csv, write_npz};
 
+/// Order of the joints in a CSV file without column names.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum JointOrder {
+    /// Depth-first, as in the MJCF: what Unitree's and BeyondMimic's files have.
+    #[default]
+    Model,
+    /// That of policies and NPZ files (`policy_joint_order` in the robot's TOML): breadth-first.
+    Policy,
+}
+
+impl std::str::FromStr for JointOrder {
+    type Err = String;
+
+    /// Accepts `model` and `policy`.
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "model" => Ok(Self::Model),
+            "policy" => Ok(Self::Policy),
+            other => Err(format!("expected 'model' or 'policy', found '{other}'")),
+        }
+    }
+}
+
 /// What a file may leave open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
@@ -16,6 +39,8 @@ pub struct ReadOptions {
     pub fps: Option<f64>,
     /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
     pub kick_leg: Option<KickLeg>,
+    /// Joint order of a CSV file without column names; wins over what the file states. Without either, [`JointOrder::Model`].
+    pub joint_order: Option<JointOrder>,
 }
 
 /// Reads a motion file of any known format (NPZ, CSV), at its own frame rate. A zip archive is taken for NPZ whatever its name is.

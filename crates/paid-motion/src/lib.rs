@@ -30,7 +30,7 @@ pub use balance::{Balance, GRAVITY, balance, hull, support_margin};
 pub use clip::{Clip, KickLeg};
 pub use csv::{read_csv, write_csv};
 pub use error::MotionError;
-pub use format::{ReadOptions, read_motion, write_motion};
+pub use format::{JointOrder, ReadOptions, read_motion, write_motion};
 pub use kick::{KickFacts, displacement_in_heading, kick_facts, lowest_point};
 pub use label::{KickLabel, fastest_kick};
 pub use library::MotionLibrary;

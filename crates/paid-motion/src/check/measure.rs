@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{collision_pairs, deepest_overlap, foot_contacts};
 use crate::resample::differentiate;
-use crate::{Clip, balance, lowest_point, support_margin};
+use crate::{Clip, GRAVITY, balance, lowest_point, support_margin};
 
 /// The largest value of something, the frame and (if it belongs to one) the joint or body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -71,7 +71,7 @@ pub struct Measures {
     pub unbalanced: f64,
     /// Least distance of the centre of pressure from the edge of the standing soles while any stands, negative outside [m].
     pub pressure_margin_m: f64,
-    /// Share of frames that need friction above `FRICTION`.
+    /// Share of frames that need friction above 0.8.
     pub slippery: f64,
 }
 
@@ -79,6 +79,9 @@ pub struct Measures {
 pub const FRICTION: f64 = 0.8;
 /// Distance outside of the soles that still counts as balanced [m]: a real sole is larger than its contact points.
 const OUTSIDE: f64 = 0.02;
+
+/// With less of its weight on the floor a robot is as good as in the air, and its centre of pressure anywhere.
+const PRESSED: f64 = 0.2;
 
 /// Measures a clip.
 ///
@@ -166,7 +169,12 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         turn: between(heading(last), heading(0)),
         pressure_inside: share(margins.iter().filter(|m| **m >= 0.0).count()),
         unbalanced: share(margins.iter().filter(|m| **m < -OUTSIDE).count()),
-        pressure_margin_m: margins.iter().copied().filter(|m| m.is_finite()).fold(f64::INFINITY, f64::min),
+        pressure_margin_m: margins
+            .iter()
+            .zip(&balance)
+            .filter(|(m, b)| m.is_finite() && b.force[2] > PRESSED * model.mass() * GRAVITY)
+            .map(|(m, _)| *m)
+            .fold(f64::INFINITY, f64::min),
         slippery: share(
             balance.iter().filter(|b| b.force[0].hypot(b.force[1]) > FRICTION * b.force[2]).count(),
         ),

@@ -12,6 +12,9 @@ pub struct Overlap {
     pub depth: f64,
 }
 
+/// Two ends and a radius, world [m].
+type Rod = (Vec3<f64>, Vec3<f64>, f64);
+
 /// Pairs of bodies whose `collision` shapes may not meet: all but a body with its parent and the model's exclusions.
 pub fn collision_pairs(model: &RobotModel) -> Vec<(usize, usize)> {
     let solid = |i: usize| model.bodies[i].geoms.iter().any(|g| g.class == "collision");

@@ -1,6 +1,6 @@
 //! Kicks made from scratch: foot steps, balance, inverse kinematics. No recorded motion is involved.
 //!
-//! A kick is planned as footholds with times (`plan`), a course of the centre of pressure through the standing soles, and the
+//! A kick is planned as footholds with times ([`Plan`]), a course of the centre of pressure through the standing soles, and the
 //! way of the kicking toe through the ball. The course of the centre of mass follows from the pressure ([`sway()`]), the joints
 //! from all of it together ([`solve()`]). The pressure that this whole-body motion really has ([`crate::balance`]) differs
 //! from that of a point mass, mostly by the leg that is thrown forward; the difference is subtracted from the plan and

@@ -38,7 +38,7 @@ impl Foothold {
 /// A foot in the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swing {
-    /// `PLANT` or `KICK`.
+    /// 0 the plant foot, 1 the kicking foot.
     pub foot: usize,
     /// It leaves the floor [s].
     pub lift: f64,

@@ -192,8 +192,8 @@ fn joints_move_smoothly_to_the_third_derivative() {
                 }
             }
         }
-        // Quick knees in a long step or a hard kick have a jerk of this order; a step in the acceleration of 300 rad/s^2,
-        // less than the largest acceleration that occurs, would show.
+        // The knee in a long step and in a hard kick has a jerk of this order by itself; a step of the acceleration by
+        // 300 rad/s^2, as much as the largest acceleration that occurs, would show.
         assert!(worst < 1.5e4, "{}: {worst} rad/s^3 at {place:?}", clip.name);
     }
 }

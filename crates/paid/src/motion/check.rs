@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip};
-use paid_motion::{Clip, MotionLibrary, ReadOptions, read_motion};
+use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -17,6 +17,9 @@ pub struct Args {
     /// Frames a second of a CSV file that does not state them.
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
+    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
+    #[arg(long, value_name = "ORDER")]
+    joint_order: Option<JointOrder>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -44,7 +47,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>, Failure> {
     match &args.path {
         Some(path) if !path.is_dir() => {
-            let options = ReadOptions { fps: args.fps, kick_leg: None };
+            let options = ReadOptions { fps: args.fps, kick_leg: None, joint_order: args.joint_order };
             Ok(vec![read_motion(path, model, spec, &options).map_err(Failure::input)?])
         }
         Some(folder) => {

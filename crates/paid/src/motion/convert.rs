@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_motion::{KickLeg, ReadOptions, read_motion, resample, write_motion};
+use paid_motion::{JointOrder, KickLeg, ReadOptions, read_motion, resample, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -19,6 +19,9 @@ pub struct Args {
     /// Frames a second of a CSV file that does not state them.
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
+    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
+    #[arg(long, value_name = "ORDER")]
+    joint_order: Option<JointOrder>,
     /// Kicking leg [default: what the file states, else the leg with the faster foot].
     #[arg(long)]
     leg: Option<KickLeg>,
@@ -33,7 +36,7 @@ pub struct Args {
 /// Reads, perhaps resamples, and writes.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let options = ReadOptions { fps: args.fps, kick_leg: args.leg };
+    let options = ReadOptions { fps: args.fps, kick_leg: args.leg, joint_order: args.joint_order };
     let mut clip = read_motion(&args.input, &model, &spec, &options).map_err(Failure::input)?;
     if let Some(rate) = args.rate {
         if !(1.0..=2000.0).contains(&rate) {
