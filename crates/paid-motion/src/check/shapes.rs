@@ -67,9 +67,6 @@ pub fn deepest_overlap(
     worst
 }
 
-/// A segment in the world with a radius [m].
-type Rod = (Vec3<f64>, Vec3<f64>, f64);
-
 /// A shape as a segment with a radius.
 fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
     match *shape {
