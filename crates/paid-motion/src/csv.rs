@@ -15,6 +15,7 @@ use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
 
 use crate::read::RATES_HZ;
 use crate::resample::differentiate;
+use crate::write::write_whole;
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
@@ -242,10 +243,5 @@ pub fn write_csv(path: &Path, clip: &Clip) -> Result<(), MotionError> {
         }
         text.push('\n');
     }
-    let temporary = path.with_extension("csv.part");
-    fs::write(&temporary, text).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
-        // The temporary file is of no use; a failure to remove it changes nothing about the first error.
-        let _ = fs::remove_file(&temporary);
-        MotionError::Io { path: path.to_owned(), source }
-    })
+    write_whole(path, "csv.part", |temporary| fs::write(temporary, text))
 }

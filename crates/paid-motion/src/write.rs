@@ -26,11 +26,22 @@ pub fn write_npz(path: &Path, clip: &Clip, model: &RobotModel, spec: &RobotSpec)
     };
     let joints = order("joint_names", model.joint_names(), &spec.policy_joint_order)?;
     let bodies = order("body_names", model.body_names(), &spec.motion_body_order)?;
-    let temporary = path.with_extension("npz.part");
-    let written = File::create(&temporary)
-        .and_then(|file| write_all(BufWriter::new(file), clip, &joints, &bodies))
-        .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
+    write_whole(path, "npz.part", |temporary| {
+        File::create(temporary).and_then(|file| write_all(BufWriter::new(file), clip, &joints, &bodies))
+    })
+}
+
+/// Lets `write` make the file under a temporary name, with `extension`, and then gives it its own.
+///
+/// # Errors
+/// If either fails; an earlier file of that name is then untouched.
+pub(crate) fn write_whole(
+    path: &Path,
+    extension: &str,
+    write: impl FnOnce(&Path) -> io::Result<()>,
+) -> Result<(), MotionError> {
+    let temporary = path.with_extension(extension);
+    write(&temporary).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
         // The temporary file is of no use; a failure to remove it changes nothing about the first error.
         let _ = fs::remove_file(&temporary);
         MotionError::Io { path: path.to_owned(), source }

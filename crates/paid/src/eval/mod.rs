@@ -9,6 +9,9 @@ mod track;
 
 use std::process::ExitCode;
 
+use progress::Timing;
+use serde::Serialize;
+
 use crate::failure::Failure;
 
 /// Arguments of `paid eval`.
@@ -40,7 +43,17 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 }
 
+/// What an evaluation prints as JSON: the report, what it is about, and what it cost.
+#[derive(Serialize)]
+struct Whole<'a, R: Serialize> {
+    kind: &'static str,
+    policy: &'a str,
+    #[serde(flatten)]
+    report: &'a R,
+    timing: Timing,
+}
+
 /// JSON for people and programs.
-fn to_json(value: &impl serde::Serialize) -> Result<String, Failure> {
+fn to_json(value: &impl Serialize) -> Result<String, Failure> {
     serde_json::to_string(value).map_err(Failure::input)
 }

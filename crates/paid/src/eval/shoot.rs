@@ -8,12 +8,11 @@ use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
 use paid_eval::picture::{HeatMap, Path as BallPath, plot_paths};
 use paid_eval::shooting::{self, CellScore, Grid, ShootingOptions, ShootingReport, Variant};
-use serde::Serialize;
 
 use super::engine::{EngineName, positive};
-use super::progress::{Progress, Timing};
+use super::progress::Progress;
 use super::subject::{Common, Subject};
-use super::to_json;
+use super::{Whole, to_json};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval shooting`.
@@ -57,15 +56,6 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-#[derive(Serialize)]
-struct Whole<'a, R: Serialize> {
-    kind: &'static str,
-    policy: &'a str,
-    #[serde(flatten)]
-    report: &'a R,
-    timing: Timing,
-}
-
 /// Scores in one engine, or in both with a comparison.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common, "stage2")?;
@@ -93,9 +83,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         if let Some(out) = &args.out {
             write_agreement(out, &report)?;
         }
-        if let Some(out) = &args.out {
-            write_report(out).map_err(Failure::input)?;
-        }
         let whole = Whole { kind: "agreement", policy: &subject.name, report: &report, timing };
         (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?)
     } else {
@@ -105,10 +92,12 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         let json = to_json(&whole)?;
         if let Some(out) = &args.out {
             write_shooting(out, subject.arena.engine.name(), &report, &json)?;
-            write_report(out).map_err(Failure::input)?;
         }
         (format!("{}\n{}", report.table(), timing.text()), json)
     };
+    if let Some(out) = &args.out {
+        write_report(out).map_err(Failure::input)?;
+    }
     println!("{}", if args.json { json } else { text });
     let stopped = subject.arena.monitor.stopped();
     Ok(if stopped { ExitCode::from(130) } else { ExitCode::SUCCESS })

@@ -5,13 +5,12 @@ use std::process::ExitCode;
 
 use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
-use paid_eval::tracking::{self, TrackingOptions, TrackingReport};
-use serde::Serialize;
+use paid_eval::tracking::{self, TrackingOptions};
 
 use super::engine::EngineName;
-use super::progress::{Progress, Timing};
+use super::progress::Progress;
 use super::subject::{Common, Subject};
-use super::to_json;
+use super::{Whole, to_json};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval tracking`.
@@ -31,15 +30,6 @@ pub struct Args {
     /// Write JSON, table, a plot of the clips' errors and report.html to this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-}
-
-#[derive(Serialize)]
-struct Whole<'a> {
-    kind: &'static str,
-    policy: &'a str,
-    #[serde(flatten)]
-    report: &'a TrackingReport,
-    timing: Timing,
 }
 
 /// Scores in one engine or in both, one after the other.
