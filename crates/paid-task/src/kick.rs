@@ -196,6 +196,7 @@ mod tests {
             z_window_steps: 1,
             z_min_speed: 0.5,
             min_ball_speed: 0.5,
+            full_ball_speed: 0.0,
         }
     }
 

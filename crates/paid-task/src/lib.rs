@@ -37,6 +37,7 @@ pub use layout::{ObservationLayout, ObservationTerm};
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary};
 pub use metrics::{END_CAUSES, END_NAMES, EndCause, KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use overrides::{OverrideError, apply_override};
+pub use placement::nearest_motion;
 pub use preset::TaskPreset;
 pub use reward_preset::{
     BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset,

@@ -22,6 +22,49 @@ pub(crate) fn nominal_ball(facts: &MotionFacts) -> [f64; 2] {
     [facts.start_xy[0] + facts.displacement[0], facts.start_xy[1] + facts.displacement[1]]
 }
 
+/// A motion's anchor displacement in its start frame [m].
+fn displacement_in_start_frame(facts: &MotionFacts) -> [f64; 2] {
+    turned(facts.displacement, -facts.heading)
+}
+
+/// The motion whose anchor displacement is nearest to a ball at `xy` in the start frame [m]; the first of equals (the public
+/// evaluation's rule).
+///
+/// # Panics
+/// If there are no motions.
+pub fn nearest_motion(motions: &[MotionFacts], xy: [f64; 2]) -> usize {
+    let distance = |facts: &MotionFacts| {
+        let [x, y] = displacement_in_start_frame(facts);
+        (x - xy[0]).hypot(y - xy[1])
+    };
+    (1..motions.len())
+        .fold(0, |best, i| if distance(&motions[i]) < distance(&motions[best]) { i } else { best })
+}
+
+/// Draws a ball from the workspace, start frame [m].
+pub(crate) fn draw_from_workspace(preset: &BallPlacement, rng: &mut Rng) -> [f64; 2] {
+    let [near, far] = preset.ahead_m;
+    let [right, left] = preset.left_m;
+    let x = rng.uniform(near, far);
+    [x, rng.uniform(right, left)]
+}
+
+/// Draws a ball that belongs to `motion` from the workspace, start frame [m]: up to 64 draws, then the motion's own place.
+pub(crate) fn draw_ball_of_motion(
+    motions: &[MotionFacts],
+    motion: usize,
+    preset: &BallPlacement,
+    rng: &mut Rng,
+) -> [f64; 2] {
+    for _ in 0..64 {
+        let ball = draw_from_workspace(preset, rng);
+        if nearest_motion(motions, ball) == motion {
+            return ball;
+        }
+    }
+    displacement_in_start_frame(&motions[motion])
+}
+
 /// Draws a ball from the arc around the nominal place: angle and radius of the displacement are offset uniformly.
 pub(crate) fn draw_ball(facts: &MotionFacts, preset: &BallPlacement, rng: &mut Rng) -> [f64; 2] {
     let [dx, dy] = facts.displacement;
@@ -50,14 +93,24 @@ pub(crate) fn clear_ball(
         }
         ball = draw_ball(facts, preset, rng);
     }
+    moved_clear(ball, facts.displacement, preset.clearance_m, feet)
+}
+
+/// `ball` moved straight away from the feet's middle until it is clear of them; along `way` if it lies on the middle.
+pub(crate) fn moved_clear(
+    mut ball: [f64; 2],
+    way: [f64; 2],
+    clearance: f64,
+    feet: &[[f64; 2]; 2],
+) -> [f64; 2] {
     let middle = [f64::midpoint(feet[0][0], feet[1][0]), f64::midpoint(feet[0][1], feet[1][1])];
-    let way = [ball[0] - middle[0], ball[1] - middle[1]];
-    let length = way[0].hypot(way[1]);
-    let heading = facts.displacement[1].atan2(facts.displacement[0]);
+    let from = [ball[0] - middle[0], ball[1] - middle[1]];
+    let length = from[0].hypot(from[1]);
+    let heading = way[1].atan2(way[0]);
     let unit =
-        if length > 1e-3 { [way[0] / length, way[1] / length] } else { [heading.cos(), heading.sin()] };
+        if length > 1e-3 { [from[0] / length, from[1] / length] } else { [heading.cos(), heading.sin()] };
     let mut distance = length;
-    while !is_clear(ball, feet, preset.clearance_m) && distance < length + 2.0 {
+    while !is_clear(ball, feet, clearance) && distance < length + 2.0 {
         distance += 0.02;
         ball = [middle[0] + distance * unit[0], middle[1] + distance * unit[1]];
     }
@@ -82,6 +135,7 @@ pub(crate) fn draw_goal(facts: &MotionFacts, preset: &GoalPreset, rng: &mut Rng)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preset::BallRule;
 
     fn facts() -> MotionFacts {
         MotionFacts {
@@ -98,7 +152,16 @@ mod tests {
     }
 
     fn arc() -> BallPlacement {
-        BallPlacement { angle_deg: 20.0, radius_m: 0.25, velocity: 0.3, rolling_share: 0.5, clearance_m: 0.3 }
+        BallPlacement {
+            rule: BallRule::Arc,
+            ahead_m: [0.25, 2.25],
+            left_m: [-1.25, 1.25],
+            angle_deg: 20.0,
+            radius_m: 0.25,
+            velocity: 0.3,
+            rolling_share: 0.5,
+            clearance_m: 0.3,
+        }
     }
 
     #[test]
@@ -116,6 +179,26 @@ mod tests {
         assert!((left + 20.0).abs() < 0.3 && (right - 20.0).abs() < 0.3, "{left} {right}");
         let nominal = nominal_ball(&facts());
         assert!((nominal[0] - 1.0).abs() < 1e-12 && (nominal[1] - 1.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_workspace_ball_belongs_to_the_nearest_motion() {
+        let far = MotionFacts { displacement: [0.4, -1.3], ..facts() };
+        let motions = [facts(), far];
+        // Heading -y: ahead is -y, left is +x.
+        assert_eq!(nearest_motion(&motions, [0.9, 0.1]), 0);
+        assert_eq!(nearest_motion(&motions, [1.2, 0.3]), 1);
+        let mut rng = Rng::new(3, 0, 0);
+        for motion in 0..2 {
+            for _ in 0..200 {
+                let ball = draw_ball_of_motion(&motions, motion, &arc(), &mut rng);
+                assert_eq!(nearest_motion(&motions, ball), motion);
+                assert!((0.25..2.25).contains(&ball[0]) && (-1.25..1.25).contains(&ball[1]), "{ball:?}");
+            }
+        }
+        // No place of the workspace belongs to the second of two equal motions.
+        let ball = draw_ball_of_motion(&[facts(), facts()], 1, &arc(), &mut rng);
+        assert!((ball[0] - 0.8).abs() < 1e-12 && ball[1].abs() < 1e-12, "{ball:?}");
     }
 
     #[test]

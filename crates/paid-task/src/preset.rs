@@ -158,13 +158,35 @@ pub struct SamplingPreset {
     pub latest_start_before_strike_s: f64,
 }
 
-/// Where the ball lies at the start: the motion's torso displacement, turned and stretched (paper, appendix A).
+/// Which balls belong to which motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BallRule {
+    /// The motion's torso displacement, turned and stretched (paper, appendix A).
+    #[default]
+    Arc,
+    /// Uniform in a rectangle ahead of the robot, kicked with the motion whose torso displacement is nearest, as in the
+    /// evaluation. Episodes from the first frame draw the ball first; others draw motion and phase first and then a ball that
+    /// belongs to the motion, and begin displaced towards it by the share of the way to the strike that is behind them.
+    Workspace,
+}
+
+/// Where the ball lies at the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallPlacement {
-    /// Half-width of the uniform angle offset [degrees].
+    /// Which balls belong to which motion.
+    #[serde(default)]
+    pub rule: BallRule,
+    /// `workspace`: range ahead of the first frame's anchor, along its heading [m].
+    #[serde(default = "workspace_ahead")]
+    pub ahead_m: Range,
+    /// `workspace`: range to its left [m].
+    #[serde(default = "workspace_left")]
+    pub left_m: Range,
+    /// `arc`: half-width of the uniform angle offset [degrees].
     pub angle_deg: f64,
-    /// Half-width of the uniform radius offset [m].
+    /// `arc`: half-width of the uniform radius offset [m].
     pub radius_m: f64,
     /// Half-width of the uniform initial velocity in x and in y [m/s].
     pub velocity: f64,
@@ -172,6 +194,15 @@ pub struct BallPlacement {
     pub rolling_share: f64,
     /// Placements nearer than this to a foot (ankle to ball centre, horizontally) are redrawn [m].
     pub clearance_m: f64,
+}
+
+/// The evaluation's effective workspace and a quarter of a metre around it.
+fn workspace_ahead() -> Range {
+    [0.25, 2.25]
+}
+
+fn workspace_left() -> Range {
+    [-1.25, 1.25]
 }
 
 /// Where the goal is: uniform in a rectangle ahead of the motion's first frame (paper, section III-A).
@@ -281,6 +312,8 @@ impl TaskPreset {
         let ranges = [
             ("observations.perception.near_m", self.observations.perception.near_m),
             ("observations.perception.far_m", self.observations.perception.far_m),
+            ("ball.ahead_m", self.ball.ahead_m),
+            ("ball.left_m", self.ball.left_m),
             ("pushes.interval_s", self.pushes.interval_s),
             ("randomisation.static_friction", self.randomisation.static_friction),
             ("randomisation.dynamic_friction", self.randomisation.dynamic_friction),

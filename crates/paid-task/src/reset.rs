@@ -5,8 +5,11 @@ use paid_lanes::{Quat, Vec3};
 use paid_physics::{EnvParams, LaneState, Material, Simulator};
 
 use crate::config::TaskConfig;
-use crate::placement::{clear_ball, draw_goal, from_start_frame, nominal_ball, nominal_goal, turned};
-use crate::preset::{Range, VelocityNoise};
+use crate::placement::{
+    clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, from_start_frame, moved_clear,
+    nearest_motion, nominal_ball, nominal_goal, turned,
+};
+use crate::preset::{BallRule, Range, VelocityNoise};
 use crate::{ForcedStart, ReferenceLibrary, SamplerState};
 
 /// Everything drawn for a new episode.
@@ -18,6 +21,14 @@ pub(crate) struct Start {
     pub state: LaneState,
     pub joint_offset: Vec<f64>,
     pub goal: [f64; 3],
+}
+
+/// What an episode is to be.
+struct Plan {
+    motion: usize,
+    frame: usize,
+    /// Where the ball is to lie, world (x, y); `None` to let the placement draw it.
+    ball: Option<[f64; 2]>,
 }
 
 /// A foot on the ground (x, y), world.
@@ -50,28 +61,45 @@ pub(crate) fn velocity_noise(noise: &VelocityNoise, rng: &mut Rng) -> ([f64; 3],
 }
 
 impl StartContext<'_> {
-    /// Motion and frame: forced, or from the sampler. A start leaves at least one frame to track.
-    fn motion_and_frame(&self, rng: &mut Rng) -> (usize, usize) {
+    /// Motion, frame and, by the workspace rule, ball: forced, or from the sampler. A start leaves at least one frame to
+    /// track.
+    fn plan(&self, rng: &mut Rng) -> Plan {
         if let Some(forced) = self.forced {
-            return (forced.motion, forced.frame);
+            return Plan { motion: forced.motion, frame: forced.frame, ball: None };
         }
-        let preset = &self.config.preset.sampling;
-        let (motion, bin) = self.sampler.draw(rng.unit());
-        let facts = &self.library.facts()[motion];
-        let phase = (bin as f64 + rng.unit()) / self.sampler.bins as f64;
-        let mut frame = ((phase * (facts.frames - 1) as f64) as usize).min(facts.frames - 2);
-        if preset.latest_start_before_strike_s >= 0.0 {
-            let margin = (preset.latest_start_before_strike_s / self.config.dt_s).round() as usize;
-            let latest = facts.strike_frame.saturating_sub(margin);
-            let fallback = rng.below(latest + 1);
-            if frame > latest {
-                frame = fallback;
-            }
-        }
-        if rng.unit() < preset.first_frame_share {
+        let preset = &self.config.preset;
+        let by_workspace = preset.scene.ball && preset.ball.rule == BallRule::Workspace;
+        let (mut motion, bin) = self.sampler.draw(rng.unit());
+        let mut frame = self.frame(motion, bin, rng);
+        if rng.unit() < preset.sampling.first_frame_share {
             frame = 0;
         }
-        (motion, frame)
+        let motions = self.library.facts();
+        let ball = by_workspace.then(|| {
+            if frame == 0 {
+                let ball = draw_from_workspace(&preset.ball, rng);
+                motion = nearest_motion(motions, ball);
+                ball
+            } else {
+                draw_ball_of_motion(motions, motion, &preset.ball, rng)
+            }
+        });
+        Plan { motion, frame, ball: ball.map(|xy| from_start_frame(&motions[motion], xy)) }
+    }
+
+    /// A frame of a bin, not too late for the ball.
+    fn frame(&self, motion: usize, bin: usize, rng: &mut Rng) -> usize {
+        let facts = &self.library.facts()[motion];
+        let phase = (bin as f64 + rng.unit()) / self.sampler.bins as f64;
+        let frame = ((phase * (facts.frames - 1) as f64) as usize).min(facts.frames - 2);
+        let margin_s = self.config.preset.sampling.latest_start_before_strike_s;
+        if margin_s < 0.0 {
+            return frame;
+        }
+        let margin = (margin_s / self.config.dt_s).round() as usize;
+        let latest = facts.strike_frame.saturating_sub(margin);
+        let fallback = rng.below(latest + 1);
+        if frame > latest { fallback } else { frame }
     }
 
     /// Physical parameters: nominal, or drawn from the preset's ranges.
@@ -124,12 +152,19 @@ impl StartContext<'_> {
         V: paid_lanes::Real,
         S: Simulator<V>,
     {
-        let (motion, frame) = self.motion_and_frame(rng);
+        let Plan { motion, frame, ball: planned } = self.plan(rng);
         let (params, joint_offset) = self.params(rng);
         sim.set_params(group, lane, &params);
         let facts = &self.library.facts()[motion];
         let noisy = self.forced.is_none_or(|f| f.noise);
-        let shift = self.forced.map_or([0.0; 2], |f| turned(f.displacement, facts.heading));
+        let shift = match self.forced {
+            Some(forced) => turned(forced.displacement, facts.heading),
+            None => planned.map_or([0.0; 2], |ball| {
+                let nominal = nominal_ball(facts);
+                let way = (frame as f64 / facts.strike_frame.max(1) as f64).min(1.0);
+                [0, 1].map(|k| way * (ball[k] - nominal[k]))
+            }),
+        };
         let (mut state, feet) = self.robot(motion, frame, noisy, shift, rng);
         let ground = |xy: [f64; 2]| sim.ground_height(group, lane, xy);
         if self.config.preset.resets.lift_to_ground {
@@ -143,7 +178,7 @@ impl StartContext<'_> {
             state.base_pos[2] += lift;
         }
         let radius = params.ball.radius_m;
-        let (ball, velocity) = self.ball(motion, &[feet[0].place, feet[1].place], rng);
+        let (ball, velocity) = self.ball(motion, planned, &[feet[0].place, feet[1].place], rng);
         state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
         if !self.config.preset.scene.ball {
             // A marker: at its height above the plane, whatever the terrain below.
@@ -163,7 +198,13 @@ impl StartContext<'_> {
     }
 
     /// Ball place and velocity (x, y), world.
-    fn ball(&self, motion: usize, feet: &[[f64; 2]; 2], rng: &mut Rng) -> ([f64; 2], [f64; 2]) {
+    fn ball(
+        &self,
+        motion: usize,
+        planned: Option<[f64; 2]>,
+        feet: &[[f64; 2]; 2],
+        rng: &mut Rng,
+    ) -> ([f64; 2], [f64; 2]) {
         let facts = &self.library.facts()[motion];
         let preset = &self.config.preset.ball;
         if let Some(forced) = self.forced {
@@ -173,7 +214,10 @@ impl StartContext<'_> {
         if !self.config.preset.scene.ball {
             return (nominal_ball(facts), [0.0; 2]);
         }
-        let place = clear_ball(facts, preset, feet, rng);
+        let place = match planned {
+            Some(ball) => moved_clear(ball, facts.displacement, preset.clearance_m, feet),
+            None => clear_ball(facts, preset, feet, rng),
+        };
         let rolls = rng.unit() < preset.rolling_share;
         let speed = if rolls { preset.velocity } else { 0.0 };
         (place, [rng.uniform(-speed, speed), rng.uniform(-speed, speed)])

@@ -115,6 +115,10 @@ pub struct KickPreset {
     /// Horizontal ball speed below which direction and speed pay nothing [m/s] (paper: outcome terms are gated by a
     /// minimum ball speed; release: 0).
     pub min_ball_speed: f64,
+    /// Horizontal ball speed from which direction pays in full; below it pays in proportion to the speed [m/s]. 0: in full
+    /// from `min_ball_speed` on, so that a ball that will not reach the goal pays as much as one that will.
+    #[serde(default)]
+    pub full_ball_speed: f64,
 }
 
 /// All reward terms; `weight = 0` switches one off. Every term is multiplied by its weight and by the control period.

@@ -7,7 +7,7 @@ use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kick::is_set;
 use crate::terms::regularization::{foot_separation, outside, squared_change, tilt, touches};
-use crate::terms::soccer::{alignment, planar_speed, proximity, side_kick, vertical_speed};
+use crate::terms::soccer::{alignment, planar_speed, proximity, side_kick, speed_share, vertical_speed};
 use crate::terms::tracking::{KernelMean, aligned_position, gaussian, orientation_error, yaw_alignment};
 use crate::{ProximityPoint, REWARD_TERMS, TRACKING_NAMES};
 
@@ -81,7 +81,9 @@ pub(crate) fn score<V: Real>(
         let limit = preset.kick.min_ball_speed;
         let pays = step.window.and(vx.mul_add(vx, vy * vy).ge(V::c(limit * limit)));
         let aligned = alignment(ball.vel, kick.before, group.goal, preset.vel_align.sigma);
-        terms[10] = V::select(pays, aligned, V::zero());
+        let speed = vx.mul_add(vx, vy * vy).sqrt();
+        let share = speed_share(speed, preset.kick.full_ball_speed);
+        terms[10] = V::select(pays, aligned * share, V::zero());
         terms[11] = V::select(pays, planar_speed(ball.vel, preset.speed.sigma), V::zero());
         let vertical = vertical_speed(ball.vel, preset.z_speed.sigma);
         terms[12] = V::select(step.z_window, vertical, V::zero());

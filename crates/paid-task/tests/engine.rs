@@ -187,3 +187,40 @@ fn lane_types_agree() {
     }
     assert_eq!(a.3, b.3);
 }
+
+/// By the workspace rule the ball belongs to the episode's motion, and a robot that begins late has gone its share of the way.
+#[test]
+fn workspace_balls_belong_to_their_motion_and_late_starts_are_on_the_way() {
+    let name = "workspace_balls_belong_to_their_motion_and_late_starts_are_on_the_way";
+    let options = ["ball.rule=workspace", "ball.rolling_share=0", "resets.xy_m=0"];
+    let Some(mut shard) = shard("stage2", &options, 512, name) else { return };
+    let Some((robot, spec, library)) = library(name) else { return };
+    let facts = library.facts();
+    let anchor = robot.body_index(&spec.anchor_body).expect("an anchor");
+    let bodies = robot.bodies.len();
+    let (mut first, mut late, mut motions) = (0, 0, std::collections::BTreeSet::new());
+    for env in 0..512 {
+        let sample = shard.eval().sample(env).expect("exists");
+        let motion = &facts[sample.motion];
+        let (s, c) = motion.heading.sin_cos();
+        let from = [0, 1].map(|k| sample.ball_pos[k] - motion.start_xy[k]);
+        let ball = [c * from[0] + s * from[1], c * from[1] - s * from[0]];
+        assert!((0.249..2.251).contains(&ball[0]) && ball[1].abs() < 1.251, "{env}: {ball:?}");
+        assert_eq!(paid_task::nearest_motion(facts, ball), sample.motion, "{env}: {ball:?}");
+        let way = (sample.frame as f64 / motion.strike_frame as f64).min(1.0);
+        let reference = library.clips()[sample.motion].body_pos[sample.frame * bodies + anchor];
+        for k in 0..2 {
+            let expected = way * (from[k] - motion.displacement[k]);
+            let shift = sample.bodies[anchor].pos[k] - reference[k];
+            // The pelvis is displaced; the torso sways a little around it by the noise on pose and joints.
+            assert!((shift - expected).abs() < 0.1, "{env} frame {}: {shift} {expected}", sample.frame);
+        }
+        if sample.frame == 0 {
+            first += 1
+        } else {
+            late += 1
+        }
+        motions.insert(sample.motion);
+    }
+    assert!(first > 150 && late > 150 && motions.len() > 9, "{first} {late} {motions:?}");
+}

@@ -30,6 +30,12 @@ pub(crate) fn alignment<V: Real>(ball_vel: Vec3<V>, from: Vec3<V>, goal: Vec3<V>
     gaussian(angle * angle, sigma)
 }
 
+/// Share of the direction's pay that a ball of horizontal `speed` earns: `min(1, speed / full)`, 1 if `full` is 0 [m/s].
+#[inline(always)]
+pub(crate) fn speed_share<V: Real>(speed: V, full: f64) -> V {
+    if full > 0.0 { (speed * V::c(1.0 / full)).min(V::one()) } else { V::one() }
+}
+
 /// Horizontal speed: `1 - exp(-v_xy^2 / sigma^2)`.
 #[inline(always)]
 pub(crate) fn planar_speed<V: Real>(ball_vel: Vec3<V>, sigma: f64) -> V {
@@ -86,6 +92,13 @@ mod tests {
         close(alignment(Vec3([0.0, 3.0, 2.0]), from, goal, 0.8), 1.0);
         let angle = core::f64::consts::FRAC_PI_4;
         close(alignment(Vec3([2.0, 2.0, 0.0]), from, goal, 0.8), (-(angle * angle) / 0.64).exp());
+    }
+
+    #[test]
+    fn a_slow_ball_earns_its_share_of_the_direction() {
+        close(speed_share(1.0, 2.5), 0.4);
+        close(speed_share(4.0, 2.5), 1.0);
+        close(speed_share(0.0, 0.0), 1.0);
     }
 
     #[test]
