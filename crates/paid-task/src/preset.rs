@@ -156,6 +156,13 @@ pub struct SamplingPreset {
     /// Latest start of an episode, seconds before the reference's strike; negative: no limit. The ball lies in front of
     /// the first frame, so an episode that began after the strike would begin on top of the ball.
     pub latest_start_before_strike_s: f64,
+    /// Time after the first contact with the ball at which an episode times out [s]; 0: never. The outcome is decided by
+    /// then, and almost half of a clip is follow-through and recovery.
+    #[serde(default)]
+    pub stop_after_kick_s: f64,
+    /// Share of the environments in which it does; the others go on, so that the recovery stays in training.
+    #[serde(default)]
+    pub stop_share: f64,
 }
 
 /// Which balls belong to which motion.
@@ -351,6 +358,7 @@ impl TaskPreset {
         let shares = [
             ("sampling.uniform_mass", self.sampling.uniform_mass),
             ("sampling.alpha", self.sampling.alpha),
+            ("sampling.stop_share", self.sampling.stop_share),
             ("sampling.first_frame_share", self.sampling.first_frame_share),
             ("ball.rolling_share", self.ball.rolling_share),
         ];

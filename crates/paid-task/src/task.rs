@@ -387,7 +387,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 Some(EndCause::AnchorDistance)
             } else if env.frame >= frames && !hold {
                 Some(EndCause::MotionEnd)
-            } else if env.step >= limit {
+            } else if env.step >= limit || (eval.is_none() && stops_after_kick(env, &self.config)) {
                 Some(EndCause::TimeOut)
             } else {
                 None
@@ -418,6 +418,16 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         }
         resets
     }
+}
+
+/// True once the kick of a training episode is so long ago that the preset ends it.
+fn stops_after_kick(env: &EnvTask, config: &TaskConfig) -> bool {
+    let preset = &config.preset.sampling;
+    let Some(kick) = env.kick.as_ref().filter(|_| preset.stop_after_kick_s > 0.0) else { return false };
+    // Multiples of the golden ratio fill the unit interval evenly: any run of environments holds the share.
+    let place = (f64::from(env.id) * 0.618_033_988_749_894_9).fract();
+    let steps = (preset.stop_after_kick_s / config.dt_s).round();
+    place < preset.stop_share && f64::from(env.step - kick.step) >= steps
 }
 
 fn push_interval(config: &TaskConfig, rng: &mut Rng) -> u32 {

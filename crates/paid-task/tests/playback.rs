@@ -494,6 +494,19 @@ fn episodes_begin_well_before_the_strike() {
 }
 
 #[test]
+fn an_episode_stops_after_the_kick_only_where_the_preset_asks() {
+    for (share, expected) in [("1", true), ("0", false)] {
+        let share = format!("sampling.stop_share={share}");
+        let mut task = task("stage2", &["sampling.stop_after_kick_s=0.1", &share], 1, 40);
+        // The kick is step 40; five control steps are 0.1 s.
+        let ends = steps(&mut task, 45);
+        let ended: Vec<usize> = (0..45).filter(|t| ends[*t].2 == 1).map(|t| t + 1).collect();
+        assert_eq!(ended, if expected { vec![45] } else { vec![] }, "{share}");
+        assert_eq!(task.take_metrics().ends[EndCause::TimeOut as usize], u64::from(expected));
+    }
+}
+
+#[test]
 fn pushes_come_every_one_to_three_seconds() {
     let mut task = restless("stage1", &[]);
     let options = EvalOptions { max_steps: Some(100_000), disturbances: true, ..EvalOptions::default() };
