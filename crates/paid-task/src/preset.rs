@@ -156,6 +156,11 @@ pub struct SamplingPreset {
     /// Latest start of an episode, seconds before the reference's strike; negative: no limit. The ball lies in front of
     /// the first frame, so an episode that began after the strike would begin on top of the ball.
     pub latest_start_before_strike_s: f64,
+    /// What an episode that ends without a shot on target counts as, against 1 for a failure; it counts in the bin of the strike.
+    /// More than 0 draws episodes to the motions whose shots miss: by the workspace rule half of the episodes from the first
+    /// frame then take their motion from the sampler instead of from a uniform ball.
+    #[serde(default)]
+    pub miss_weight: f64,
     /// Time after the first contact with the ball at which an episode times out [s]; 0: never. The outcome is decided by
     /// then, and almost half of a clip is follow-through and recovery.
     #[serde(default)]

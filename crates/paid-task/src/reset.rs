@@ -76,7 +76,8 @@ impl StartContext<'_> {
         }
         let motions = self.library.facts();
         let ball = by_workspace.then(|| {
-            if frame == 0 {
+            let by_motion = frame > 0 || (preset.sampling.miss_weight > 0.0 && rng.unit() < 0.5);
+            if !by_motion {
                 let ball = draw_from_workspace(&preset.ball, rng);
                 motion = nearest_motion(motions, ball);
                 ball

@@ -82,6 +82,7 @@ mod tests {
             kernel_ratio: 0.1,
             first_frame_share: 0.0,
             latest_start_before_strike_s: -1.0,
+            miss_weight: 0.0,
             stop_after_kick_s: 0.0,
             stop_share: 0.0,
         }

@@ -398,10 +398,16 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             terminated[lane] = u8::from(failed);
             truncated[lane] = u8::from(cause.is_some() && !failed);
             let Some(cause) = cause else { continue };
-            if failed && news && eval.is_none() {
+            if news && eval.is_none() {
                 let bins = self.sampler.bins;
-                let bin = (scored.min(frames - 1) * bins / frames).min(bins - 1);
-                self.failures[env.motion * bins + bin] += 1.0;
+                let pair =
+                    |frame: usize| env.motion * bins + (frame.min(frames - 1) * bins / frames).min(bins - 1);
+                let miss = self.config.preset.sampling.miss_weight as f32;
+                if failed {
+                    self.failures[pair(scored)] += 1.0;
+                } else if miss > 0.0 && self.groups[group].kick.on_target.lane(lane) < 0.5 {
+                    self.failures[pair(self.library.facts()[env.motion].strike_frame)] += miss;
+                }
             }
             if news {
                 count_episode(&mut self.metrics, &self.config, env, &self.groups[group], lane, cause);

@@ -494,6 +494,20 @@ fn episodes_begin_well_before_the_strike() {
 }
 
 #[test]
+fn a_miss_counts_at_the_strike_where_the_preset_asks() {
+    // Without a kick, with one on target, and without the option: what a whole episode adds at the strike (frame 40).
+    for (kick_at, weight, expected) in [(1000, "0.5", 0.5), (40, "0.5", 0.0), (1000, "0", 0.0)] {
+        let weight = format!("sampling.miss_weight={weight}");
+        let mut task = task("stage2", &[&weight], 1, kick_at);
+        steps(&mut task, FRAMES - 1);
+        assert_eq!(task.take_metrics().ends[EndCause::MotionEnd as usize], 1);
+        let failures = task.take_failures();
+        assert_eq!(failures.iter().sum::<f32>(), expected, "{kick_at} {weight}");
+        assert_eq!(failures[40 * failures.len() / FRAMES], expected, "{kick_at} {weight}");
+    }
+}
+
+#[test]
 fn an_episode_stops_after_the_kick_only_where_the_preset_asks() {
     for (share, expected) in [("1", true), ("0", false)] {
         let share = format!("sampling.stop_share={share}");

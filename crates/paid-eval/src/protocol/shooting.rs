@@ -63,6 +63,9 @@ pub struct ShootingOptions {
     pub variant: Variant,
     /// Radius of the disc of robot displacements [m].
     pub start_radius_m: f64,
+    /// Half-width of the uniform offset of a ball from its place, in x and in y [m]; half of the grid's step covers the
+    /// workspace evenly with random places.
+    pub scatter_m: f64,
     /// Speed range of a rolling ball [m/s] in any direction; `None`: the ball lies still.
     pub rolling: Option<[f64; 2]>,
     /// Distance of the goal ahead of the robot's first pose [m].
@@ -81,6 +84,7 @@ impl Default for ShootingOptions {
             trials: 10,
             variant: Variant::World,
             start_radius_m: 0.5,
+            scatter_m: 0.0,
             rolling: None,
             goal_distance_m: 5.0,
             goal_half_width_m: 1.0,
@@ -106,6 +110,9 @@ impl ShootingOptions {
         }
         if !(0.0..=2.0).contains(&self.start_radius_m) {
             return bad("start radius", "0 to 2 m", self.start_radius_m.to_string());
+        }
+        if !(0.0..=1.0).contains(&self.scatter_m) {
+            return bad("scatter", "0 to 1 m", self.scatter_m.to_string());
         }
         if let Some([lo, hi]) = self.rolling
             && !(0.0 <= lo && lo <= hi && hi.is_finite())

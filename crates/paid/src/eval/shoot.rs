@@ -39,6 +39,9 @@ pub struct Args {
     /// Radius of the disc of robot starts [m].
     #[arg(long, default_value_t = 0.5)]
     start_radius: f64,
+    /// Half-width of a uniform offset of the ball from its place, in x and in y [m].
+    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    scatter: f64,
     /// Width of the goal [m].
     #[arg(long, default_value_t = 2.0, value_parser = positive)]
     goal_width: f64,
@@ -72,6 +75,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         rolling,
         goal_distance_m: args.goal_distance,
         goal_half_width_m: 0.5 * args.goal_width,
+        scatter_m: args.scatter,
         limit_s: args.limit,
     };
     subject.arena.engine = subject.engine(args.common.engine);

@@ -146,11 +146,12 @@ fn draw(
         let v = lo + (hi - lo) * speed;
         [v * angle.cos(), v * angle.sin()]
     });
+    let spot = place.map(|p| p + options.scatter_m * (2.0 * rng.unit() - 1.0));
     let (ball, goal) = match options.variant {
-        Variant::Robot => (place, [options.goal_distance_m, 0.0]),
+        Variant::Robot => (spot, [options.goal_distance_m, 0.0]),
         // Seen from the displaced robot, what stands still in the world moved the other way.
         Variant::World => (
-            [place[0] - displacement[0], place[1] - displacement[1]],
+            [spot[0] - displacement[0], spot[1] - displacement[1]],
             [options.goal_distance_m - displacement[0], -displacement[1]],
         ),
     };

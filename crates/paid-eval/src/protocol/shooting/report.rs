@@ -71,8 +71,10 @@ impl ShootingReport {
         };
         let engine = &self.engine;
         let mass = engine.ball_mass_kg.map_or(String::new(), |m| format!(", ball {m} kg"));
+        let scatter =
+            if o.scatter_m > 0.0 { format!(", balls within {} m of it", o.scatter_m) } else { String::new() };
         format!(
-            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m, {} trials a place, robot start within {} m; {variant}",
+            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials a place, robot start within {} m; {variant}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,
