@@ -91,6 +91,8 @@ pub struct SceneOptions {
     pub feet: FootShapes,
     /// Whether the robot's bodies push each other apart.
     pub self_collision: bool,
+    /// Whether the joints' dry friction acts.
+    pub friction_loss: bool,
     /// Friction cone.
     pub cone: Cone,
     /// Floor.
@@ -138,6 +140,7 @@ impl Default for SceneOptions {
             pd: PdControl::Explicit,
             feet: FootShapes::Referee,
             self_collision: true,
+            friction_loss: true,
             cone: Cone::Pyramidal,
             floor: FloorOptions::default(),
             ball: Some(BallOptions::default()),
@@ -151,6 +154,19 @@ impl SceneOptions {
     pub fn public_protocol() -> Self {
         let params = BallParams { mass_kg: 0.1, inertia_factor: 0.4, ..BallParams::default() };
         Self { ball: Some(BallOptions { params, ..BallOptions::default() }), ..Self::default() }
+    }
+
+    /// The scene that the TWIST2 tracker is published with: MuJoCo's default surfaces (friction 1, time constant 20 ms), four
+    /// small spheres a foot, joints without dry friction, 1 ms steps. The spheres are this project's soles.
+    pub fn twist2() -> Self {
+        Self {
+            physics_dt_s: 0.001,
+            substeps: 20,
+            feet: FootShapes::Sole,
+            friction_loss: false,
+            floor: FloorOptions { friction: [1.0, 0.005, 0.0001], solref: [0.02, 1.0] },
+            ..Self::default()
+        }
     }
 }
 
@@ -287,7 +303,7 @@ fn write_body(
             nums(&joint.axis),
             nums(&joint.range),
             num(joint.armature),
-            num(joint.friction_loss),
+            num(if options.friction_loss { joint.friction_loss } else { 0.0 }),
             num(joint.damping)
         )?;
     }

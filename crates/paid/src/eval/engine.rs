@@ -29,6 +29,9 @@ enum Protocol {
     Paper,
     /// The public evaluation: a solid ball of 0.1 kg.
     Public,
+    /// The scene that the TWIST2 tracker is published with: floor friction 1, softer floor, four spheres a foot, joints without
+    /// dry friction.
+    Twist2,
 }
 
 /// Options of MuJoCo's scene.
@@ -53,6 +56,9 @@ pub struct SceneOptionsArgs {
     /// Time constant of contacts with the floor [s]; larger is softer [default: 0.01].
     #[arg(long, value_name = "S", value_parser = positive)]
     floor_contact_time: Option<f64>,
+    /// Damping ratio of contacts with the ball; 1 does not bounce, 0.09 bounces like a restitution of 0.75 [default: 1].
+    #[arg(long, value_name = "RATIO", value_parser = positive)]
+    ball_contact_damping: Option<f64>,
     /// The ball's linear and angular damping act in MuJoCo too.
     #[arg(long)]
     ball_damping: bool,
@@ -68,6 +74,9 @@ pub struct SceneOptionsArgs {
     /// Bodies of the robot pass through each other.
     #[arg(long)]
     no_self_collision: bool,
+    /// Joints have no dry friction.
+    #[arg(long)]
+    no_friction_loss: bool,
 }
 
 /// Which engine, and the ball.
@@ -105,6 +114,7 @@ impl EngineArgs {
                 }
                 scene
             }
+            Protocol::Twist2 => SceneOptions::twist2(),
         };
         if let Some(mass) = self.ball_mass {
             task.ball_params.mass_kg = mass;
@@ -113,6 +123,7 @@ impl EngineArgs {
             ball.params = task.ball_params;
             ball.friction[0] = args.ball_friction.unwrap_or(ball.friction[0]);
             ball.solref[0] = args.ball_contact_time.unwrap_or(ball.solref[0]);
+            ball.solref[1] = args.ball_contact_damping.unwrap_or(ball.solref[1]);
             ball.damped = args.ball_damping;
         }
         scene.floor.friction[0] = args.floor_friction.unwrap_or(scene.floor.friction[0]);
@@ -127,6 +138,8 @@ impl EngineArgs {
             scene.cone = Cone::Elliptic;
         }
         scene.self_collision = !args.no_self_collision;
+        scene.friction_loss &= !args.no_friction_loss;
+        let usual_dt_s = usual_dt_s.min(scene.physics_dt_s);
         let (dt, control_dt) = (args.physics_dt.unwrap_or(usual_dt_s), task.control_dt_s());
         scene.substeps = (control_dt / dt).round() as usize;
         scene.physics_dt_s = dt;

@@ -139,10 +139,9 @@ fn write_shooting(out: &Path, engine: &str, report: &ShootingReport, json: &str)
         ("accuracy", map("accuracy [%]", 0.0, 100.0, |c| c.accuracy)),
     ];
     for (name, map) in maps {
-        map.draw().save(&file(&format!("{name}.png"))).map_err(Failure::input)?;
-        write_whole(&file(&format!("{name}.svg")), map.svg().as_bytes()).map_err(Failure::input)?;
+        map.figure().save(&file(name)).map_err(Failure::input)?;
     }
     let paths: Vec<BallPath> =
         report.trials.iter().map(|t| BallPath { points: &t.path, goal: t.goal }).collect();
-    plot_paths(&paths, report.options.goal_half_width_m).save(&file("paths.png")).map_err(Failure::input)
+    plot_paths(&paths, report.options.goal_half_width_m).save(&file("paths")).map_err(Failure::input)
 }

@@ -55,8 +55,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             write_whole(&out.join(file), json.as_bytes()).map_err(Failure::input)?;
             let name = |what: &str| out.join(format!("{}_tracking{what}", subject.arena.engine.name()));
             write_whole(&name(".txt"), report.table().as_bytes()).map_err(Failure::input)?;
-            write_whole(&name("_errors.svg"), report.error_bars().svg().as_bytes())
-                .map_err(Failure::input)?;
+            report.error_bars().figure().save(&name("_errors")).map_err(Failure::input)?;
             write_report(out).map_err(Failure::input)?;
         }
         if args.json {
