@@ -34,7 +34,6 @@ fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
     Arena {
         engine: Engine::Builtin,
-        gains: None,
         isa: Isa::detect(),
         robot,
         spec,

@@ -30,11 +30,29 @@ pub struct Figure {
 
 #[derive(Clone, Debug, PartialEq)]
 enum Shape {
-    Rect { at: [i64; 2], size: [i64; 2], fill: Rgb },
-    Disc { centre: [f64; 2], radius: f64, fill: Rgb },
-    Line { points: Vec<[f64; 2]>, width: i64, ink: Rgb },
+    Rect {
+        at: [i64; 2],
+        size: [i64; 2],
+        fill: Rgb,
+    },
+    Disc {
+        centre: [f64; 2],
+        radius: f64,
+        fill: Rgb,
+    },
+    Line {
+        points: Vec<[f64; 2]>,
+        width: i64,
+        ink: Rgb,
+    },
     /// `at` is on the baseline; `size` is the font's in pixels.
-    Text { at: [i64; 2], size: i64, anchor: Anchor, ink: Rgb, text: String },
+    Text {
+        at: [i64; 2],
+        size: i64,
+        anchor: Anchor,
+        ink: Rgb,
+        text: String,
+    },
 }
 
 fn color(c: Rgb) -> String {
