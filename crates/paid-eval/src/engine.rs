@@ -48,14 +48,7 @@ impl Engine {
                 name: "built-in".to_owned(),
                 physics_dt_s: preset.scene.physics_dt_s,
                 ball_mass_kg,
-                surfaces: format!(
-                    "ground friction {}/{}, ball {}/{}, restitution {}",
-                    preset.scene.ground.static_friction,
-                    preset.scene.ground.dynamic_friction,
-                    preset.ball_params.material.static_friction,
-                    preset.ball_params.material.dynamic_friction,
-                    preset.ball_params.material.restitution
-                ),
+                surfaces: materials(preset),
             },
             Self::Mujoco(scene) => EngineFacts {
                 name: format!("MuJoCo {}", paid_mujoco::MUJOCO_VERSION),
@@ -65,6 +58,20 @@ impl Engine {
             },
         }
     }
+}
+
+/// What decides contacts in the built-in engine.
+fn materials(preset: &TaskPreset) -> String {
+    let ground = &preset.scene.ground;
+    let mut words = format!("ground friction {}/{}", ground.static_friction, ground.dynamic_friction);
+    if preset.scene.ball {
+        let ball = &preset.ball_params.material;
+        words += &format!(
+            ", ball {}/{}, restitution {}",
+            ball.static_friction, ball.dynamic_friction, ball.restitution
+        );
+    }
+    words
 }
 
 /// What decides contacts and joint control in MuJoCo.

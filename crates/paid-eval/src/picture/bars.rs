@@ -17,8 +17,8 @@ pub struct Bars {
     pub labels: Vec<String>,
     /// Names of the first and second bar of each pair.
     pub series: [&'static str; 2],
-    /// Title and values of each panel, a pair a label.
-    pub panels: Vec<(String, Vec<[f64; 2]>)>,
+    /// Title and values of each panel, a pair a label; `None` draws no bar.
+    pub panels: Vec<(String, Vec<[Option<f64>; 2]>)>,
 }
 
 impl Bars {
@@ -35,11 +35,12 @@ impl Bars {
         for (p, (title, values)) in (0..).zip(&self.panels) {
             let top = 34 + p * panel;
             figure.text([LEFT, top + 24], 16, Anchor::Start, title);
-            let largest = values.iter().flatten().copied().fold(1e-9, f64::max);
+            let largest = values.iter().flatten().flatten().copied().fold(1e-9, f64::max);
             for (i, (label, pair_values)) in (0..).zip(self.labels.iter().zip(values)) {
                 let y = top + 34 + i * pair;
                 figure.text([LEFT - 8, y + BAR + 4], 13, Anchor::End, label);
                 for ((k, value), color) in (0..).zip(pair_values).zip(COLORS) {
+                    let Some(value) = value else { continue };
                     let length = (value / largest * LENGTH).round() as i64;
                     figure.rect([LEFT, y + k * BAR], [length.max(1), BAR - 1], color);
                     let at = [LEFT + length + 4, y + k * BAR + BAR - 1];
@@ -60,7 +61,7 @@ mod tests {
         let bars = Bars {
             labels: vec!["a".into(), "b & c".into()],
             series: ["one", "two"],
-            panels: vec![("error".into(), vec![[10.0, 5.0], [0.0, 2.5]])],
+            panels: vec![("error".into(), vec![[Some(10.0), Some(5.0)], [None, Some(2.5)]])],
         };
         let svg = bars.figure().svg();
         assert!(

@@ -9,7 +9,7 @@ use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Gains, LearnedPolicy, OnnxDriver, Policy, PolicyMaker, Twist2};
 use paid_learn::Checkpoint;
 use paid_motion::MotionLibrary;
-use paid_mujoco::SceneOptions;
+use paid_mujoco::{Library, SceneOptions};
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
 use paid_physics::Terrain;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
@@ -139,6 +139,7 @@ impl Subject {
     /// Reads policy, motions and task; `usual_task` is that of a file that names none.
     pub fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
         let source = Source::load(common, usual_task)?;
+        Self::needs_mujoco(common.engine)?;
         let usual = source.usual_protocol();
         let mut task = task_preset(common, source.task)?;
         // Scored on flat ground, as in the paper's evaluation, also where training was on rough ground.
@@ -177,6 +178,14 @@ impl Subject {
     /// The engine of a name with this subject's scene.
     pub fn engine(&self, name: EngineName) -> Engine {
         engine_of(name, &self.scene)
+    }
+
+    /// Says that MuJoCo is missing before anything else has run in vain.
+    pub fn needs_mujoco(engine: EngineName) -> Result<(), Failure> {
+        if engine != EngineName::Builtin {
+            Library::get().map_err(Failure::input)?;
+        }
+        Ok(())
     }
 
     /// Refuses a task without a ball.
