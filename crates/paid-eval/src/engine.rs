@@ -1,6 +1,6 @@
 //! Who simulates the trials: the engine that trains, or the referee.
 
-use paid_mujoco::{MujocoSim, SceneOptions};
+use paid_mujoco::{Cone, FootShapes, MujocoSim, PdControl, SceneOptions};
 use paid_task::{Task, TaskPreset, TaskShard, build_shard};
 use serde::Serialize;
 
@@ -48,35 +48,65 @@ impl Engine {
                 name: "built-in".to_owned(),
                 physics_dt_s: preset.scene.physics_dt_s,
                 ball_mass_kg,
-                surfaces: format!(
-                    "ground friction {}/{}, ball {}/{}, restitution {}",
-                    preset.scene.ground.static_friction,
-                    preset.scene.ground.dynamic_friction,
-                    preset.ball_params.material.static_friction,
-                    preset.ball_params.material.dynamic_friction,
-                    preset.ball_params.material.restitution
-                ),
+                surfaces: materials(preset),
             },
             Self::Mujoco(scene) => EngineFacts {
                 name: format!("MuJoCo {}", paid_mujoco::MUJOCO_VERSION),
                 physics_dt_s: scene.physics_dt_s,
                 ball_mass_kg,
-                surfaces: format!(
-                    "floor friction {}, ball friction {}, feet: {}, PD: {}",
-                    scene.floor.friction[0],
-                    scene.ball.map_or(0.0, |b| b.friction[0]),
-                    match scene.feet {
-                        paid_mujoco::FootShapes::Referee => "the vendor's capsules",
-                        paid_mujoco::FootShapes::Sole => "the training soles",
-                    },
-                    match scene.pd {
-                        paid_mujoco::PdControl::Explicit => "explicit",
-                        paid_mujoco::PdControl::Implicit => "implicit",
-                    }
-                ),
+                surfaces: surfaces(scene, preset),
             },
         }
     }
+}
+
+/// What decides contacts in the built-in engine.
+fn materials(preset: &TaskPreset) -> String {
+    let ground = &preset.scene.ground;
+    let mut words = format!("ground friction {}/{}", ground.static_friction, ground.dynamic_friction);
+    if preset.scene.ball {
+        let ball = &preset.ball_params.material;
+        words += &format!(
+            ", ball {}/{}, restitution {}",
+            ball.static_friction, ball.dynamic_friction, ball.restitution
+        );
+    }
+    words
+}
+
+/// What decides contacts and joint control in MuJoCo.
+fn surfaces(scene: &SceneOptions, preset: &TaskPreset) -> String {
+    let (floor, ball) = (&scene.floor, scene.ball.unwrap_or_default());
+    let mut words =
+        vec![format!("floor friction {} and contact time {} s", floor.friction[0], floor.solref[0])];
+    if preset.scene.ball {
+        let [time, damping] = ball.solref;
+        let bounce = if damping < 1.0 { format!(" at damping {damping}") } else { String::new() };
+        words.push(format!("ball {} and {time} s{bounce}", ball.friction[0]));
+    }
+    words.push(format!(
+        "feet: {}",
+        match scene.feet {
+            FootShapes::Referee => "the vendor's capsules",
+            FootShapes::Sole => "the training soles",
+            FootShapes::Spheres => "four small spheres",
+        }
+    ));
+    words.push(format!(
+        "PD: {}",
+        match scene.pd {
+            PdControl::Explicit => "explicit",
+            PdControl::Implicit => "implicit",
+        }
+    ));
+    let flags = [
+        (scene.cone == Cone::Elliptic, "elliptic cone"),
+        (preset.scene.ball && ball.damped, "ball damped"),
+        (!scene.friction_loss, "no dry friction in joints"),
+        (!(scene.self_collision && preset.scene.self_collision), "no self-collision"),
+    ];
+    words.extend(flags.iter().filter(|(set, _)| *set).map(|(_, word)| (*word).to_owned()));
+    words.join(", ")
 }
 
 impl Arena {
@@ -92,13 +122,6 @@ impl Arena {
     pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
         let scene = match &self.engine {
             Engine::Builtin => {
-                if self.gains.is_some() {
-                    return Err(EvalError::Option {
-                        option: "engine",
-                        expected: "mujoco for a policy with joint gains of its own".to_owned(),
-                        found: self.engine.name().to_owned(),
-                    });
-                }
                 let shard = build_shard(
                     self.isa,
                     &self.robot,
@@ -123,12 +146,8 @@ impl Arena {
         } else {
             None
         };
-        let mut control =
+        let control =
             self.spec.resolve(&self.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
-        if let Some(gains) = &self.gains {
-            control.stiffness.clone_from(&gains.stiffness);
-            control.damping.clone_from(&gains.damping);
-        }
         let sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
         let task =
             Task::new(sim, &self.robot, &self.spec, &self.library, &self.preset, first_env, self.seed)?;

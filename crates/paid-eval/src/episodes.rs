@@ -25,11 +25,9 @@ const BATCH: usize = 64;
 pub struct Arena {
     /// Who simulates.
     pub engine: Engine,
-    /// Joint gains [N m/rad, N m s/rad] in model order, where the policy brings its own; MuJoCo only.
-    pub gains: Option<Gains>,
     /// Lane type of the built-in engine.
     pub isa: Isa,
-    /// The robot.
+    /// The robot; with the joint control of the policy, if that brings its own ([`crate::policy::Gains::apply`]).
     pub robot: RobotModel,
     /// Its names and numbers.
     pub spec: RobotSpec,
@@ -43,15 +41,6 @@ pub struct Arena {
     pub seed: u64,
     /// Progress, effort and a way to stop.
     pub monitor: Monitor,
-}
-
-/// Joint gains, model order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Gains {
-    /// Stiffness [N m/rad].
-    pub stiffness: Vec<f64>,
-    /// Damping [N m s/rad].
-    pub damping: Vec<f64>,
 }
 
 /// How the task says that an episode ended.

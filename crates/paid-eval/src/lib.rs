@@ -2,13 +2,15 @@
 //!
 //! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments, which the built-in engine
 //! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the two protocols; [`agreement`] compares the engines
-//! trial by trial; [`picture`] draws.
+//! trial by trial, [`gap`] finds out which of their differences matter; [`picture`] draws.
 
 pub mod agreement;
+pub mod divergence;
 pub mod engine;
 pub mod episodes;
 mod error;
 pub mod file;
+pub mod gap;
 pub mod html;
 pub mod metrics;
 pub mod monitor;

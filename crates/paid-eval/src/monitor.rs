@@ -12,7 +12,7 @@ pub struct Monitor(Arc<Counters>);
 
 #[derive(Debug, Default)]
 struct Counters {
-    stop: AtomicBool,
+    stop: Arc<AtomicBool>,
     done: AtomicUsize,
     total: AtomicUsize,
     steps: AtomicU64,
@@ -34,6 +34,11 @@ pub struct Effort {
 }
 
 impl Monitor {
+    /// A monitor of runs that end when `stop` is set, by whomever.
+    pub fn stopped_by(stop: Arc<AtomicBool>) -> Self {
+        Self(Arc::new(Counters { stop, ..Counters::default() }))
+    }
+
     /// Asks the runs to end: trials that ended by then are kept, the others dropped.
     pub fn stop(&self) {
         self.0.stop.store(true, Ordering::Relaxed);

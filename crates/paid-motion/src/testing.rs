@@ -62,6 +62,8 @@ pub(crate) fn spec() -> RobotSpec {
         default_pos: vec![],
         natural_frequency_hz: 10.0,
         damping_ratio: 2.0,
+        stiffness: Vec::new(),
+        damping: Vec::new(),
         action_scale_factor: 0.25,
         velocity_limit: vec![],
         file: "twig.toml".to_owned(),

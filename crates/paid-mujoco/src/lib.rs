@@ -9,6 +9,7 @@
 //! the crate `mujoco-rs` 7.0 link at build time: with them the workspace would not build, and the binary not start, where
 //! the library is missing.)
 
+pub mod mjcf;
 pub mod scene;
 
 #[cfg(feature = "mujoco")]
@@ -30,9 +31,8 @@ pub mod world;
 
 #[cfg(feature = "mujoco")]
 pub use library::{Library, LibraryError, MUJOCO_VERSION};
-pub use scene::{
-    BallOptions, Cone, FloorOptions, FootShapes, GoalMarker, PdControl, SceneOptions, mjcf_scene,
-};
+pub use mjcf::mjcf_scene;
+pub use scene::{BallOptions, Cone, FloorOptions, FootShapes, GoalMarker, PdControl, SceneOptions};
 #[cfg(feature = "mujoco")]
 pub use sim::MujocoSim;
 #[cfg(feature = "mujoco")]

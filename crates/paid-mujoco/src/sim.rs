@@ -5,8 +5,9 @@ use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, Simul
 use paid_robot::{ControlSpec, RobotModel};
 
 use crate::layout::model::ACTUATOR_PARAMETERS;
+use crate::mjcf::mjcf_scene;
 use crate::reports::ContactReport;
-use crate::scene::{BALL, PdControl, SceneOptions, ball_inertia, mjcf_scene};
+use crate::scene::{BALL, PdControl, SceneOptions, ball_inertia};
 use crate::world::{MujocoError, World};
 
 /// Velocity coordinates of a free joint.

@@ -25,10 +25,10 @@ mod write;
 
 pub use contract::{Contract, FORMAT, JointContract, ObservationTerm, RecurrentContract};
 pub use error::OnnxError;
-pub use raw::RawModel;
+pub use raw::{OnnxFile, RawModel};
 pub use read::{OnnxPolicy, PolicyState};
 pub use reference::Reference;
-pub use released::load_released;
+pub use released::{load_released, released_policy};
 pub use weights::{DenseLayer, LstmLayer, Normalizer, PolicyWeights};
 pub use write::{encode, write};
 

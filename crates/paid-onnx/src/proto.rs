@@ -199,6 +199,20 @@ impl TensorProto {
     }
 }
 
+impl ModelProto {
+    /// A metadata entry.
+    pub(crate) fn metadata(&self, key: &str) -> Option<&str> {
+        let entry = self.metadata_props.iter().find(|e| e.key.as_deref() == Some(key))?;
+        Some(entry.value.as_deref().unwrap_or_default())
+    }
+
+    /// An input or output of the graph.
+    pub(crate) fn value(&self, name: &str) -> Option<&ValueInfo> {
+        let graph = self.graph.as_ref()?;
+        graph.input.iter().chain(&graph.output).find(|v| v.name.as_deref() == Some(name))
+    }
+}
+
 impl ValueInfo {
     /// A float input or output of fixed shape.
     pub fn float(name: &str, dims: &[usize]) -> Self {

@@ -29,14 +29,17 @@ impl RawModel {
     /// # Errors
     /// If it cannot be read, is no ONNX model, or has an operator that the runtime lacks.
     pub fn load(path: &Path) -> Result<Self, OnnxError> {
-        let bytes = std::fs::read(path).map_err(|source| OnnxError::Io { path: path.to_owned(), source })?;
-        Self::from_bytes(&bytes, path, decode(&bytes, path)?)
+        Self::new(OnnxFile::read(path)?)
     }
 
-    /// As [`Self::load`], from bytes that were decoded already; constants may be dropped from `proto`.
-    pub(crate) fn from_bytes(bytes: &[u8], path: &Path, mut proto: ModelProto) -> Result<Self, OnnxError> {
-        let model = Model::load(bytes.to_vec())
-            .map_err(|e| OnnxError::Graph { path: path.to_owned(), reason: one_line(&e) })?;
+    /// The runtime of a file that was read.
+    ///
+    /// # Errors
+    /// If it has an operator that the runtime lacks.
+    pub fn new(file: OnnxFile) -> Result<Self, OnnxError> {
+        let OnnxFile { path, bytes, mut proto } = file;
+        let model =
+            Model::load(bytes).map_err(|e| OnnxError::Graph { path: path.clone(), reason: one_line(&e) })?;
         if let Some(graph) = &mut proto.graph {
             // The runtime has its own copy of the constants.
             graph.initializer.clear();
@@ -44,7 +47,7 @@ impl RawModel {
         }
         // A policy is too small to gain from more than one thread.
         let threads = Arc::new(ThreadPool::with_num_threads(1));
-        Ok(Self { path: path.to_owned(), proto, model, threads })
+        Ok(Self { path, proto, model, threads })
     }
 
     /// The file.
@@ -54,23 +57,12 @@ impl RawModel {
 
     /// A metadata entry.
     pub fn metadata(&self, key: &str) -> Option<&str> {
-        let entry = self.proto.metadata_props.iter().find(|e| e.key.as_deref() == Some(key))?;
-        Some(entry.value.as_deref().unwrap_or_default())
+        self.proto.metadata(key)
     }
 
     /// Shape of an input or output: outer `None` if there is none of this name, inner `None` if it has no fixed shape.
     pub fn shape(&self, name: &str) -> Option<Option<Vec<i64>>> {
-        let graph = self.proto.graph.as_ref()?;
-        let value = graph.input.iter().chain(&graph.output).find(|v| v.name.as_deref() == Some(name))?;
-        Some(ValueInfo::shape(value))
-    }
-
-    /// Size of the last dimension of an input or output, if it is fixed.
-    pub fn width(&self, name: &str) -> Option<usize> {
-        let graph = self.proto.graph.as_ref()?;
-        let value = graph.input.iter().chain(&graph.output).find(|v| v.name.as_deref() == Some(name))?;
-        let shape = value.r#type.as_ref()?.tensor_type.as_ref()?.shape.as_ref()?;
-        shape.dim.last()?.dim_value.and_then(|d| usize::try_from(d).ok())
+        self.proto.value(name).map(ValueInfo::shape)
     }
 
     /// Values of the named outputs; each must have the given number of elements.
@@ -106,8 +98,58 @@ impl RawModel {
     }
 }
 
+/// A file that was read and decoded, before it is decided what it is.
+#[derive(Clone)]
+pub struct OnnxFile {
+    pub(crate) path: PathBuf,
+    bytes: Vec<u8>,
+    pub(crate) proto: ModelProto,
+}
+
+impl std::fmt::Debug for OnnxFile {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OnnxFile").field("path", &self.path).finish_non_exhaustive()
+    }
+}
+
+impl OnnxFile {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// If it cannot be read or is no ONNX model.
+    pub fn read(path: &Path) -> Result<Self, OnnxError> {
+        let bytes = std::fs::read(path).map_err(|source| OnnxError::Io { path: path.to_owned(), source })?;
+        Self::from_bytes(bytes, path)
+    }
+
+    /// As [`Self::read`], from a file's bytes; `path` only names them in errors.
+    ///
+    /// # Errors
+    /// If they are no ONNX model.
+    pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Self, OnnxError> {
+        let proto = decode(&bytes, path)?;
+        Ok(Self { path: path.to_owned(), bytes, proto })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A metadata entry.
+    pub fn metadata(&self, key: &str) -> Option<&str> {
+        self.proto.metadata(key)
+    }
+
+    /// Size of the last dimension of an input or output, if it is fixed.
+    pub fn width(&self, name: &str) -> Option<usize> {
+        let shape = self.proto.value(name)?.r#type.as_ref()?.tensor_type.as_ref()?.shape.as_ref()?;
+        shape.dim.last()?.dim_value.and_then(|d| usize::try_from(d).ok())
+    }
+}
+
 /// Decodes a file's bytes; `path` only names them.
-pub(crate) fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
+fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
     let wrong = |reason: String| OnnxError::Decode { path: path.to_owned(), reason };
     let proto = ModelProto::decode(bytes).map_err(|e| wrong(e.to_string()))?;
     if proto.graph.is_none() {

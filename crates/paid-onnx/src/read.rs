@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::contract::{Contract, FORMAT};
 use crate::error::OnnxError;
 use crate::proto::{FLOAT, GraphProto, INT64, ModelProto, ValueInfo};
-use crate::raw::{RawModel, decode};
+use crate::raw::{OnnxFile, RawModel};
 use crate::reference::Reference;
 use crate::{CONTRACT_KEY, OPSET, RELEASED_KEYS};
 
@@ -40,8 +40,7 @@ impl OnnxPolicy {
     /// One [`OnnxError`] for the first thing that is wrong: unreadable, truncated, another operator set, metadata missing or
     /// contradicting the contract, sizes that differ from the contract, a graph that does not run.
     pub fn load(path: &Path) -> Result<Self, OnnxError> {
-        let bytes = std::fs::read(path).map_err(|source| OnnxError::Io { path: path.to_owned(), source })?;
-        Self::from_bytes(&bytes, path)
+        Self::from_file(OnnxFile::read(path)?)
     }
 
     /// Reads a file and requires its contract to be `expected`.
@@ -63,14 +62,22 @@ impl OnnxPolicy {
     /// # Errors
     /// As [`Self::load`].
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, OnnxError> {
-        let model = decode(bytes, path)?;
-        check_opset(&model, path)?;
-        let contract = check_metadata(&model, path)?;
+        Self::from_file(OnnxFile::from_bytes(bytes.to_vec(), path)?)
+    }
+
+    /// As [`Self::load`], from a file that was read.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn from_file(file: OnnxFile) -> Result<Self, OnnxError> {
+        let (model, path) = (&file.proto, &file.path);
+        check_opset(model, path)?;
+        let contract = check_metadata(model, path)?;
         if let Some(graph) = &model.graph {
             check_tensors(graph, path)?;
             check_interface(graph, &contract, path)?;
         }
-        Self::new(RawModel::from_bytes(bytes, path, model)?, contract)
+        Self::new(RawModel::new(file)?, contract)
     }
 
     /// A policy whose graph and contract belong together; both are tried on zeros.

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use crate::contract::{Contract, JointContract, RecurrentContract};
 use crate::error::OnnxError;
-use crate::raw::RawModel;
+use crate::raw::{OnnxFile, RawModel};
 use crate::read::OnnxPolicy;
 
 /// Reads a policy with the released interface. The contract that it gets is `template` with the file's joints (in the file's
@@ -18,7 +18,15 @@ use crate::read::OnnxPolicy;
 /// A missing metadata entry, a list of the wrong length, an entry that is no number; [`OnnxError::ContractDiffers`] with
 /// every joint, body or size that is not the template's; a graph without the released inputs and outputs.
 pub fn load_released(path: &Path, template: &Contract) -> Result<OnnxPolicy, OnnxError> {
-    let raw = RawModel::load(path)?;
+    released_policy(OnnxFile::read(path)?, template)
+}
+
+/// As [`load_released`], from a file that was read.
+///
+/// # Errors
+/// As [`load_released`].
+pub fn released_policy(file: OnnxFile, template: &Contract) -> Result<OnnxPolicy, OnnxError> {
+    let raw = RawModel::new(file)?;
     let contract = contract_of(&raw, template)?;
     OnnxPolicy::new(raw, contract)
 }

@@ -33,6 +33,8 @@ impl RobotSpec {
         let default_pos = self.per_joint(model, "default_pos", &self.default_pos)?;
         let default_pos: Vec<f64> = default_pos.into_iter().map(|v| v.unwrap_or(0.0)).collect();
         let velocity_limit = self.per_joint(model, "velocity_limit", &self.velocity_limit)?;
+        let stiffness = self.per_joint(model, "stiffness", &self.stiffness)?;
+        let damping = self.per_joint(model, "damping", &self.damping)?;
         let mut control = ControlSpec {
             default_pos,
             stiffness: Vec::new(),
@@ -54,15 +56,16 @@ impl RobotSpec {
                 let expected = "an angle within the joint's range";
                 return Err(SpecError::BadValue { file: self.file.clone(), key, expected, found });
             }
-            if joint.armature <= 0.0 {
+            if joint.armature <= 0.0 && (stiffness[j].is_none() || damping[j].is_none()) {
                 return Err(missing(
                     "natural_frequency_hz",
                     "the MJCF's armature, which the gains follow from,",
                 ));
             }
-            let stiffness = joint.armature * omega * omega;
+            let own = 2.0 * self.damping_ratio * joint.armature * omega;
+            control.damping.push(damping[j].unwrap_or(own));
+            let stiffness = stiffness[j].unwrap_or(joint.armature * omega * omega);
             control.stiffness.push(stiffness);
-            control.damping.push(2.0 * self.damping_ratio * joint.armature * omega);
             control.action_scale.push(self.action_scale_factor * joint.effort_limit / stiffness);
             control
                 .velocity_limit

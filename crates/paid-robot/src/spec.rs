@@ -37,6 +37,12 @@ pub struct RobotSpec {
     pub natural_frequency_hz: f64,
     /// Damping ratio of the joint controllers.
     pub damping_ratio: f64,
+    /// Stiffness of joints that do not follow the natural frequency [N m/rad].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stiffness: Vec<JointValue>,
+    /// Damping of joints that do not follow the damping ratio [N m s/rad].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub damping: Vec<JointValue>,
     /// Action scale as a share of effort limit over stiffness.
     pub action_scale_factor: f64,
     /// Velocity limits [rad/s]; every joint has one.
@@ -139,6 +145,13 @@ impl RobotSpec {
         spec.check("action_scale_factor", spec.action_scale_factor, positive, "a positive factor")?;
         for (i, entry) in spec.default_pos.iter().enumerate() {
             spec.check(&format!("default_pos[{i}]"), entry.value, |_| true, "a finite angle [rad]")?;
+        }
+        for (i, entry) in spec.stiffness.iter().enumerate() {
+            spec.check(&format!("stiffness[{i}]"), entry.value, positive, "a positive stiffness [N m/rad]")?;
+        }
+        for (i, entry) in spec.damping.iter().enumerate() {
+            let key = format!("damping[{i}]");
+            spec.check(&key, entry.value, |x| x >= 0.0, "a damping of at least 0 [N m s/rad]")?;
         }
         for (i, entry) in spec.velocity_limit.iter().enumerate() {
             spec.check(&format!("velocity_limit[{i}]"), entry.value, positive, "a positive speed [rad/s]")?;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 /// The exit codes, as shown in the help.
 pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
-     130 stopped by Ctrl-C before the end, state saved.";
+     130 stopped by Ctrl-C or SIGTERM before the end, what was done is saved.";
 
 /// One clear sentence for the user and the exit code that goes with it.
 #[derive(Debug)]

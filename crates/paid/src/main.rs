@@ -8,6 +8,7 @@ mod eval;
 mod export;
 mod failure;
 mod motion;
+mod stop;
 mod sysid;
 mod train;
 
@@ -42,6 +43,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    stop::end_with_the_reader();
     let result = match Cli::parse().command {
         Command::Train(args) => train::run(args),
         Command::Eval(args) => eval::run(args),

@@ -3,7 +3,6 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -12,6 +11,7 @@ use paid_train::folder::PRESET_FILE;
 use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
+use crate::stop::{self, STOPPED};
 
 /// Arguments of `paid train`.
 #[derive(Debug, clap::Args)]
@@ -71,9 +71,6 @@ impl Stage {
     }
 }
 
-/// Exit code after a first Ctrl-C, once everything is saved.
-const STOPPED: u8 = 130;
-
 /// Trains, prints progress, and ends with 0 when the budget is used up or 130 after Ctrl-C.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.minutes.is_some_and(|m| !(m > 0.0 && m.is_finite())) {
@@ -83,7 +80,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         )));
     }
     thread_count(args.threads)?;
-    let stop = stop_on_ctrl_c()?;
+    let stop = stop::flag()?;
     if let Some(stage) = args.stage {
         let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(stage.name()));
         let start = match (&args.from, args.resume) {
@@ -110,13 +107,12 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         }
         previous = Some(folder);
     }
-    score(&args, &out)?;
-    Ok(ExitCode::SUCCESS)
+    score(&args, &out, &stop)
 }
 
 /// What is scored after both stages: `paid eval` and the run, as a user would type it.
-const SCORES: [(&[&str], &str); 3] =
-    [(&["tracking"], "stage1"), (&["shooting"], "stage2"), (&["shooting", "--rolling"], "stage2")];
+const SCORES: [(&[&str], &str); 2] =
+    [(&["tracking"], "stage1"), (&["shooting", "--ball", "both", "--effective", "--trials", "10"], "stage2")];
 
 /// A command line of `paid eval`.
 #[derive(Debug, clap::Parser)]
@@ -125,8 +121,8 @@ struct EvalLine {
     args: crate::eval::Args,
 }
 
-/// Scores both stages; the files go to `out/eval`.
-fn score(args: &Args, out: &Path) -> Result<(), Failure> {
+/// Scores both stages; the files go to `out/eval`. Once `stop` is set the rest is left out.
+fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure> {
     for (what, stage) in SCORES {
         let mut line: Vec<OsString> = vec!["paid eval".into()];
         line.extend(what.iter().map(OsString::from));
@@ -138,9 +134,12 @@ fn score(args: &Args, out: &Path) -> Result<(), Failure> {
             line.push("--json".into());
         }
         let line = EvalLine::try_parse_from(line).map_err(Failure::input)?;
-        crate::eval::run(line.args)?;
+        let code = crate::eval::run(line.args)?;
+        if stop.load(Ordering::SeqCst) {
+            return Ok(code);
+        }
     }
-    Ok(())
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Worker threads: as asked, or one a core.
@@ -154,20 +153,6 @@ pub fn thread_count(asked: Option<usize>) -> Result<usize, Failure> {
 
 fn exit_code(outcome: &Outcome) -> ExitCode {
     if outcome.end == End::Stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
-}
-
-/// The first Ctrl-C asks the trainer to save and end; the second ends at once.
-fn stop_on_ctrl_c() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(STOPPED));
-        }
-        eprintln!("stopping after this iteration; Ctrl-C again ends at once without saving");
-    })
-    .map_err(|error| Failure::input(format!("cannot watch for Ctrl-C: {error}")))?;
-    Ok(stop)
 }
 
 fn run_stage(

@@ -1,6 +1,6 @@
 //! Values over the grid of ball places.
 
-use super::{Canvas, Rgb, Svg};
+use super::{Anchor, Figure, Rgb};
 
 /// Side of a cell in pixels.
 const CELL: i64 = 56;
@@ -45,57 +45,32 @@ pub fn color_of(share: f64) -> Rgb {
 
 impl HeatMap {
     /// The picture.
-    pub fn draw(&self) -> Canvas {
+    pub fn figure(&self) -> Figure {
         let (rows, columns) = (self.x.len() as i64, self.y.len() as i64);
         let (width, height) = (columns * CELL + 2 * MARGIN, rows * CELL + 2 * MARGIN);
-        let mut image = Canvas::new(width as usize, height as usize, [255; 3]);
-        image.text(MARGIN, 16, 3, INK, &self.title);
+        let mut figure = Figure::new(width, height);
+        figure.text([MARGIN, 32], 20, Anchor::Start, &self.title);
         // Column 0 (rightmost place) goes to the right edge, row 0 (nearest place) to the bottom.
         let left = |j: i64| MARGIN + (columns - 1 - j) * CELL;
         let top = |i: i64| MARGIN + (rows - 1 - i) * CELL;
         for (i, row) in (0..).zip(&self.values) {
             for (j, value) in (0..).zip(row) {
                 let (color, ink, text) = self.cell(*value);
-                image.rect(left(j), top(i), CELL - 1, CELL - 1, color);
-                let [w, h] = Canvas::text_size(3, &text);
-                image.text(left(j) + (CELL - w) / 2, top(i) + (CELL - h) / 2, 3, ink, &text);
+                figure.rect([left(j), top(i)], [CELL - 1, CELL - 1], color);
+                let at = [left(j) + CELL / 2, top(i) + CELL / 2 + 7];
+                figure.colored_text(at, 19, Anchor::Middle, ink, &text);
             }
         }
         for (i, x) in (0..).zip(&self.x) {
-            image.text(12, top(i) + CELL / 2 - 5, 2, INK, &format!("{x:.2}"));
+            figure.text([MARGIN - 8, top(i) + CELL / 2 + 5], 14, Anchor::End, &format!("{x:.2}"));
         }
         for (j, y) in (0..).zip(&self.y) {
-            image.text(left(j) + 10, MARGIN + rows * CELL + 8, 2, INK, &format!("{y:.2}"));
+            let at = [left(j) + CELL / 2, MARGIN + rows * CELL + 20];
+            figure.text(at, 14, Anchor::Middle, &format!("{y:.2}"));
         }
-        image.text(12, MARGIN - 20, 2, INK, "X [M]");
-        image.text(width - MARGIN + 4, MARGIN + rows * CELL + 8, 2, INK, "Y [M]");
-        image
-    }
-
-    /// The picture as SVG.
-    pub fn svg(&self) -> String {
-        let (rows, columns) = (self.x.len() as i64, self.y.len() as i64);
-        let (width, height) = (columns * CELL + 2 * MARGIN, rows * CELL + 2 * MARGIN);
-        let mut svg = Svg::new(width, height);
-        svg.text(MARGIN, 32, 20, "start", &self.title);
-        let left = |j: i64| MARGIN + (columns - 1 - j) * CELL;
-        let top = |i: i64| MARGIN + (rows - 1 - i) * CELL;
-        for (i, row) in (0..).zip(&self.values) {
-            for (j, value) in (0..).zip(row) {
-                let (color, ink, text) = self.cell(*value);
-                svg.rect([left(j), top(i)], [CELL - 1, CELL - 1], color);
-                svg.colored_text([left(j) + CELL / 2, top(i) + CELL / 2 + 6], 17, "middle", ink, &text);
-            }
-        }
-        for (i, x) in (0..).zip(&self.x) {
-            svg.text(MARGIN - 8, top(i) + CELL / 2 + 5, 14, "end", &format!("{x:.2}"));
-        }
-        for (j, y) in (0..).zip(&self.y) {
-            svg.text(left(j) + CELL / 2, MARGIN + rows * CELL + 20, 14, "middle", &format!("{y:.2}"));
-        }
-        svg.text(12, MARGIN - 8, 14, "start", "x [m]");
-        svg.text(width - MARGIN + 8, MARGIN + rows * CELL + 20, 14, "start", "y [m]");
-        svg.finish()
+        figure.text([12, MARGIN - 8], 14, Anchor::Start, "x [m]");
+        figure.text([width - MARGIN + 8, MARGIN + rows * CELL + 20], 14, Anchor::Start, "y [m]");
+        figure
     }
 
     /// Colour, ink and text of a cell.
@@ -124,7 +99,7 @@ mod tests {
             high: 1.0,
             print: (100.0, 0),
         };
-        let image = map.draw();
+        let image = map.figure().canvas();
         let (m, c) = (MARGIN as usize, CELL as usize);
         assert_eq!(image.get(m + 1, m + 1), color_of(1.0), "top left");
         assert_eq!(image.get(m + c + 1, m + 1), color_of(0.0), "top right");
@@ -142,7 +117,7 @@ mod tests {
             high: 1.0,
             print: (100.0, 0),
         };
-        let svg = map.svg();
+        let svg = map.figure().svg();
         assert_eq!(svg.matches("<rect").count(), 3, "background and two cells: {svg}");
         assert!(svg.contains(">25</text>") && svg.contains(">-</text>"), "{svg}");
         assert!(svg.contains("success &lt;static&gt;"), "{svg}");

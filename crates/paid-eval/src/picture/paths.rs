@@ -1,11 +1,13 @@
 //! Paths from above: where robot and ball went.
 
-use super::{Canvas, Rgb};
+use super::{Anchor, Figure, Rgb};
 
 /// Pixels a metre.
 const SCALE: f64 = 90.0;
 /// Space around the paths in pixels.
 const MARGIN: f64 = 30.0;
+/// Least distance between two points of a path in pixels.
+const APART: f64 = 3.0;
 
 const INK: Rgb = [30, 30, 30];
 const ROBOT: Rgb = [90, 110, 200];
@@ -23,38 +25,58 @@ pub struct Path<'a> {
 
 /// All trials in one picture: goal plane at the top, ball paths green for goals and red for the rest, robots blue. `half_width` is
 /// that of the goal [m].
-pub fn plot_paths(paths: &[Path], half_width: f64) -> Canvas {
+pub fn plot_paths(paths: &[Path], half_width: f64) -> Figure {
     let shown = |p: &[f64; 2]| p[0].abs() < 8.0 && p[1].abs() < 6.0;
     let points = || paths.iter().flat_map(|p| p.points.iter().flatten()).filter(|p| shown(p));
     let near = points().map(|p| p[0]).fold(-1.0, f64::min);
     let wide = points().map(|p| p[1].abs()).fold(half_width + 0.5, f64::max);
     let far = 0.5;
-    let width = (2.0 * (wide * SCALE + MARGIN)) as usize;
-    let height = ((far - near) * SCALE + 2.0 * MARGIN) as usize;
+    let width = (2.0 * (wide * SCALE + MARGIN)) as i64;
+    let height = ((far - near) * SCALE + 2.0 * MARGIN) as i64;
     let place = |p: [f64; 2]| [width as f64 / 2.0 - p[1] * SCALE, MARGIN + (far - p[0]) * SCALE];
-    let mut image = Canvas::new(width, height, [255; 3]);
+    let mut figure = Figure::new(width, height);
     for metre in 0..=8 {
         let y = place([-f64::from(metre), 0.0])[1];
-        image.line([0.0, y], [width as f64, y], 1, [225; 3]);
-        image.text(4, y as i64 + 3, 2, [150; 3], &format!("{metre} M"));
+        figure.line(vec![[0.0, y], [width as f64, y]], 1, [225; 3]);
+        figure.colored_text([4, y as i64 + 13], 14, Anchor::Start, [150; 3], &format!("{metre} m"));
     }
     for path in paths {
         let ball_color = if path.goal { GOAL } else { MISS };
         for (k, color) in [(0, ROBOT), (1, ball_color)] {
-            for pair in path.points.windows(2) {
-                // A ball far past the goal is of no interest.
-                if pair[1][k][0] < far && shown(&pair[0][k]) && shown(&pair[1][k]) {
-                    image.line(place(pair[0][k]), place(pair[1][k]), 1, color);
+            // A ball past the goal, or far from everything, is of no interest: the path is cut there.
+            let pieces = path.points.split(|p| p[k][0] >= far || !shown(&p[k]));
+            for piece in pieces {
+                let line = thinned(piece.iter().map(|p| place(p[k])));
+                if line.len() > 1 {
+                    figure.line(line, 1, color);
                 }
             }
         }
         if let Some([robot, ball]) = path.points.first() {
-            image.disc(place(*robot), 3.0, ROBOT);
-            image.disc(place(*ball), 3.0, ball_color);
+            figure.disc(place(*robot), 3.0, ROBOT);
+            figure.disc(place(*ball), 3.0, ball_color);
         }
     }
-    image.line(place([0.0, half_width]), place([0.0, -half_width]), 5, INK);
-    image
+    figure.line(vec![place([0.0, half_width]), place([0.0, -half_width])], 5, INK);
+    figure
+}
+
+/// The points that are at least [`APART`] pixels from the one before, and the last: hundreds of trials with hundreds of steps
+/// must stay a small file.
+fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
+    let mut kept: Vec<[f64; 2]> = Vec::new();
+    let mut last = None;
+    for point in points {
+        let far = |k: &[f64; 2]| (k[0] - point[0]).hypot(k[1] - point[1]) >= APART;
+        if kept.last().is_none_or(far) {
+            kept.push(point);
+            last = None;
+        } else {
+            last = Some(point);
+        }
+    }
+    kept.extend(last);
+    kept
 }
 
 #[cfg(test)]
@@ -64,7 +86,8 @@ mod tests {
     #[test]
     fn a_goal_is_green_and_reaches_the_line() {
         let points: Vec<_> = (0..50).map(|i| [[-5.0, 0.0], [-4.0 + 0.1 * f64::from(i), 0.4]]).collect();
-        let image = plot_paths(&[Path { points: &points, goal: true }], 1.0);
+        let figure = plot_paths(&[Path { points: &points, goal: true }], 1.0);
+        let image = figure.canvas();
         let column = |x: usize| (0..image.height()).filter(|&y| image.get(x, y) == GOAL).count();
         let x = (image.width() as f64 / 2.0 - 0.4 * SCALE).round() as usize;
         assert!(column(x) > 300, "four metres of ball path at 90 pixels a metre, found {}", column(x));
@@ -74,5 +97,16 @@ mod tests {
                 .sum::<usize>(),
             0
         );
+    }
+
+    #[test]
+    fn a_path_of_many_steps_is_thinned_but_keeps_its_ends() {
+        let still: Vec<_> = (0..500).map(|_| [[-5.0, 0.0], [-4.0, 0.4]]).collect();
+        let svg = plot_paths(&[Path { points: &still, goal: false }], 1.0).svg();
+        assert!(svg.len() < 5000, "{} bytes for a robot and a ball at rest", svg.len());
+        let line: Vec<_> = (0..=100).map(|i| [0.1 * f64::from(i), 0.0]).collect();
+        let thin = thinned(line.into_iter());
+        assert!((4..=6).contains(&thin.len()), "{thin:?}");
+        assert_eq!((thin[0], thin[thin.len() - 1]), ([0.0, 0.0], [10.0, 0.0]));
     }
 }

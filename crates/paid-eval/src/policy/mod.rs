@@ -1,5 +1,6 @@
 //! What the evaluation asks of a policy, and the policies that it knows: trained networks, ONNX files, a peer.
 
+mod gains;
 mod onnx;
 mod twist2;
 
@@ -10,8 +11,9 @@ use paid_task::EvalControl;
 
 use crate::EvalError;
 
+pub use gains::Gains;
 pub use onnx::OnnxDriver;
-pub use twist2::{Twist2, Twist2Facts};
+pub use twist2::Twist2;
 
 /// What a policy may look at before a control step.
 #[derive(Clone, Copy)]

@@ -9,13 +9,12 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use paid_lanes::{Quat, Vec3};
-use paid_onnx::RawModel;
+use paid_onnx::{OnnxFile, RawModel};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 use paid_task::{EnvSample, ReferenceLibrary};
 
-use super::{Policy, Seen};
+use super::{Gains, Policy, Seen};
 use crate::EvalError;
-use crate::episodes::Gains;
 
 const JOINTS: usize = 29;
 const MOTION: usize = 6 + JOINTS;
@@ -24,20 +23,21 @@ const HISTORY: usize = 10;
 const INPUT: usize = NOW * (1 + HISTORY) + MOTION;
 const ACTION_CLIP: f32 = 10.0;
 const ACTION_SCALE: f64 = 0.5;
-/// Physics step that the peer is meant for [s].
-const PHYSICS_DT_S: f64 = 0.001;
 
-/// Default angles, stiffness and damping of a leg, of the waist, and of an arm.
-const LEG: [[f64; 6]; 3] = [
+/// Default angles [rad], stiffness [N m/rad], damping [N m s/rad] and torque limits [N m] of a leg, of the waist, and of an arm. The
+/// limits are those of its published controller; where the robot's own are lower, these hold.
+const LEG: [[f64; 6]; 4] = [
     [-0.2, 0.0, 0.0, 0.4, -0.2, 0.0],
     [100.0, 100.0, 100.0, 150.0, 40.0, 40.0],
     [2.0, 2.0, 2.0, 4.0, 2.0, 2.0],
+    [100.0, 100.0, 100.0, 150.0, 40.0, 40.0],
 ];
-const WAIST: [[f64; 3]; 3] = [[0.0; 3], [150.0; 3], [4.0; 3]];
-const ARM: [[f64; 7]; 3] = [
+const WAIST: [[f64; 3]; 4] = [[0.0; 3], [150.0; 3], [4.0; 3], [150.0; 3]];
+const ARM: [[f64; 7]; 4] = [
     [0.0, 0.4, 0.0, 1.2, 0.0, 0.0, 0.0],
     [40.0, 40.0, 40.0, 40.0, 4.0, 4.0, 4.0],
     [5.0, 5.0, 5.0, 5.0, 0.2, 0.2, 0.2],
+    [40.0, 40.0, 40.0, 40.0, 4.0, 4.0, 4.0],
 ];
 /// Ankle joints, whose velocities it does not see.
 const ANKLES: [usize; 4] = [4, 5, 10, 11];
@@ -49,15 +49,6 @@ fn joints(k: usize) -> Vec<f64> {
         right[1] = -right[1];
     }
     [&LEG[k][..], &LEG[k], &WAIST[k], &ARM[k], &right].concat()
-}
-
-/// What the peer expects of the simulation.
-#[derive(Clone, Debug)]
-pub struct Twist2Facts {
-    /// Its joint gains.
-    pub gains: Gains,
-    /// Its physics step [s].
-    pub physics_dt_s: f64,
 }
 
 /// Runs the tracker.
@@ -87,32 +78,32 @@ fn roll_pitch([w, x, y, z]: [f64; 4]) -> [f64; 2] {
 
 impl Twist2 {
     /// True if a file has the tracker's interface.
-    pub fn fits(model: &RawModel) -> bool {
-        model.width("input") == Some(INPUT) && model.width("output") == Some(JOINTS)
+    pub fn fits(file: &OnnxFile) -> bool {
+        file.width("input") == Some(INPUT) && file.width("output") == Some(JOINTS)
     }
 
-    /// What it expects of the simulation.
-    pub fn facts() -> Twist2Facts {
-        Twist2Facts { gains: Gains { stiffness: joints(1), damping: joints(2) }, physics_dt_s: PHYSICS_DT_S }
+    /// Its joint control.
+    pub fn gains() -> Gains {
+        Gains { stiffness: joints(1), damping: joints(2), effort: Some(joints(3)) }
     }
 
-    /// The tracker for a robot with 29 joints in depth-first order and its motions.
+    /// The tracker for a robot with 29 joints in depth-first order and its motions; robot and spec have its joint control already.
     ///
     /// # Errors
     /// If the file has another interface or the robot other joints.
     pub fn new(
-        model: Arc<RawModel>,
+        file: OnnxFile,
         library: Arc<ReferenceLibrary>,
         robot: &RobotModel,
         spec: &RobotSpec,
     ) -> Result<Self, EvalError> {
         let wrong = |e: &dyn std::fmt::Display| EvalError::Policy(e.to_string());
-        if !Self::fits(&model) {
+        if !Self::fits(&file) {
             return Err(EvalError::Policy(format!(
                 "{}: expected input 'input' of {INPUT} and output 'output' of {JOINTS} numbers (TWIST2), found {:?} and {:?}",
-                model.path().display(),
-                model.width("input"),
-                model.width("output")
+                file.path().display(),
+                file.width("input"),
+                file.width("output")
             )));
         }
         if robot.joints.len() != JOINTS {
@@ -126,6 +117,7 @@ impl Twist2 {
             Permutation::between(&spec.policy_joint_order, &robot.joint_names()).map_err(|e| wrong(&e))?;
         let task = order.indices().iter().enumerate();
         let task = task.map(|(m, &p)| (p, control.default_pos[m], control.action_scale[m])).collect();
+        let model = Arc::new(RawModel::new(file).map_err(|e| wrong(&e))?);
         Ok(Self { model, library, default: joints(0), task, memory: Vec::new() })
     }
 
@@ -209,7 +201,7 @@ mod tests {
 
     #[test]
     fn the_tables_cover_every_joint_and_mirror_the_shoulders() {
-        for k in 0..3 {
+        for k in 0..4 {
             assert_eq!(joints(k).len(), JOINTS);
         }
         let default = joints(0);

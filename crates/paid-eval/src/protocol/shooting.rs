@@ -1,5 +1,6 @@
 //! Shooting at a goal from a grid of ball places (paper, section IV-B).
 
+mod figures;
 mod grid;
 mod observer;
 mod report;
@@ -9,11 +10,12 @@ use paid_task::{EvalOptions, ForcedStart};
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::agreement::{Trace, Traced};
+use crate::divergence::{Trace, Traced};
 use crate::episodes::{Arena, Observer, run_episodes};
 use crate::policy::PolicyMaker;
 use observer::Watch;
 
+pub use figures::{panels, summary};
 pub use grid::{Placement, Trial, plan};
 pub use report::ShootingReport;
 pub use score::{CellScore, Outcome, totals};
@@ -77,11 +79,11 @@ pub struct ShootingOptions {
 }
 
 impl Default for ShootingOptions {
-    /// The paper's static protocol on its effective workspace.
+    /// The paper's static protocol.
     fn default() -> Self {
         Self {
-            grid: Grid::EFFECTIVE,
-            trials: 10,
+            grid: Grid::WHOLE,
+            trials: 50,
             variant: Variant::World,
             start_radius_m: 0.5,
             scatter_m: 0.0,

@@ -2,6 +2,7 @@
 
 mod observer;
 mod report;
+mod score;
 
 use paid_task::{EvalOptions, ForcedStart};
 
@@ -10,7 +11,8 @@ use crate::episodes::{Arena, run_episodes};
 use crate::policy::PolicyMaker;
 use observer::Watch;
 
-pub use report::{ClipScore, PAPER_ROWS, PaperRow, RunScore, SetScore, TrackingReport};
+pub use report::TrackingReport;
+pub use score::{ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
 
 /// What to run.
 #[derive(Clone, Debug, PartialEq)]

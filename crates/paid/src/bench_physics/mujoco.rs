@@ -112,6 +112,7 @@ impl Subject for Mujoco<'_> {
         let feet = match self.feet {
             FootShapes::Referee => "plane, vendor's feet",
             FootShapes::Sole => "plane, sole spheres",
+            FootShapes::Spheres => "plane, small spheres",
         };
         Ok(Row {
             simulator: "MuJoCo".to_owned(),

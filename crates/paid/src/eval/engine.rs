@@ -24,21 +24,24 @@ pub enum EngineName {
 
 /// A named set of constants for MuJoCo's scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Protocol {
+pub enum Protocol {
     /// A size-5 ball of 0.43 kg.
     Paper,
     /// The public evaluation: a solid ball of 0.1 kg.
     Public,
+    /// The scene that the TWIST2 tracker is published with: floor friction 1, softer floor, four spheres a foot, no dry friction
+    /// in joints, 1 ms steps.
+    Twist2,
 }
 
 /// Options of MuJoCo's scene.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "MuJoCo's scene")]
 pub struct SceneOptionsArgs {
-    /// Named constants; the other options change single ones.
-    #[arg(long, value_enum, default_value = "paper")]
-    protocol: Protocol,
-    /// Physics step [s], a whole part of the control period [default: 0.002; 0.001 for TWIST2].
+    /// Named constants; the other options change single ones [default: paper; twist2 for the TWIST2 tracker].
+    #[arg(long, value_enum)]
+    protocol: Option<Protocol>,
+    /// Physics step [s], a whole part of the control period [default: 0.002; 0.001 with --protocol twist2].
     #[arg(long, value_name = "S", value_parser = positive)]
     physics_dt: Option<f64>,
     /// Sliding friction between feet and floor [default: 0.8].
@@ -53,6 +56,9 @@ pub struct SceneOptionsArgs {
     /// Time constant of contacts with the floor [s]; larger is softer [default: 0.01].
     #[arg(long, value_name = "S", value_parser = positive)]
     floor_contact_time: Option<f64>,
+    /// Damping ratio of contacts with the ball; 1 does not bounce, 0.09 bounces like a restitution of 0.75 [default: 1].
+    #[arg(long, value_name = "RATIO", value_parser = positive)]
+    ball_contact_damping: Option<f64>,
     /// The ball's linear and angular damping act in MuJoCo too.
     #[arg(long)]
     ball_damping: bool,
@@ -68,6 +74,9 @@ pub struct SceneOptionsArgs {
     /// Bodies of the robot pass through each other.
     #[arg(long)]
     no_self_collision: bool,
+    /// Joints have no dry friction.
+    #[arg(long)]
+    no_friction_loss: bool,
 }
 
 /// Which engine, and the ball.
@@ -89,13 +98,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
 }
 
 impl EngineArgs {
-    /// MuJoCo's scene; the ball of `task` becomes the one that was asked for, in both engines.
+    /// MuJoCo's scene, of the `usual` protocol unless another was asked for; the ball of `task` becomes the one that was asked for, in
+    /// both engines.
     ///
     /// # Errors
     /// If the physics step is no whole part of the control period.
-    pub fn scene(&self, task: &mut TaskPreset, usual_dt_s: f64) -> Result<SceneOptions, Failure> {
+    pub fn scene(&self, task: &mut TaskPreset, usual: Protocol) -> Result<SceneOptions, Failure> {
         let args = &self.scene;
-        let mut scene = match args.protocol {
+        let mut scene = match args.protocol.unwrap_or(usual) {
             Protocol::Paper => SceneOptions::default(),
             Protocol::Public => {
                 let scene = SceneOptions::public_protocol();
@@ -105,6 +115,7 @@ impl EngineArgs {
                 }
                 scene
             }
+            Protocol::Twist2 => SceneOptions::twist2(),
         };
         if let Some(mass) = self.ball_mass {
             task.ball_params.mass_kg = mass;
@@ -113,6 +124,7 @@ impl EngineArgs {
             ball.params = task.ball_params;
             ball.friction[0] = args.ball_friction.unwrap_or(ball.friction[0]);
             ball.solref[0] = args.ball_contact_time.unwrap_or(ball.solref[0]);
+            ball.solref[1] = args.ball_contact_damping.unwrap_or(ball.solref[1]);
             ball.damped = args.ball_damping;
         }
         scene.floor.friction[0] = args.floor_friction.unwrap_or(scene.floor.friction[0]);
@@ -127,7 +139,8 @@ impl EngineArgs {
             scene.cone = Cone::Elliptic;
         }
         scene.self_collision = !args.no_self_collision;
-        let (dt, control_dt) = (args.physics_dt.unwrap_or(usual_dt_s), task.control_dt_s());
+        scene.friction_loss &= !args.no_friction_loss;
+        let (dt, control_dt) = (args.physics_dt.unwrap_or(scene.physics_dt_s), task.control_dt_s());
         scene.substeps = (control_dt / dt).round() as usize;
         scene.physics_dt_s = dt;
         if scene.substeps == 0 || (scene.substeps as f64 * dt - control_dt).abs() > 1e-9 {
@@ -165,7 +178,7 @@ pub fn write_scene(args: &SceneArgs) -> Result<(), Failure> {
     let (robot, spec) = load_robot(&args.robot).map_err(Failure::input)?;
     let control = spec.resolve(&robot).map_err(Failure::input)?;
     let mut task = TaskPreset::builtin("stage2").map_err(Failure::input)?;
-    let scene = args.engine.scene(&mut task, SceneOptions::default().physics_dt_s)?;
+    let scene = args.engine.scene(&mut task, Protocol::Paper)?;
     let xml = mjcf_scene(&robot, &control, &scene);
     write_whole(&args.out, xml.as_bytes()).map_err(Failure::input)?;
     println!("{}: {} bodies, {} joints", args.out.display(), robot.bodies.len(), robot.joints.len());

@@ -24,7 +24,7 @@ pub struct Args {
     /// Index of the motion (see `paid motion info`) [default: the nearest to the ball, or the first].
     #[arg(long)]
     motion: Option<usize>,
-    /// Folder for the pictures: strip.png, paths.png, and numbered frames.
+    /// Folder for the pictures: strip.png, paths.png and .svg, and numbered frames.
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
     /// Pictures a second of the numbered frames; 0 writes none.
@@ -66,7 +66,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let save = |image: Canvas, name: &str| image.save(&args.frames.join(name)).map_err(Failure::input);
     save(film_strip(&arena.robot, film, dt, ball, half_width, 12), "strip.png")?;
     let points = film.path();
-    save(plot_paths(&[BallPath { points: &points, goal: false }], half_width), "paths.png")?;
+    let paths = plot_paths(&[BallPath { points: &points, goal: false }], half_width);
+    paths.save(&args.frames.join("paths")).map_err(Failure::input)?;
     if args.rate > 0 {
         let every = (1.0 / (f64::from(args.rate) * dt)).round().max(1.0) as usize;
         for (i, pose) in film.poses.iter().step_by(every).enumerate() {

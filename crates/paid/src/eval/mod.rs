@@ -2,17 +2,21 @@
 
 mod engine;
 mod film;
+mod gap;
 mod progress;
+mod protocol;
 mod shoot;
 mod subject;
 mod track;
 
 use std::process::ExitCode;
 
+use paid_eval::monitor::Monitor;
 use progress::Timing;
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::stop::STOPPED;
 
 /// Arguments of `paid eval`.
 #[derive(Debug, clap::Args)]
@@ -27,6 +31,9 @@ enum Command {
     Tracking(track::Args),
     /// Shots at the goal from a grid of ball places.
     Shooting(Box<shoot::Args>),
+    /// Which difference between the engines matters: the same shots in the built-in engine and in MuJoCo with one
+    /// difference after the other taken away.
+    Gap(Box<gap::Args>),
     /// Pictures of one episode.
     Film(film::Args),
     /// Write the scene of the evaluation as MJCF, for MuJoCo's own viewer.
@@ -38,6 +45,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     match args.command {
         Command::Tracking(args) => track::run(&args),
         Command::Shooting(args) => shoot::run(&args),
+        Command::Gap(args) => gap::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }
@@ -51,6 +59,11 @@ struct Whole<'a, R: Serialize> {
     #[serde(flatten)]
     report: &'a R,
     timing: Timing,
+}
+
+/// The exit code of an evaluation that ran to its end or was stopped.
+fn ended(monitor: &Monitor) -> ExitCode {
+    if monitor.stopped() { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
 }
 
 /// JSON for people and programs.

@@ -1,7 +1,7 @@
-//! Progress of an evaluation, and Ctrl-C.
+//! Progress of an evaluation.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -9,6 +9,7 @@ use paid_eval::monitor::{Effort, Monitor};
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::stop;
 
 /// Pause between two lines of progress.
 const PAUSE: Duration = Duration::from_secs(5);
@@ -42,7 +43,7 @@ impl Timing {
     }
 }
 
-/// Prints progress to standard error until it is finished; Ctrl-C stops the evaluation, which then reports what it has.
+/// Prints progress to standard error until it is finished.
 pub struct Progress {
     monitor: Monitor,
     start: Instant,
@@ -50,34 +51,20 @@ pub struct Progress {
     printer: Option<JoinHandle<()>>,
 }
 
-/// The monitors that Ctrl-C stops. The handler can be set once a process, evaluations may follow each other.
-fn running() -> &'static Mutex<Vec<Monitor>> {
-    static RUNNING: OnceLock<Mutex<Vec<Monitor>>> = OnceLock::new();
-    RUNNING.get_or_init(Mutex::default)
-}
-
 impl Progress {
-    /// Begins to watch. `quiet` prints nothing.
-    pub fn start(monitor: &Monitor, quiet: bool) -> Result<Self, Failure> {
-        let mut monitors = running().lock().unwrap_or_else(PoisonError::into_inner);
-        monitors.push(monitor.clone());
-        drop(monitors);
-        // A handler that `paid train` has set before stays: it ends the whole command.
-        let _ = ctrlc::try_set_handler(|| {
-            let monitors = running().lock().unwrap_or_else(PoisonError::into_inner);
-            if monitors.iter().all(Monitor::stopped) {
-                std::process::exit(130);
-            }
-            eprintln!("stopping: what is done will be reported; Ctrl-C again ends at once");
-            monitors.iter().for_each(Monitor::stop);
-        });
+    /// A monitor for the next evaluation, which Ctrl-C and SIGTERM stop, and its progress. `quiet` prints nothing.
+    ///
+    /// # Errors
+    /// If the system refuses to watch for signals.
+    pub fn start(quiet: bool) -> Result<(Monitor, Self), Failure> {
+        let monitor = Monitor::stopped_by(stop::flag()?);
         let ended = Arc::new(AtomicBool::new(false));
         let start = Instant::now();
         let printer = (!quiet).then(|| {
             let (monitor, ended) = (monitor.clone(), Arc::clone(&ended));
             thread::spawn(move || print(&monitor, &ended, start))
         });
-        Ok(Self { monitor: monitor.clone(), start, ended, printer })
+        Ok((monitor.clone(), Self { monitor, start, ended, printer }))
     }
 
     /// Stops printing and says what it cost.

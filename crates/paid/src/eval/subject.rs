@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_eval::engine::Engine;
-use paid_eval::episodes::{Arena, Gains};
+use paid_eval::episodes::Arena;
 use paid_eval::monitor::Monitor;
-use paid_eval::policy::{LearnedPolicy, OnnxDriver, Policy, PolicyMaker, Twist2};
+use paid_eval::policy::{Gains, LearnedPolicy, OnnxDriver, Policy, PolicyMaker, Twist2};
 use paid_learn::Checkpoint;
 use paid_motion::MotionLibrary;
-use paid_mujoco::SceneOptions;
-use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxPolicy, RawModel, load_released};
+use paid_mujoco::{Library, SceneOptions};
+use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
 use paid_physics::Terrain;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::{ReferenceLibrary, TaskPreset};
@@ -19,7 +19,7 @@ use paid_train::folder::{PRESET_FILE, latest_checkpoint};
 use paid_train::policy_file::task_contract;
 use paid_train::setup::load_robot;
 
-use super::engine::{EngineArgs, EngineName, engine_of};
+use super::engine::{EngineArgs, EngineName, Protocol, engine_of};
 use crate::failure::Failure;
 use crate::train::thread_count;
 
@@ -88,19 +88,19 @@ struct Source {
 /// Kinds of policies.
 enum Kind {
     Network(Box<paid_learn::Policy>),
-    Onnx(Box<RawModel>),
+    Onnx(Box<OnnxFile>),
 }
 
 impl Source {
     fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
         if common.policy.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx")) {
-            let model = RawModel::load(&common.policy).map_err(Failure::input)?;
+            let file = OnnxFile::read(&common.policy).map_err(Failure::input)?;
             return Ok(Self {
                 name: common.policy.display().to_string(),
                 robot: common.robot.clone(),
                 task: TaskPreset::builtin(usual_task).map_err(Failure::input)?,
                 motions: PathBuf::new(),
-                kind: Kind::Onnx(Box::new(model)),
+                kind: Kind::Onnx(Box::new(file)),
             });
         }
         let path = if common.policy.is_dir() {
@@ -126,11 +126,11 @@ impl Source {
         })
     }
 
-    /// Physics step that MuJoCo should use if nobody asks for another [s].
-    fn usual_dt_s(&self) -> f64 {
+    /// The constants of MuJoCo's scene if nobody asks for others: a peer gets those that it is published with.
+    fn usual_protocol(&self) -> Protocol {
         match &self.kind {
-            Kind::Onnx(model) if Twist2::fits(model) => Twist2::facts().physics_dt_s,
-            _ => SceneOptions::default().physics_dt_s,
+            Kind::Onnx(file) if Twist2::fits(file) => Protocol::Twist2,
+            _ => Protocol::Paper,
         }
     }
 }
@@ -139,31 +139,30 @@ impl Subject {
     /// Reads policy, motions and task; `usual_task` is that of a file that names none.
     pub fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
         let source = Source::load(common, usual_task)?;
-        let usual_dt_s = source.usual_dt_s();
+        Self::needs_mujoco(common.engine)?;
+        let usual = source.usual_protocol();
         let mut task = task_preset(common, source.task)?;
         // Scored on flat ground, as in the paper's evaluation, also where training was on rough ground.
         task.scene.terrain = Terrain::Plane;
-        let scene = common.scene.scene(&mut task, usual_dt_s)?;
-        let (robot, spec) = load_robot(&source.robot).map_err(Failure::input)?;
+        let scene = common.scene.scene(&mut task, usual)?;
+        let (mut robot, mut spec) = load_robot(&source.robot).map_err(Failure::input)?;
         let folder = common.motions.clone().unwrap_or(source.motions);
         let motions =
             MotionLibrary::open(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
         let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
         let library =
             Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).map_err(Failure::input)?);
-        let (maker, gains): (Box<PolicyMaker<'static>>, _) = match source.kind {
-            Kind::Network(policy) => (Box::new(LearnedPolicy::maker(*policy)), None),
-            Kind::Onnx(model) if Twist2::fits(&model) => {
-                let peer = Twist2::new(Arc::new(*model), Arc::clone(&library), &robot, &spec)
-                    .map_err(Failure::input)?;
-                let maker = move || Ok(Box::new(peer.clone()) as Box<dyn Policy>);
-                (Box::new(maker), Some(Twist2::facts().gains))
+        let maker: Box<PolicyMaker<'static>> = match source.kind {
+            Kind::Network(policy) => Box::new(LearnedPolicy::maker(*policy)),
+            Kind::Onnx(file) if Twist2::fits(&file) => {
+                Twist2::gains().apply(&mut robot, &mut spec);
+                let peer = Twist2::new(*file, Arc::clone(&library), &robot, &spec).map_err(Failure::input)?;
+                Box::new(move || Ok(Box::new(peer.clone()) as Box<dyn Policy>))
             }
-            Kind::Onnx(model) => onnx(&model, &robot, &spec, task.control_dt_s())?,
+            Kind::Onnx(file) => onnx(*file, &mut robot, &mut spec, task.control_dt_s())?,
         };
         let arena = Arena {
             engine: engine_of(common.engine, &scene),
-            gains,
             isa: common.isa.parse().map_err(Failure::input)?,
             robot,
             spec,
@@ -181,6 +180,14 @@ impl Subject {
         engine_of(name, &self.scene)
     }
 
+    /// Says that MuJoCo is missing before anything else has run in vain.
+    pub fn needs_mujoco(engine: EngineName) -> Result<(), Failure> {
+        if engine != EngineName::Builtin {
+            Library::get().map_err(Failure::input)?;
+        }
+        Ok(())
+    }
+
     /// Refuses a task without a ball.
     pub fn needs_ball(&self) -> Result<(), Failure> {
         if self.arena.preset.scene.ball {
@@ -193,31 +200,35 @@ impl Subject {
     }
 }
 
-type Driven = (Box<PolicyMaker<'static>>, Option<Gains>);
-
-/// An ONNX file with this project's contract, or with the released interface; its gains if they are not the robot's.
-fn onnx(model: &RawModel, robot: &RobotModel, spec: &RobotSpec, dt_s: f64) -> Result<Driven, Failure> {
-    let path = model.path();
+/// An ONNX file with this project's contract, or with the released interface; robot and spec get its gains if they are others.
+fn onnx(
+    file: OnnxFile,
+    robot: &mut RobotModel,
+    spec: &mut RobotSpec,
+    dt_s: f64,
+) -> Result<Box<PolicyMaker<'static>>, Failure> {
+    let path = file.path().to_owned();
     let template = task_contract(robot, spec, dt_s).map_err(Failure::input)?;
-    let policy = if model.metadata(CONTRACT_KEY).is_some() {
-        let policy = OnnxPolicy::load(path).map_err(Failure::input)?;
+    let policy = if file.metadata(CONTRACT_KEY).is_some() {
+        let policy = OnnxPolicy::from_file(file).map_err(Failure::input)?;
         let found = policy.contract();
-        let expected = Contract { recurrent: found.recurrent, ..template.clone() };
+        let expected = Contract { recurrent: found.recurrent, ..template };
         let differences = expected.differences(found);
         if !differences.is_empty() {
-            return Err(Failure::input(OnnxError::ContractDiffers { path: path.to_owned(), differences }));
+            return Err(Failure::input(OnnxError::ContractDiffers { path, differences }));
         }
         policy
     } else {
-        load_released(path, &template).map_err(Failure::input)?
+        released_policy(file, &template).map_err(Failure::input)?
     };
     let gains = gains(policy.contract(), robot)?;
-    let own = spec.resolve(robot).map_err(Failure::input)?;
-    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() <= 1e-3 * y.abs());
-    let same = near(&gains.stiffness, &own.stiffness) && near(&gains.damping, &own.damping);
-    let driver = OnnxDriver::new(Arc::new(policy), &template).map_err(Failure::input)?;
-    let maker = move || Ok(Box::new(driver.clone()) as Box<dyn Policy>);
-    Ok((Box::new(maker), (!same).then_some(gains)))
+    if !gains.are_of(robot, spec).map_err(Failure::input)? {
+        gains.apply(robot, spec);
+    }
+    // The task's action scales follow from its gains.
+    let task = task_contract(robot, spec, dt_s).map_err(Failure::input)?;
+    let driver = OnnxDriver::new(Arc::new(policy), &task).map_err(Failure::input)?;
+    Ok(Box::new(move || Ok(Box::new(driver.clone()) as Box<dyn Policy>)))
 }
 
 /// The contract's gains in model order.
@@ -225,7 +236,7 @@ fn gains(contract: &Contract, robot: &RobotModel) -> Result<Gains, Failure> {
     let names: Vec<&str> = contract.joints.iter().map(|j| j.name.as_str()).collect();
     let order = Permutation::between(&names, &robot.joint_names()).map_err(Failure::input)?;
     let of = |f: fn(&JointContract) -> f64| order.indices().iter().map(|&i| f(&contract.joints[i])).collect();
-    Ok(Gains { stiffness: of(|j| j.stiffness), damping: of(|j| j.damping) })
+    Ok(Gains { stiffness: of(|j| j.stiffness), damping: of(|j| j.damping), effort: None })
 }
 
 fn task_preset(common: &Common, trained: TaskPreset) -> Result<TaskPreset, Failure> {

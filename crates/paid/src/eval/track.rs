@@ -10,7 +10,7 @@ use paid_eval::tracking::{self, TrackingOptions};
 use super::engine::EngineName;
 use super::progress::Progress;
 use super::subject::{Common, Subject};
-use super::{Whole, to_json};
+use super::{Whole, ended, to_json};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval tracking`.
@@ -41,11 +41,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         EngineName::Both => vec![EngineName::Builtin, EngineName::Mujoco],
         one => vec![one],
     };
-    let mut stopped = false;
     for engine in engines {
         subject.arena.engine = subject.engine(engine);
-        subject.arena.monitor = paid_eval::monitor::Monitor::default();
-        let progress = Progress::start(&subject.arena.monitor, args.json)?;
+        let (monitor, progress) = Progress::start(args.json)?;
+        subject.arena.monitor = monitor;
         let report = tracking::evaluate(&subject.arena, &*subject.maker, &options).map_err(Failure::input)?;
         let timing = progress.finish();
         let whole = Whole { kind: "tracking", policy: &subject.name, report: &report, timing };
@@ -55,8 +54,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             write_whole(&out.join(file), json.as_bytes()).map_err(Failure::input)?;
             let name = |what: &str| out.join(format!("{}_tracking{what}", subject.arena.engine.name()));
             write_whole(&name(".txt"), report.table().as_bytes()).map_err(Failure::input)?;
-            write_whole(&name("_errors.svg"), report.error_bars().svg().as_bytes())
-                .map_err(Failure::input)?;
+            report.error_bars().figure().save(&name("_errors")).map_err(Failure::input)?;
             write_report(out).map_err(Failure::input)?;
         }
         if args.json {
@@ -64,10 +62,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         } else {
             println!("{}\n{}\n", report.table(), timing.text());
         }
-        stopped |= subject.arena.monitor.stopped();
-        if stopped {
+        if subject.arena.monitor.stopped() {
             break;
         }
     }
-    Ok(if stopped { ExitCode::from(130) } else { ExitCode::SUCCESS })
+    Ok(ended(&subject.arena.monitor))
 }

@@ -98,16 +98,17 @@ impl ShootingReport {
             let _ = writeln!(out, "effective workspace [0.5, 2.0] x [-1, 1] m\n\n{}", totals(effective));
         }
         for (name, value) in [
-            ("success [%]", (|c| Some(100.0 * c.success.share)) as fn(&CellScore) -> Option<f64>),
+            (
+                "success [%]",
+                (|c| (c.success.trials > 0).then_some(100.0 * c.success.share))
+                    as fn(&CellScore) -> Option<f64>,
+            ),
             ("accuracy x 100", |c| c.accuracy.map(|a| 100.0 * a)),
         ] {
             let _ =
                 writeln!(out, "{name}; rows: x ahead [m], columns: y left [m]\n{}", self.grid_text(value));
         }
-        out.push_str(match self.options.rolling {
-            None => "paper (MuJoCo, static): Pure RL 33.0% 0.524, AMP 46.8% 0.715, Single-Stage 78.1% 0.922, PAiD 91.3% 0.969\n",
-            Some(_) => "paper (MuJoCo, rolling): Pure RL 23.5% 0.359, AMP 35.5% 0.531, Single-Stage 54.3% 0.798, PAiD 71.9% 0.889\n",
-        });
+        out.push_str(&self.paper_line());
         out
     }
 

@@ -3,164 +3,12 @@
 use serde::Serialize;
 
 use super::TrackingOptions;
+use super::score::{ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
 use crate::engine::EngineFacts;
 use crate::episodes::Arena;
-use crate::metrics::statistics::{Share, mean};
-use crate::metrics::tracking::TrackingErrors;
+use crate::metrics::statistics::Share;
 use crate::picture::Bars;
 use crate::table::{Table, number};
-
-/// A row of the paper's comparison (table "Comparison of motion tracking performance").
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PaperRow {
-    /// Set of motions.
-    pub set: &'static str,
-    /// Method.
-    pub method: &'static str,
-    /// [mm].
-    pub mpjpe_mm: f64,
-    /// [mm].
-    pub g_mpjpe_mm: f64,
-    /// [mm/frame].
-    pub velocity_error_mm: f64,
-    /// AUJ.
-    pub auj: f64,
-}
-
-const fn row(set: &'static str, method: &'static str, figures: [f64; 4]) -> PaperRow {
-    let [mpjpe_mm, g_mpjpe_mm, velocity_error_mm, auj] = figures;
-    PaperRow { set, method, mpjpe_mm, g_mpjpe_mm, velocity_error_mm, auj }
-}
-
-/// The paper's rows.
-pub const PAPER_ROWS: [PaperRow; 10] = [
-    row("standard", "GMT", [59.77, 195.79, 3.99, 0.0217]),
-    row("standard", "Any2Track", [104.20, 468.56, 8.18, 0.1043]),
-    row("standard", "TWIST2", [30.06, 161.96, 4.40, 0.0158]),
-    row("standard", "BeyondMimic", [25.26, 104.41, 3.06, 0.0283]),
-    row("standard", "PAiD (paper)", [27.75, 213.38, 3.75, 0.0129]),
-    row("stylized", "GMT", [64.22, 376.45, 6.30, 0.0107]),
-    row("stylized", "Any2Track", [172.23, 675.63, 11.58, 0.5420]),
-    row("stylized", "TWIST2", [41.09, 318.93, 6.98, 0.0216]),
-    row("stylized", "BeyondMimic", [39.13, 162.39, 4.26, 0.0161]),
-    row("stylized", "PAiD (paper)", [62.01, 230.36, 5.04, 0.0444]),
-];
-
-/// One run of one motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct RunScore {
-    /// Motion index.
-    pub motion: usize,
-    /// True without reset noise.
-    pub exact: bool,
-    /// True if the motion was followed to its end.
-    pub completed: bool,
-    /// True if the robot lay at any time.
-    pub fell: bool,
-    /// Frames seen, the first included.
-    pub frames: usize,
-    /// Errors over these frames.
-    pub errors: TrackingErrors,
-    /// Time-averaged peak link jerk [m/frame^3].
-    pub jerk: f64,
-    /// The same of the reference over these frames.
-    pub reference_jerk: f64,
-    /// Displacement of the anchor, x forward and y left in its first heading [m].
-    pub displacement: [f64; 2],
-    /// Its projection on the motion's, as a share.
-    pub displacement_share: f64,
-    /// Largest speed of the kicking foot's centre of mass [m/s].
-    pub foot_speed: f64,
-    /// As a share of the motion's.
-    pub foot_speed_share: f64,
-    /// Rise of the kicking foot from its lowest to its highest point [m].
-    pub lift_m: f64,
-    /// As a share of the motion's.
-    pub lift_share: f64,
-}
-
-/// Means over some runs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct MeanScore {
-    /// Errors.
-    pub errors: TrackingErrors,
-    /// Time-averaged peak link jerk [m/frame^3].
-    pub jerk: f64,
-    /// The same of the reference.
-    pub reference_jerk: f64,
-    /// Share of the motion's displacement.
-    pub displacement_share: f64,
-    /// Peak speed of the kicking foot [m/s].
-    pub foot_speed: f64,
-    /// As a share of the motion's.
-    pub foot_speed_share: f64,
-    /// Share of the motion's lift.
-    pub lift_share: f64,
-}
-
-impl MeanScore {
-    fn of(runs: &[&RunScore]) -> Self {
-        let m = |f: fn(&RunScore) -> f64| mean(runs.iter().map(|r| f(r))).unwrap_or(0.0);
-        Self {
-            errors: TrackingErrors {
-                mpjpe_mm: m(|r| r.errors.mpjpe_mm),
-                g_mpjpe_mm: m(|r| r.errors.g_mpjpe_mm),
-                velocity_error_mm: m(|r| r.errors.velocity_error_mm),
-            },
-            jerk: m(|r| r.jerk),
-            reference_jerk: m(|r| r.reference_jerk),
-            displacement_share: m(|r| r.displacement_share),
-            foot_speed: m(|r| r.foot_speed),
-            foot_speed_share: m(|r| r.foot_speed_share),
-            lift_share: m(|r| r.lift_share),
-        }
-    }
-
-    /// AUJ: deviation of the jerk from the reference's.
-    pub fn auj(&self) -> f64 {
-        (self.jerk - self.reference_jerk).abs()
-    }
-}
-
-/// A clip.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ClipScore {
-    /// Name.
-    pub name: String,
-    /// Set.
-    pub set: String,
-    /// True if the exact start was followed to the end.
-    pub exact_completed: bool,
-    /// The exact start.
-    pub exact: MeanScore,
-    /// Perturbed starts followed to the end.
-    pub perturbed_completed: Share,
-    /// All starts in which the robot fell.
-    pub falls: usize,
-    /// Means over the perturbed starts.
-    pub perturbed: MeanScore,
-}
-
-/// A set of clips.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SetScore {
-    /// Name of the set, or `all`.
-    pub set: String,
-    /// Clips.
-    pub clips: usize,
-    /// Exact starts followed to the end.
-    pub exact_completed: Share,
-    /// Perturbed starts followed to the end.
-    pub perturbed_completed: Share,
-    /// Means over the exact starts.
-    pub exact: MeanScore,
-    /// AUJ of the exact starts: of the means over the set, as the paper defines it.
-    pub exact_auj: f64,
-    /// Means over the perturbed starts.
-    pub perturbed: MeanScore,
-    /// Starts in which the robot fell.
-    pub falls: usize,
-}
 
 /// Everything.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -169,6 +17,8 @@ pub struct TrackingReport {
     pub engine: EngineFacts,
     /// Whether the limits of training ended runs, or only falls.
     pub limits: bool,
+    /// Runs that were planned; a stopped evaluation has fewer.
+    pub planned: usize,
     /// Sets in order of first appearance, then all clips together.
     pub sets: Vec<SetScore>,
     /// Clips in library order.
@@ -191,7 +41,7 @@ impl TrackingReport {
                 ClipScore {
                     name: arena.library.facts()[motion].name.clone(),
                     set: sets[motion].clone(),
-                    exact_completed: exact.iter().all(|r| r.completed),
+                    exact_completed: exact.first().map(|r| r.completed),
                     exact: MeanScore::of(&exact),
                     perturbed_completed: done(&perturbed),
                     falls: exact.iter().chain(&perturbed).filter(|r| r.fell).count(),
@@ -214,7 +64,7 @@ impl TrackingReport {
                 clips: (0..sets.len()).filter(|m| member(*m)).count(),
                 exact_completed: done(&exact),
                 perturbed_completed: done(&perturbed),
-                exact_auj: exact_mean.auj(),
+                exact_auj: exact_mean.map(|m| m.auj()),
                 exact: exact_mean,
                 perturbed: MeanScore::of(&perturbed),
                 falls: exact.iter().chain(&perturbed).filter(|r| r.fell).count(),
@@ -225,13 +75,21 @@ impl TrackingReport {
             scores.push(score("all", &|_| true));
         }
         let engine = arena.engine.facts(&arena.preset);
-        Self { engine, limits: options.limits, sets: scores, clips, paper: PAPER_ROWS.to_vec(), runs }
+        Self {
+            engine,
+            limits: options.limits,
+            planned: arena.library.len() * (1 + options.starts),
+            sets: scores,
+            clips,
+            paper: PAPER_ROWS.to_vec(),
+            runs,
+        }
     }
 
-    /// Errors of every clip, of the exact and of the perturbed starts.
+    /// Errors of every clip, of the exact and of the perturbed starts; no bar where there were none.
     pub fn error_bars(&self) -> Bars {
         let of = |f: fn(&MeanScore) -> f64| {
-            let pair = |c: &ClipScore| [f(&c.exact), f(&c.perturbed)];
+            let pair = |c: &ClipScore| [c.exact.as_ref().map(f), c.perturbed.as_ref().map(f)];
             self.clips.iter().map(pair).collect()
         };
         Bars {
@@ -268,34 +126,37 @@ impl TrackingReport {
             clips.row([
                 c.name.clone(),
                 c.set.clone(),
-                if c.exact_completed { "yes".into() } else { "no".into() },
-                number(c.exact.errors.mpjpe_mm, 1),
-                number(c.exact.errors.g_mpjpe_mm, 1),
-                number(c.exact.errors.velocity_error_mm, 2),
-                percent(c.exact.displacement_share),
-                number(c.exact.foot_speed, 2),
-                percent(c.exact.foot_speed_share),
-                percent(c.exact.lift_share),
-                number(c.exact.auj(), 4),
+                c.exact_completed.map_or("-", |done| if done { "yes" } else { "no" }).to_owned(),
+                cell(c.exact, 1, |m| m.errors.mpjpe_mm),
+                cell(c.exact, 1, |m| m.errors.g_mpjpe_mm),
+                cell(c.exact, 2, |m| m.errors.velocity_error_mm),
+                percent(c.exact, |m| m.displacement_share),
+                cell(c.exact, 2, |m| m.foot_speed),
+                percent(c.exact, |m| m.foot_speed_share),
+                percent(c.exact, |m| m.lift_share),
+                cell(c.exact, 4, |m| m.auj()),
                 format!("{}/{}", c.perturbed_completed.count, c.perturbed_completed.trials),
-                number(c.perturbed.errors.mpjpe_mm, 1),
-                number(c.perturbed.errors.g_mpjpe_mm, 1),
+                cell(c.perturbed, 1, |m| m.errors.mpjpe_mm),
+                cell(c.perturbed, 1, |m| m.errors.g_mpjpe_mm),
                 c.falls.to_string(),
             ]);
         }
         let mut sets = Table::new(&["set", "method", "completed", "mpjpe", "g-mpjpe", "vel", "auj"]);
         for s in &self.sets {
             for (label, done, m) in
-                [("exact", s.exact_completed, &s.exact), ("perturbed", s.perturbed_completed, &s.perturbed)]
+                [("exact", s.exact_completed, s.exact), ("perturbed", s.perturbed_completed, s.perturbed)]
             {
+                if m.is_none() {
+                    continue;
+                }
                 sets.row([
                     s.set.clone(),
                     format!("this policy, {label}"),
                     format!("{}/{}", done.count, done.trials),
-                    number(m.errors.mpjpe_mm, 2),
-                    number(m.errors.g_mpjpe_mm, 2),
-                    number(m.errors.velocity_error_mm, 2),
-                    number(m.auj(), 4),
+                    cell(m, 2, |m| m.errors.mpjpe_mm),
+                    cell(m, 2, |m| m.errors.g_mpjpe_mm),
+                    cell(m, 2, |m| m.errors.velocity_error_mm),
+                    cell(m, 4, |m| m.auj()),
                 ]);
             }
             for p in self.paper.iter().filter(|p| p.set == s.set) {
@@ -311,8 +172,13 @@ impl TrackingReport {
             }
         }
         let engine = &self.engine;
+        let stopped = if self.runs.len() < self.planned {
+            format!("stopped: {} of {} runs\n", self.runs.len(), self.planned)
+        } else {
+            String::new()
+        };
         format!(
-            "{} ({} ms steps, {}); runs end {}\n\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
+            "{} ({} ms steps, {}); runs end {}\n{stopped}\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
              kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}",
             engine.name,
             1e3 * engine.physics_dt_s,
@@ -322,6 +188,12 @@ impl TrackingReport {
     }
 }
 
-fn percent(share: f64) -> String {
-    format!("{:.0}%", 100.0 * share)
+/// A figure of a mean, or a dash.
+fn cell(mean: Option<MeanScore>, digits: usize, figure: fn(&MeanScore) -> f64) -> String {
+    mean.map_or("-".to_owned(), |m| number(figure(&m), digits))
+}
+
+/// A share of a mean in percent, or a dash.
+fn percent(mean: Option<MeanScore>, share: fn(&MeanScore) -> f64) -> String {
+    mean.map_or("-".to_owned(), |m| format!("{:.0}%", 100.0 * share(&m)))
 }

@@ -1,0 +1,304 @@
+//! Which difference between the engines matters: the same shots in the built-in engine and in MuJoCo, whose scene takes over the
+//! built-in engine's ways one at a time.
+
+use std::f64::consts::PI;
+use std::fmt::Write;
+
+use paid_lanes::Isa;
+use paid_mujoco::{Cone, FootShapes, PdControl, SceneOptions};
+use paid_task::TaskPreset;
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::agreement::{pairs, same};
+use crate::divergence::Trace;
+use crate::engine::Engine;
+use crate::episodes::Arena;
+use crate::metrics::statistics::Share;
+use crate::policy::PolicyMaker;
+use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced};
+use crate::table::{Table, number};
+
+/// A change of MuJoCo's scene towards the built-in engine.
+#[derive(Clone, Copy, Debug)]
+pub struct Difference {
+    /// Short name.
+    pub name: &'static str,
+    /// What MuJoCo does then.
+    pub what: &'static str,
+    /// Whether it is about the ball.
+    pub ball: bool,
+    change: fn(&mut SceneOptions, &TaskPreset),
+}
+
+/// The single differences. Numbers are those of the task's preset.
+pub const DIFFERENCES: [Difference; 10] = [
+    Difference {
+        name: "soles",
+        what: "four spheres a foot instead of seven capsules",
+        ball: false,
+        change: |s, _| s.feet = FootShapes::Sole,
+    },
+    Difference {
+        name: "implicit PD",
+        what: "joint control with the next velocity's damping",
+        ball: false,
+        change: |s, _| s.pd = PdControl::Implicit,
+    },
+    Difference {
+        name: "physics step",
+        what: "the built-in engine's step",
+        ball: false,
+        change: |s, task| {
+            s.physics_dt_s = task.scene.physics_dt_s;
+            s.substeps = (task.control_dt_s() / s.physics_dt_s).round() as usize;
+        },
+    },
+    Difference {
+        name: "circular cone",
+        what: "friction the same in all directions",
+        ball: false,
+        change: |s, _| s.cone = Cone::Elliptic,
+    },
+    Difference {
+        name: "floor friction",
+        what: "the built-in ground's dynamic friction",
+        ball: false,
+        change: |s, task| s.floor.friction[0] = task.scene.ground.dynamic_friction,
+    },
+    Difference {
+        name: "stiff floor",
+        what: "contact time of the floor 4 ms",
+        ball: false,
+        change: |s, _| s.floor.solref[0] = 0.004,
+    },
+    Difference {
+        name: "ball friction",
+        what: "the built-in ball's dynamic friction",
+        ball: true,
+        change: |s, task| ball(s, |b| b.friction[0] = task.ball_params.material.dynamic_friction),
+    },
+    Difference {
+        name: "ball damping",
+        what: "the ball is slowed as in the built-in engine",
+        ball: true,
+        change: |s, _| ball(s, |b| b.damped = true),
+    },
+    Difference {
+        name: "bouncing ball",
+        what: "contacts with the ball give back the built-in ball's restitution",
+        ball: true,
+        change: |s, task| {
+            ball(s, |b| b.solref[1] = damping_ratio(task.ball_params.material.restitution));
+        },
+    },
+    Difference {
+        name: "stiff ball",
+        what: "contact time of the ball 5 ms",
+        ball: true,
+        change: |s, _| ball(s, |b| b.solref[0] = 0.005),
+    },
+];
+
+fn ball(scene: &mut SceneOptions, change: impl FnOnce(&mut paid_mujoco::BallOptions)) {
+    if let Some(ball) = &mut scene.ball {
+        change(ball);
+    }
+}
+
+/// Damping ratio of a spring whose impact gives back `restitution` of the speed, between 0.01 and 1.
+pub fn damping_ratio(restitution: f64) -> f64 {
+    let log = restitution.clamp(1e-6, 1.0).ln();
+    (-log / PI.hypot(log)).clamp(0.01, 1.0)
+}
+
+/// One run against the built-in engine's.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GapRow {
+    /// Name of the difference or of what was run.
+    pub name: String,
+    /// In words.
+    pub what: String,
+    /// Scores of the run.
+    pub score: CellScore,
+    /// Trials with the built-in engine's outcome (goal or not); `None` for that engine itself.
+    pub same_outcome: Option<Share>,
+    /// Trials with a contact in both or in neither.
+    pub same_contact: Option<Share>,
+    /// Median time until a quantity went apart [s], of the trials in which one did.
+    pub apart_s: Option<f64>,
+}
+
+/// All runs.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GapReport {
+    /// What was run in the built-in engine and in MuJoCo's own scene.
+    pub titles: Vec<String>,
+    /// The built-in engine, the same with another rounding (what agreement is possible at all), MuJoCo's own scene, then one
+    /// difference at a time, then several together.
+    pub rows: Vec<GapRow>,
+}
+
+/// Runs the protocol once for every row. `scene` is the one that the differences change. A stopped evaluation has fewer rows.
+///
+/// # Errors
+/// As [`crate::shooting::evaluate`].
+pub fn evaluate(
+    arena: &Arena,
+    scene: &SceneOptions,
+    policy: &PolicyMaker,
+    options: &ShootingOptions,
+) -> Result<GapReport, EvalError> {
+    let run =
+        |engine: Engine, isa: Isa| evaluate_traced(&Arena { engine, isa, ..arena.clone() }, policy, options);
+    let reference = run(Engine::Builtin, arena.isa)?;
+    let mut report = GapReport { titles: vec![reference.0.title()], rows: Vec::new() };
+    report.rows.push(GapRow {
+        name: "built-in engine".into(),
+        what: "the reference".into(),
+        score: reference.0.total.clone(),
+        same_outcome: None,
+        same_contact: None,
+        apart_s: None,
+    });
+    if arena.isa != Isa::Portable && !arena.monitor.stopped() {
+        let other = run(Engine::Builtin, Isa::Portable)?;
+        report.rows.push(row(
+            arena,
+            "other rounding",
+            "the built-in engine in portable arithmetic",
+            &reference,
+            &other,
+        ));
+    }
+    let each = |picked: fn(&Difference) -> bool| DIFFERENCES.iter().filter(move |d| picked(d));
+    let mut changes: Vec<(&str, String, Vec<&Difference>)> =
+        vec![("MuJoCo", "its own scene".into(), Vec::new())];
+    changes.extend(DIFFERENCES.iter().map(|d| (d.name, d.what.to_owned(), vec![d])));
+    changes.push(("robot together", "all that are not about the ball".into(), each(|d| !d.ball).collect()));
+    changes.push(("ball together", "all that are about the ball".into(), each(|d| d.ball).collect()));
+    changes.push(("all together", String::new(), DIFFERENCES.iter().collect()));
+    for (name, what, differences) in changes {
+        if arena.monitor.stopped() {
+            break;
+        }
+        let mut changed = scene.clone();
+        for difference in &differences {
+            (difference.change)(&mut changed, &arena.preset);
+        }
+        // MuJoCo needs two steps for a contact.
+        let least = 2.0 * changed.physics_dt_s;
+        changed.floor.solref[0] = changed.floor.solref[0].max(least);
+        ball(&mut changed, |b| b.solref[0] = b.solref[0].max(least));
+        let theirs = run(Engine::Mujoco(Box::new(changed)), arena.isa)?;
+        if differences.is_empty() {
+            report.titles.push(theirs.0.title());
+        }
+        report.rows.push(row(arena, name, &what, &reference, &theirs));
+    }
+    Ok(report)
+}
+
+type Run = (ShootingReport, Vec<(usize, Trace)>);
+
+fn row(arena: &Arena, name: &str, what: &str, reference: &Run, theirs: &Run) -> GapRow {
+    let pairs = pairs(arena, (&reference.0, &reference.1), (&theirs.0, &theirs.1));
+    let (same_outcome, same_contact) = same(&pairs);
+    let mut times: Vec<f64> = pairs.iter().filter_map(|p| p.first.as_ref()).map(|f| f.time_s).collect();
+    times.sort_by(f64::total_cmp);
+    GapRow {
+        name: name.to_owned(),
+        what: what.to_owned(),
+        score: theirs.0.total.clone(),
+        same_outcome: Some(same_outcome),
+        same_contact: Some(same_contact),
+        apart_s: times.get(times.len() / 2).copied(),
+    }
+}
+
+/// Titles of the table and of the CSV.
+const COLUMNS: [&str; 11] = [
+    "run",
+    "what",
+    "trials",
+    "same outcome",
+    "same contact",
+    "apart [s]",
+    "success",
+    "accuracy",
+    "contact",
+    "ball [m/s]",
+    "falls",
+];
+
+impl GapRow {
+    fn cells(&self) -> [String; 11] {
+        let share = |s: &Share| format!("{:.1}%", 100.0 * s.share);
+        let maybe = |s: &Option<Share>| s.as_ref().map_or("-".to_owned(), share);
+        let value = |v: Option<f64>, digits| v.map_or("-".to_owned(), |v| number(v, digits));
+        let s = &self.score;
+        [
+            self.name.clone(),
+            self.what.clone(),
+            s.success.trials.to_string(),
+            maybe(&self.same_outcome),
+            maybe(&self.same_contact),
+            value(self.apart_s, 2),
+            share(&s.success),
+            value(s.accuracy, 3),
+            share(&s.contact),
+            value(s.ball_speed, 2),
+            share(&s.falls_ever),
+        ]
+    }
+}
+
+impl GapReport {
+    /// The rows as text.
+    pub fn table(&self) -> String {
+        let mut table = Table::new(&COLUMNS);
+        self.rows.iter().for_each(|row| table.row(row.cells()));
+        format!("{}\n\n{table}", self.titles.join("\n"))
+    }
+
+    /// The rows as CSV.
+    pub fn csv(&self) -> String {
+        let mut out = format!("{}\n", COLUMNS.join(","));
+        for row in &self.rows {
+            // Writing to a string cannot fail.
+            let _ = writeln!(out, "{}", row.cells().join(","));
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_damping_ratio_of_known_restitutions() {
+        // A spring with ratio 0.5 gives back exp(-pi 0.5 / sqrt(0.75)) = 0.163.
+        assert!((damping_ratio(0.163) - 0.5).abs() < 1e-3);
+        assert!((damping_ratio(0.75) - 0.0912).abs() < 1e-3);
+        assert_eq!((damping_ratio(1.0), damping_ratio(0.0)), (0.01, damping_ratio(1e-9)));
+    }
+
+    #[test]
+    fn every_difference_changes_the_scene_and_no_two_the_same() {
+        let task = TaskPreset::builtin("stage2").expect("built in");
+        let mut seen = vec![SceneOptions::default()];
+        for difference in DIFFERENCES {
+            let mut scene = SceneOptions::default();
+            (difference.change)(&mut scene, &task);
+            assert!(!seen.contains(&scene), "{}", difference.name);
+            assert_eq!(difference.ball, scene.ball != SceneOptions::default().ball, "{}", difference.name);
+            seen.push(scene);
+        }
+    }
+
+    #[test]
+    fn no_text_breaks_the_csv() {
+        assert!(DIFFERENCES.iter().all(|d| !d.name.contains(',') && !d.what.contains(',')));
+    }
+}
