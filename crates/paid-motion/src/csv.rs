@@ -10,11 +10,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use paid_lanes::{Quat, Vec3};
-use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
+use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::read::RATES_HZ;
-use crate::resample::differentiate;
 use crate::write::write_whole;
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
@@ -61,35 +59,16 @@ pub fn read_csv(
         let found = format!("{} frames", frames.len());
         return Err(reader.error(text.lines().count(), 1, "at least 2 frames", found));
     }
+    let base: Vec<_> =
+        frames.iter().map(|row| ([row[0], row[1], row[2]], [row[6], row[3], row[4], row[5]])).collect();
+    let angles: Vec<f64> = frames.iter().flat_map(|row| row[BASE..].iter().copied()).collect();
     let mut clip = Clip {
         name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
-        fps,
-        kick_leg: KickLeg::Right,
         kick_frame: stated.kick_frame.filter(|&k| k < frames.len()),
         licence: stated.licence,
-        frames: frames.len(),
-        joints: model.joints.len(),
-        bodies: model.bodies.len(),
-        joint_pos: Vec::new(),
-        joint_vel: Vec::new(),
-        body_pos: Vec::new(),
-        body_quat: Vec::new(),
-        body_lin_vel: Vec::new(),
-        body_ang_vel: Vec::new(),
+        ..Clip::from_poses(model, fps, &base, &angles)
     };
-    for row in &frames {
-        let [x, y, z, qx, qy, qz, qw] = core::array::from_fn(|i| row[i]);
-        clip.joint_pos.extend(&row[BASE..]);
-        let base = Quat([qw, qx, qy, qz]);
-        for (i, pose) in
-            kinematics::forward::<f64>(model, Vec3([x, y, z]), base, &row[BASE..]).iter().enumerate()
-        {
-            clip.body_pos.push(pose.pos.0);
-            clip.body_quat.push(if i == 0 { base.0 } else { pose.quat.0 });
-        }
-    }
-    differentiate(&mut clip, model);
     let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
     clip.kick_leg = options.kick_leg.or(stated.kick_leg).or_else(fastest).unwrap_or(KickLeg::Right);
     Ok(clip)

@@ -19,6 +19,7 @@ mod kick;
 mod label;
 mod library;
 mod npz;
+mod poses;
 mod read;
 mod resample;
 mod rotation;

@@ -4,6 +4,7 @@ mod check;
 mod convert;
 mod generate;
 mod info;
+mod retarget;
 
 use std::process::ExitCode;
 
@@ -24,6 +25,8 @@ enum Command {
     Check(check::Args),
     /// Make kicks from scratch: the built-in library, or one kick for a ball of your choice.
     Generate(generate::Args),
+    /// Bring a human's motion (BVH, ASF/AMC) to the robot.
+    Retarget(retarget::Args),
     /// Write a motion file in another format (.npz, .csv).
     Convert(convert::Args),
 }
@@ -34,6 +37,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Generate(args) => generate::run(&args),
+        Command::Retarget(args) => retarget::run(&args),
         Command::Convert(args) => convert::run(&args),
     }
 }

@@ -1,0 +1,207 @@
+//! BVH: a skeleton and its motion in one text.
+
+use std::path::Path;
+
+use crate::text::Words;
+use crate::{Bone, HumanMotion, RetargetError, Skeleton};
+
+/// More bones than this are no human.
+const MOST_BONES: usize = 1024;
+
+/// Reads the text of a BVH file; `path` names it in messages. Y is up; a unit of length is `unit_m` metres.
+///
+/// The channels of a joint multiply in the order in which they are listed; position channels take the place of its offset. An `End
+/// Site` becomes a bone without channels, named after its parent with `_end`.
+///
+/// # Errors
+/// Line and column of the first thing that is not BVH.
+pub fn parse_bvh(text: &str, path: &Path, unit_m: f64) -> Result<HumanMotion, RetargetError> {
+    let mut words = Words::new(path, text, None);
+    words.keyword("HIERARCHY")?;
+    words.keyword("ROOT")?;
+    let skeleton = hierarchy(&mut words)?;
+    words.keyword("MOTION")?;
+    words.keyword("Frames:")?;
+    let frames = words.count(10_000_000, "the number of frames")?;
+    if frames == 0 {
+        return Err(words.error("at least one frame"));
+    }
+    words.keyword("Frame")?;
+    words.keyword("Time:")?;
+    let place = words.clone();
+    let period = words.number()?;
+    if !(5e-4..=1.0).contains(&period) {
+        return Err(place.clone().error("a time from 0.0005 to 1 s"));
+    }
+    let angle: Vec<bool> = angles(&skeleton);
+    let mut values = Vec::new();
+    for _ in 0..frames {
+        for &angle in &angle {
+            let value = words.number()?;
+            values.push(if angle { value.to_radians() } else { value });
+        }
+    }
+    if words.peek().is_some() {
+        return Err(words.error(format!("the end of the file after {frames} frames")));
+    }
+    Ok(HumanMotion::from_channels(path, skeleton, 1.0 / period, unit_m, &values))
+}
+
+/// For each channel whether it holds an angle.
+fn angles(skeleton: &Skeleton) -> Vec<bool> {
+    let mut angle = vec![false; skeleton.channels];
+    for (_, channel) in skeleton.bones.iter().flat_map(|b| &b.turns) {
+        angle[*channel] = true;
+    }
+    angle
+}
+
+/// From the name of the root to the brace that closes it.
+fn hierarchy(words: &mut Words<'_>) -> Result<Skeleton, RetargetError> {
+    let mut skeleton = Skeleton::default();
+    // Bones whose brace is open.
+    let mut open: Vec<usize> = Vec::new();
+    let mut name = name_of(words, &skeleton)?;
+    loop {
+        if skeleton.bones.len() == MOST_BONES {
+            return Err(words.error(format!("at most {MOST_BONES} bones")));
+        }
+        skeleton.bones.push(Bone::new(name, open.last().copied()));
+        open.push(skeleton.bones.len() - 1);
+        words.keyword("{")?;
+        words.keyword("OFFSET")?;
+        let offset = words.numbers::<3>()?;
+        if let Some(bone) = skeleton.bones.last_mut() {
+            bone.head = offset;
+        }
+        if words.peek().is_some_and(|w| w.text.eq_ignore_ascii_case("CHANNELS")) {
+            channels(words, &mut skeleton)?;
+        }
+        // Braces that close, then the next bone, or the end.
+        loop {
+            let expected = "'JOINT', 'End Site' or '}'";
+            let word = words.word(expected)?;
+            match word.text {
+                "}" => {
+                    open.pop();
+                    if open.is_empty() {
+                        return if skeleton.channels > 0 {
+                            Ok(skeleton)
+                        } else {
+                            Err(words.error_at(word, "at least one channel before it"))
+                        };
+                    }
+                }
+                "JOINT" => {
+                    name = name_of(words, &skeleton)?;
+                    break;
+                }
+                "End" => {
+                    words.keyword("Site")?;
+                    let parent = open.last().map_or(String::new(), |&i| skeleton.bones[i].name.clone());
+                    name = format!("{parent}_end");
+                    while skeleton.find(&name).is_some() {
+                        name.push('_');
+                    }
+                    break;
+                }
+                _ => return Err(words.error_at(word, expected)),
+            }
+        }
+    }
+}
+
+fn name_of(words: &mut Words<'_>, skeleton: &Skeleton) -> Result<String, RetargetError> {
+    let word = words.word("the name of a joint")?;
+    // Exporters put the character before the name: "mixamorig:Hips".
+    let name = word.text.rsplit(':').next().unwrap_or(word.text);
+    if name.is_empty() || name == "{" || skeleton.find(name).is_some() {
+        return Err(words.error_at(word, "the name of a joint that no other has"));
+    }
+    Ok(name.to_owned())
+}
+
+fn channels(words: &mut Words<'_>, skeleton: &mut Skeleton) -> Result<(), RetargetError> {
+    words.keyword("CHANNELS")?;
+    let count = words.count(6, "the number of channels")?;
+    let Some(bone) = skeleton.bones.last_mut() else { return Ok(()) };
+    for _ in 0..count {
+        let expected = "a channel such as Xposition or Zrotation that the joint does not have yet";
+        let word = words.word(expected)?;
+        let axis = "XYZ".find(word.text.chars().next().unwrap_or('?').to_ascii_uppercase());
+        let kind = word.text.get(1..).unwrap_or_default();
+        match axis {
+            Some(k) if kind.eq_ignore_ascii_case("position") && bone.moves[k].is_none() => {
+                bone.moves[k] = Some(skeleton.channels);
+            }
+            Some(k) if kind.eq_ignore_ascii_case("rotation") && bone.turns.len() < 3 => {
+                bone.turns.push((k, skeleton.channels));
+            }
+            _ => return Err(words.error_at(word, expected)),
+        }
+        skeleton.channels += 1;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n \
+        JOINT Leg\n {\n  OFFSET 10 0 0\n  CHANNELS 3 Zrotation Xrotation Yrotation\n  End Site\n  {\n   OFFSET 0 -50 0\n  }\n }\n}\n\
+        MOTION\nFrames: 2\nFrame Time: 0.02\n1 90 3 0 0 0 0 0 0\n1 90 3 0 0 90 90 0 0\n";
+
+    fn parse(text: &str) -> Result<HumanMotion, RetargetError> {
+        parse_bvh(text, Path::new("a.bvh"), 0.01)
+    }
+
+    #[test]
+    fn a_small_file_gives_hand_computed_points() {
+        let motion = parse(TEXT).expect("a good file");
+        assert_eq!((motion.frames, motion.fps), (2, 50.0));
+        let names: Vec<&str> = motion.skeleton.bones.iter().map(|b| b.name.as_str()).collect();
+        assert_eq!(names, ["Hips", "Leg", "Leg_end"]);
+        // Frame 0, y up, cm: hips (1, 90, 3), leg (11, 90, 3), end (11, 40, 3); z up, m: x, -z, y.
+        // Frame 1: hips turned by 90 degrees about y, so the leg is at (1, 90, 3 - 10); about its z again: the end, -y, turns to +x,
+        // which is -z of the world: (1, 90, -7 - 50).
+        let expected = [
+            [[0.01, -0.03, 0.9], [0.11, -0.03, 0.9], [0.11, -0.03, 0.4]],
+            [[0.01, -0.03, 0.9], [0.01, 0.07, 0.9], [0.01, 0.57, 0.9]],
+        ];
+        for (t, points) in expected.iter().enumerate() {
+            for (found, expected) in motion.pos(t).iter().flatten().zip(points.iter().flatten()) {
+                assert!((found - expected).abs() < 1e-12, "frame {t}: {:?}", motion.pos(t));
+            }
+        }
+    }
+
+    #[test]
+    fn faults_are_named_with_line_and_column() {
+        let cases = [
+            (
+                TEXT.replace("OFFSET 10 0 0", "OFFSET 10 x 0"),
+                "a.bvh:8:13: expected a finite number, found 'x'",
+            ),
+            (
+                TEXT.replace("Frames: 2", "Frames: 3"),
+                "a.bvh:20:21: expected a number, found the end of the file",
+            ),
+            (
+                TEXT.replace("Frames: 2", "Frames: 1"),
+                "a.bvh:20:1: expected the end of the file after 1 frames, found '1'",
+            ),
+            (
+                TEXT.replace("JOINT Leg", "JOINT Hips"),
+                "a.bvh:6:8: expected the name of a joint that no other has, found 'Hips'",
+            ),
+            (TEXT.replace("0.02", "nan"), "a.bvh:18:13: expected a finite number, found 'nan'"),
+            (TEXT.replace("Xposition", "Wposition"), "a.bvh:5:13: expected a channel such as Xposition"),
+            (TEXT.replace("HIERARCHY", "JERARCHY"), "a.bvh:1:1: expected 'HIERARCHY', found 'JERARCHY'"),
+        ];
+        for (text, expected) in cases {
+            let error = parse(&text).expect_err("a fault").to_string();
+            assert!(error.starts_with(expected), "{error}\n{expected}");
+        }
+    }
+}

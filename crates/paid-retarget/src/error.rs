@@ -1,0 +1,82 @@
+//! What can be wrong with human motion and its retargeting.
+
+use std::path::PathBuf;
+
+use paid_robot::SpecError;
+use thiserror::Error;
+
+/// A file of human motion that cannot be used, or a robot that it cannot be brought to.
+#[derive(Debug, Error)]
+pub enum RetargetError {
+    /// The file cannot be read.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// Something wrong at a place of a text.
+    #[error("{path}:{line}:{column}: expected {expected}, found {found}")]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Character of the line, from 1.
+        column: usize,
+        /// What the format asks for.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// A file name that no format goes with.
+    #[error("{path}: expected human motion: a name that ends in .bvh or .amc")]
+    Extension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// AMC holds angles only; the bones are in another file.
+    #[error("{path}: expected the skeleton of this motion (.asf) beside it or by --skeleton, found {found}")]
+    Skeleton {
+        /// The motion.
+        path: PathBuf,
+        /// What was found instead.
+        found: String,
+    },
+    /// Bones whose names no table knows.
+    #[error("{path}: bones named as in {naming}: '{missing}' is missing; found: {found}")]
+    Bones {
+        /// The file.
+        path: PathBuf,
+        /// The nearest known naming.
+        naming: &'static str,
+        /// The first missing bone.
+        missing: &'static str,
+        /// The bones that are there.
+        found: String,
+    },
+    /// The table names what the robot does not have.
+    #[error("retargeting to '{robot}': the robot has no {kind} '{name}'; tables exist for g1")]
+    Robot {
+        /// The robot.
+        robot: String,
+        /// Body or joint.
+        kind: &'static str,
+        /// The missing name.
+        name: String,
+    },
+    /// An option out of range.
+    #[error("{option}: expected {expected}, found {found}")]
+    Option {
+        /// The option.
+        option: &'static str,
+        /// What is allowed.
+        expected: &'static str,
+        /// What was given.
+        found: String,
+    },
+    /// The robot's TOML and MJCF do not fit together.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+}

@@ -1,0 +1,104 @@
+//! Files of human motion.
+
+use std::fs;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use crate::text::LARGEST;
+use crate::{HumanMotion, RetargetError, parse_amc, parse_asf, parse_bvh};
+
+/// What files of human motion leave open.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct HumanOptions {
+    /// Metres of a unit of length of a BVH file [default: 0.01].
+    pub unit_m: Option<f64>,
+    /// Frames a second of an AMC file [default: 120].
+    pub fps: Option<f64>,
+    /// The ASF file of an AMC file [default: the one beside it, see [`read_human`]].
+    pub skeleton: Option<PathBuf>,
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
+/// Whether a file is taken for human motion, by its name or its first word.
+pub fn is_human_file(path: &Path) -> bool {
+    has_extension(path, "bvh") || has_extension(path, "amc") || begins_as_bvh(path)
+}
+
+fn begins_as_bvh(path: &Path) -> bool {
+    let mut head = Vec::new();
+    // What cannot be opened is reported by whoever reads it.
+    let _ = fs::File::open(path).and_then(|f| f.take(64).read_to_end(&mut head));
+    String::from_utf8_lossy(&head).trim_start().starts_with("HIERARCHY")
+}
+
+/// Reads a file of human motion: BVH, or AMC with its ASF. The skeleton of `10_01.amc` is `10_01.asf` or `10.asf` in the same folder,
+/// or the only ASF file there.
+///
+/// # Errors
+/// File, line, column, what was expected and what was found.
+pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, RetargetError> {
+    if let Some(unit) = options.unit_m
+        && !(1e-6..=1e3).contains(&unit)
+    {
+        return Err(option("--unit", "0.000001 to 1000 m", unit));
+    }
+    if let Some(fps) = options.fps
+        && !(1.0..=2000.0).contains(&fps)
+    {
+        return Err(option("--fps", "1 to 2000 frames a second", fps));
+    }
+    if has_extension(path, "amc") {
+        let asf = match &options.skeleton {
+            Some(asf) => asf.clone(),
+            None => skeleton_beside(path)?,
+        };
+        let skeleton = parse_asf(&text(&asf)?, &asf)?;
+        parse_amc(&text(path)?, path, &skeleton, options.fps.unwrap_or(120.0))
+    } else if is_human_file(path) {
+        parse_bvh(&text(path)?, path, options.unit_m.unwrap_or(0.01))
+    } else {
+        Err(RetargetError::Extension { path: path.to_owned() })
+    }
+}
+
+fn option(option: &'static str, expected: &'static str, found: f64) -> RetargetError {
+    RetargetError::Option { option, expected, found: found.to_string() }
+}
+
+fn text(path: &Path) -> Result<String, RetargetError> {
+    let io = |source| RetargetError::Io { path: path.to_owned(), source };
+    let mut bytes = Vec::new();
+    fs::File::open(path).and_then(|f| f.take(LARGEST + 1).read_to_end(&mut bytes)).map_err(io)?;
+    if bytes.len() as u64 > LARGEST {
+        return Err(io(std::io::Error::other(format!("more than {LARGEST} bytes"))));
+    }
+    // Old files name people in other encodings; all that matters is ASCII.
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn skeleton_beside(path: &Path) -> Result<PathBuf, RetargetError> {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let subject = stem.split('_').next().unwrap_or_default().to_owned();
+    for name in [&stem, &subject] {
+        let asf = path.with_file_name(format!("{name}.asf"));
+        if asf.is_file() {
+            return Ok(asf);
+        }
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut all: Vec<PathBuf> = fs::read_dir(folder)
+        .map_err(|source| RetargetError::Io { path: folder.to_owned(), source })?
+        .filter_map(|entry| entry.ok().map(|e| e.path()))
+        .filter(|p| has_extension(p, "asf"))
+        .collect();
+    match (all.pop(), all.len()) {
+        (Some(asf), 0) => Ok(asf),
+        (None, _) => Err(RetargetError::Skeleton { path: path.to_owned(), found: "none".to_owned() }),
+        (Some(_), others) => {
+            Err(RetargetError::Skeleton { path: path.to_owned(), found: format!("{} of them", others + 1) })
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Human motion onto the robot.
+//!
+//! A file of human motion ([`read_human`]: BVH, or ASF with AMC) gives a [`Skeleton`] and its angles; forward kinematics makes a
+//! [`HumanMotion`] of them: positions and orientations of all bones, world, metres, z up. [`retarget`] scales it, turns it into
+//! goals for bodies of the robot (a [`Table`]) and finds the joint angles that meet them best, frame by frame, within the joints'
+//! ranges and speeds. The result is a [`paid_motion::Clip`].
+//!
+//! The method and the tables are those of GMR (General Motion Retargeting, arXiv 2510.02252); the solver is our own.
+
+mod asf;
+mod boxed;
+mod bvh;
+mod error;
+mod files;
+mod goals;
+mod human;
+mod ik;
+mod retarget;
+mod roles;
+mod skeleton;
+mod table;
+mod text;
+
+pub use asf::{parse_amc, parse_asf};
+pub use boxed::BoxedSystem;
+pub use bvh::parse_bvh;
+pub use error::RetargetError;
+pub use files::{HumanOptions, is_human_file, read_human};
+pub use goals::{Goal, Goals};
+pub use human::HumanMotion;
+pub use ik::{Pose, SolveLimits, Solved, Solver};
+pub use retarget::{Report, RetargetOptions, Retargeted, TimeScale, retarget};
+pub use roles::{Naming, Role, RoleSource};
+pub use skeleton::{Bone, BonePose, Skeleton};
+pub use table::{BodyTask, Table};

@@ -1,0 +1,158 @@
+//! Words of a text with their places.
+
+use std::path::Path;
+
+use crate::RetargetError;
+
+/// A larger file is no motion [bytes].
+pub(crate) const LARGEST: u64 = 1 << 28;
+
+/// A word of the text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Word<'a> {
+    pub text: &'a str,
+    /// From 1.
+    pub line: usize,
+    /// From 1, in characters.
+    pub column: usize,
+}
+
+/// The words of a text, separated by white space, one after another.
+#[derive(Clone, Debug)]
+pub(crate) struct Words<'a> {
+    path: &'a Path,
+    lines: std::iter::Enumerate<std::str::Lines<'a>>,
+    line: &'a str,
+    number: usize,
+    /// Bytes of the line that are used up.
+    used: usize,
+    peeked: Option<Word<'a>>,
+    comment: Option<char>,
+}
+
+impl<'a> Words<'a> {
+    /// `comment`: a line that begins with this is skipped.
+    pub fn new(path: &'a Path, text: &'a str, comment: Option<char>) -> Self {
+        Self { path, lines: text.lines().enumerate(), line: "", number: 0, used: 0, peeked: None, comment }
+    }
+
+    /// The next word, without taking it.
+    pub fn peek(&mut self) -> Option<Word<'a>> {
+        if self.peeked.is_none() {
+            self.peeked = self.advance();
+        }
+        self.peeked
+    }
+
+    fn advance(&mut self) -> Option<Word<'a>> {
+        loop {
+            let rest = &self.line[self.used..];
+            let skipped = rest.len() - rest.trim_start().len();
+            let rest = &rest[skipped..];
+            if !rest.is_empty() {
+                let start = self.used + skipped;
+                let length = rest.find(char::is_whitespace).unwrap_or(rest.len());
+                self.used = start + length;
+                let column = self.line[..start].chars().count() + 1;
+                return Some(Word { text: &rest[..length], line: self.number, column });
+            }
+            let (i, line) = self.lines.next()?;
+            (self.number, self.used) = (i + 1, 0);
+            let is_comment = self.comment.is_some_and(|c| line.trim_start().starts_with(c));
+            self.line = if is_comment { "" } else { line };
+        }
+    }
+
+    /// Where the text has got to: the next word, or the end.
+    pub fn error(&mut self, expected: impl Into<String>) -> RetargetError {
+        match self.peek() {
+            Some(word) => self.error_at(word, expected),
+            None => RetargetError::Text {
+                path: self.path.to_owned(),
+                line: self.number.max(1),
+                column: self.line.chars().count() + 1,
+                expected: expected.into(),
+                found: "the end of the file".to_owned(),
+            },
+        }
+    }
+
+    /// The error that `word` is not what is expected.
+    pub fn error_at(&self, word: Word<'_>, expected: impl Into<String>) -> RetargetError {
+        // A word can be as long as the file.
+        let shown: String = word.text.chars().take(40).collect();
+        RetargetError::Text {
+            path: self.path.to_owned(),
+            line: word.line,
+            column: word.column,
+            expected: expected.into(),
+            found: format!("'{shown}'"),
+        }
+    }
+
+    /// Takes the next word.
+    pub fn word(&mut self, expected: &str) -> Result<Word<'a>, RetargetError> {
+        match self.peek() {
+            Some(word) => {
+                self.peeked = None;
+                Ok(word)
+            }
+            None => Err(self.error(expected)),
+        }
+    }
+
+    /// Takes a word that must be `text`, in any case.
+    pub fn keyword(&mut self, text: &str) -> Result<(), RetargetError> {
+        let expected = format!("'{text}'");
+        let word = self.word(&expected)?;
+        if word.text.eq_ignore_ascii_case(text) { Ok(()) } else { Err(self.error_at(word, expected)) }
+    }
+
+    /// Takes a finite number.
+    pub fn number(&mut self) -> Result<f64, RetargetError> {
+        let word = self.word("a number")?;
+        self.parse_number(word)
+    }
+
+    pub fn parse_number(&self, word: Word<'_>) -> Result<f64, RetargetError> {
+        match word.text.parse::<f64>() {
+            // Beyond this, sums and squares would not be finite any more.
+            Ok(x) if x.abs() < 1e12 => Ok(x),
+            _ => Err(self.error_at(word, "a finite number")),
+        }
+    }
+
+    pub fn numbers<const N: usize>(&mut self) -> Result<[f64; N], RetargetError> {
+        let mut out = [0.0; N];
+        for x in &mut out {
+            *x = self.number()?;
+        }
+        Ok(out)
+    }
+
+    /// Takes a whole number from 0 to `most`.
+    pub fn count(&mut self, most: usize, what: &str) -> Result<usize, RetargetError> {
+        let expected = format!("{what}: a whole number from 0 to {most}");
+        let word = self.word(&expected)?;
+        match word.text.parse::<usize>() {
+            Ok(n) if n <= most => Ok(n),
+            _ => Err(self.error_at(word, expected)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_know_their_line_and_column() {
+        let mut words = Words::new(Path::new("a.txt"), "# no\n  äb  c\n\n7 x", Some('#'));
+        let places: Vec<(String, usize, usize)> =
+            std::iter::from_fn(|| words.word("").ok().map(|w| (w.text.to_owned(), w.line, w.column)))
+                .collect();
+        let expected = [("äb", 2, 3), ("c", 2, 7), ("7", 4, 1), ("x", 4, 3)];
+        assert_eq!(places, expected.map(|(t, l, c)| (t.to_owned(), l, c)));
+        assert_eq!(words.error("more").to_string(), "a.txt:4:4: expected more, found the end of the file");
+    }
+}

@@ -1,0 +1,194 @@
+//! `paid motion retarget`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::str::FromStr;
+
+use paid_motion::check::{CheckLimits, check_clip};
+use paid_motion::{KickLeg, write_motion};
+use paid_retarget::{HumanOptions, Report, RetargetOptions, Retargeted, TimeScale, read_human, retarget};
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::failure::Failure;
+
+/// Arguments of `paid motion retarget`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Human motion: .bvh, or .amc with its .asf beside it.
+    input: PathBuf,
+    /// The robot.
+    #[arg(long, value_enum, default_value_t = Robot::G1)]
+    robot: Robot,
+    /// Clip to write; its name decides the format (.npz, .csv).
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    #[command(flatten)]
+    how: How,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `paid play` of a human motion shares.
+#[derive(Debug, clap::Args)]
+pub struct How {
+    /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
+    #[arg(long, value_name = "FILE")]
+    skeleton: Option<PathBuf>,
+    /// Metres of a unit of length in a BVH file [default: 0.01].
+    #[arg(long, value_name = "M")]
+    unit: Option<f64>,
+    /// Frames a second of an AMC file [default: 120].
+    #[arg(long, value_name = "HZ")]
+    fps: Option<f64>,
+    /// Height of the human [m].
+    #[arg(long, value_name = "M", default_value_t = 1.75)]
+    height: f64,
+    /// Begin at this second of the file.
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    from: f64,
+    /// End at this second of the file [default: its end].
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+    /// How many times as long everything takes, or auto: as little slower as keeps the joints within their speed limits.
+    #[arg(long, value_name = "FACTOR", default_value = "1")]
+    slow: Slow,
+    /// Share of the joints' speed limits that is used, or off.
+    #[arg(long, value_name = "SHARE", default_value = "1")]
+    speed_limit: SpeedLimit,
+    /// Frame rate of the clip [Hz].
+    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    rate: f64,
+    /// Kicking leg: auto (the faster foot), left or right.
+    #[arg(long, value_name = "LEG", default_value = "auto")]
+    label: Label,
+    /// Terms of use to state in the clip: those of the human motion.
+    #[arg(long)]
+    licence: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Robot {
+    /// Unitree G1, 29 joints.
+    G1,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Slow(TimeScale);
+
+impl FromStr for Slow {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self(TimeScale::Auto)),
+            _ => number(text).map(|x| Self(TimeScale::Fixed(x))),
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct SpeedLimit(Option<f64>);
+
+impl FromStr for SpeedLimit {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "off" { Ok(Self(None)) } else { number(text).map(|x| Self(Some(x))) }
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Label(Option<KickLeg>);
+
+impl FromStr for Label {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self(None)),
+            _ => text
+                .parse()
+                .map(|leg| Self(Some(leg)))
+                .map_err(|found: String| format!("expected auto, left or right, found {found}")),
+        }
+    }
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| format!("expected a number or a word of the help, found '{text}'"))
+}
+
+/// Reads a human motion and retargets it.
+pub fn retarget_file(
+    input: &std::path::Path,
+    how: &How,
+    model: &RobotModel,
+    spec: &RobotSpec,
+) -> Result<Retargeted, Failure> {
+    let human = HumanOptions { unit_m: how.unit, fps: how.fps, skeleton: how.skeleton.clone() };
+    let motion = read_human(input, &human).map_err(Failure::input)?;
+    let options = RetargetOptions {
+        fps: how.rate,
+        height_m: how.height,
+        span_s: [how.from, how.to.unwrap_or(f64::INFINITY)],
+        time_scale: how.slow.0,
+        speed_share: how.speed_limit.0,
+        kick_leg: how.label.0,
+        licence: how.licence.clone(),
+        ..RetargetOptions::default()
+    };
+    retarget(&motion, model, spec, &options).map_err(Failure::input)
+}
+
+/// Retargets, writes the clip and prints what it is like.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let Robot::G1 = args.robot;
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let Retargeted { mut clip, report, .. } = retarget_file(&args.input, &args.how, &model, &spec)?;
+    clip.name = args.out.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or(clip.name);
+    write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    print(args, &report, clip.kick_leg, clip.fps);
+    let check = check_clip(&clip, &model, &spec, &CheckLimits::default()).map_err(Failure::input)?;
+    println!("check: {}", check.verdict);
+    for finding in &check.findings {
+        let place = finding.frame.map_or_else(String::new, |frame| format!(" (frame {frame})"));
+        println!("  {}: {}{place}", finding.verdict, finding.reason);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print(args: &Args, r: &Report, leg: KickLeg, fps: f64) {
+    println!(
+        "{}: {} frames at {fps} Hz from {} bones, {} foot, kick at {:.2} s with {:.1} m/s",
+        args.out.display(),
+        r.frames,
+        r.naming,
+        leg,
+        r.kick_frame as f64 / fps,
+        r.kick_speed
+    );
+    println!(
+        "  from the scaled human {:.1} mm, {:.3} rad on average; {:.2}% of joint samples at a range's end, {:.2}% at a speed limit",
+        1e3 * r.position_error_m,
+        r.rotation_error,
+        100.0 * r.at_range,
+        100.0 * r.at_speed
+    );
+    println!(
+        "  fastest joint at {:.0}% of its limit, {:.2} times as slow as the file; moved up {:.1} mm onto the ground: lowest point \
+         {:.1} mm, a foot slides {:.1} mm",
+        100.0 * r.joint_speed,
+        r.time_scale,
+        1e3 * r.ground_shift_m,
+        -1e3 * r.penetration_m,
+        1e3 * r.sliding_m
+    );
+    println!(
+        "  {:.1} + {:.1} solves a frame, {:.0} frames/s",
+        r.steps[0],
+        r.steps[1],
+        r.frames as f64 / r.solve_s.max(1e-9)
+    );
+}
