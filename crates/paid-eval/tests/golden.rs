@@ -13,7 +13,7 @@ use paid_eval::engine::Engine;
 use paid_eval::policy::Policy;
 use paid_eval::shooting::{self, Grid, ShootingOptions};
 use paid_eval::tracking::{self, TrackingOptions};
-use paid_mujoco::{Library, SceneOptions};
+use paid_mujoco::Library;
 
 /// Figures by name.
 type Figures = BTreeMap<String, f64>;
@@ -100,7 +100,7 @@ fn mujoco_gives_the_known_figures() {
         println!("SKIPPED (needs MuJoCo): mujoco_gives_the_known_figures");
         return;
     }
-    let found = figures(Engine::Mujoco(Box::new(SceneOptions::default())));
+    let found = figures(Engine::Mujoco(Box::default()));
     check("mujoco", &found);
     assert!(found["mujoco contact"] > 0.0, "a golden evaluation without a kick says little: {found:?}");
 }
