@@ -112,14 +112,29 @@ fn every_variant_of_the_scene_is_accepted_by_mujoco() {
         SceneOptions::public_protocol(),
         SceneOptions { feet: FootShapes::Sole, pd: PdControl::Implicit, ..SceneOptions::default() },
         SceneOptions { ball: None, goal: None, self_collision: false, ..SceneOptions::default() },
+        SceneOptions::twist2(),
     ];
-    let geoms = [2 + 1 + 2 + 1 + 1, 7, 2 + 1 + 5 + 1 + 1, 1 + 4];
+    // Floor and goal, ball, foot, trunk, arm.
+    let geoms = [2 + 1 + 2 + 1 + 1, 7, 2 + 1 + 5 + 1 + 1, 1 + 4, 2 + 1 + 4 + 1 + 1];
     for (options, geoms) in variants.iter().zip(geoms) {
         let world = World::from_xml(&mjcf_scene(&model, &control, options)).unwrap();
         let ball = usize::from(options.ball.is_some());
         assert_eq!((world.nv(), world.nu(), world.ngeom()), (8 + 6 * ball, 2, geoms));
-        assert_eq!(world.timestep(), 0.002);
+        assert_eq!(world.timestep(), options.physics_dt_s);
     }
+}
+
+#[test]
+fn the_scene_of_the_twist2_tracker_has_spheres_for_feet_and_no_dry_friction() {
+    let (model, control) = robot();
+    let own = mjcf_scene(&model, &control, &SceneOptions::default());
+    let peer = mjcf_scene(&model, &control, &SceneOptions::twist2());
+    assert!(own.contains("frictionloss=\"0.1\"") && own.contains("name=\"rail0\""), "{own}");
+    assert!(peer.contains("frictionloss=\"0\"") && !peer.contains("frictionloss=\"0.1\""), "{peer}");
+    assert!(!peer.contains("rail") && !peer.contains("sole"), "{peer}");
+    assert_eq!(peer.matches("size=\"0.005\"").count(), 4, "{peer}");
+    assert!(peer.contains("friction=\"1 0.005 0.0001\" solref=\"0.02 1\""), "{peer}");
+    assert!(peer.contains("timestep=\"0.001\""), "{peer}");
 }
 
 #[test]

@@ -85,6 +85,25 @@ fn a_misspelt_name_is_an_error_with_file_key_and_the_nearest_name() {
 }
 
 #[test]
+fn gains_by_name_replace_those_that_follow_from_the_armature() {
+    let model = RobotModel::g1();
+    let own = RobotSpec::g1().resolve(&model).unwrap();
+    let named = "damping_ratio = 2.0\nstiffness = [{ joint = \"*_knee_joint\", value = 150.0 }]\n\
+                 damping = [{ joint = \"left_knee_joint\", value = 4.0 }]";
+    let spec = read_changed("damping_ratio = 2.0", named).unwrap();
+    let control = spec.resolve(&model).unwrap();
+    let [left, right] = ["left", "right"]
+        .map(|side| model.joints.iter().position(|j| j.name == format!("{side}_knee_joint")).unwrap());
+    assert_eq!((control.stiffness[left], control.stiffness[right]), (150.0, 150.0));
+    assert_eq!((control.damping[left], control.damping[right]), (4.0, own.damping[right]));
+    assert!((control.action_scale[left] - 0.25 * model.joints[left].effort_limit / 150.0).abs() < 1e-12);
+    assert_eq!((control.stiffness[0], control.damping[0]), (own.stiffness[0], own.damping[0]));
+    let bad =
+        fault("damping_ratio = 2.0", "damping_ratio = 2.0\nstiffness = [{ joint = \"*\", value = 0.0 }]");
+    assert_eq!(bad, "robot.toml: 'stiffness[0]': expected a positive stiffness [N m/rad], found 0");
+}
+
+#[test]
 fn faults_of_lists_and_numbers_name_the_key() {
     let twice = fault("feet = [\"left_ankle_roll_link\"", "feet = [\"right_ankle_roll_link\"");
     assert_eq!(twice, "robot.toml: 'feet[1]': 'right_ankle_roll_link' occurs twice");

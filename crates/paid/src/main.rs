@@ -29,7 +29,7 @@ enum Command {
     /// Train a policy: both stages and the evaluation, or one stage.
     Train(train::Args),
     /// Score a policy.
-    Eval(eval::Args),
+    Eval(Box<eval::Args>),
     /// Look at motion files.
     Motion(motion::Args),
     /// Write a policy as ONNX.
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     stop::end_with_the_reader();
     let result = match Cli::parse().command {
         Command::Train(args) => train::run(args),
-        Command::Eval(args) => eval::run(args),
+        Command::Eval(args) => eval::run(*args),
         Command::Motion(args) => motion::run(args),
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),

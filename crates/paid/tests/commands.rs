@@ -24,6 +24,25 @@ fn motion_info_prints_every_clip_as_text_and_json() {
     json(&text);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_reader_that_went_away_ends_the_program_in_silence() {
+    use std::os::unix::process::ExitStatusExt;
+    use std::process::Command;
+
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    for args in [&["--help"][..], &["motion", "info", "motions"]] {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut command = Command::new(env!("CARGO_BIN_EXE_paid"));
+        let output = command.args(args).current_dir(folder.path()).stdout(writer).output().expect("starts");
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(error.is_empty(), "{args:?}: {error}");
+        assert_eq!(output.status.signal(), Some(13), "{args:?}: SIGPIPE, as of any other program");
+    }
+}
+
 #[test]
 fn agents_report_every_reward_and_observation_term() {
     let folder = tempfile::tempdir().expect("folder");

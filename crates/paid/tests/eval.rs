@@ -176,6 +176,10 @@ fn the_scene_is_written_for_mujocos_viewer() {
     succeeds(&paid(folder.path(), &args));
     let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("the scene");
     assert!(xml.contains("friction=\"0.55 ") && xml.contains("mass=\"0.1\""), "{xml}");
+    let args = ["eval", "scene", "--ball-contact-damping", "0.09", "--no-friction-loss"];
+    succeeds(&paid(folder.path(), &args));
+    let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("the scene");
+    assert!(xml.contains("solref=\"0.02 0.09\"") && !xml.contains("frictionloss=\"0.1\""), "{xml}");
 }
 
 #[test]

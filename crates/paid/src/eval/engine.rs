@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use paid_eval::engine::Engine;
 use paid_eval::file::write_whole;
 use paid_mujoco::{Cone, FootShapes, PdControl, SceneOptions, mjcf_scene};
+use paid_robot::RobotModel;
 use paid_task::TaskPreset;
 use paid_train::setup::load_robot;
 
@@ -152,6 +153,19 @@ impl EngineArgs {
     }
 }
 
+/// Refuses shapes of the feet that are another robot's.
+///
+/// # Errors
+/// If the scene has the spheres of the G1's feet and `robot` is none.
+pub fn check_feet(scene: &SceneOptions, robot: &RobotModel) -> Result<(), Failure> {
+    let g1 = RobotModel::g1().name;
+    if scene.feet == FootShapes::Spheres && robot.name != g1 {
+        let found = &robot.name;
+        return Err(Failure::input(format!("--protocol twist2: expected the robot '{g1}', found '{found}'")));
+    }
+    Ok(())
+}
+
 /// The engine of a name; `Both` begins with the built-in one.
 pub fn engine_of(name: EngineName, scene: &SceneOptions) -> Engine {
     match name {
@@ -179,6 +193,7 @@ pub fn write_scene(args: &SceneArgs) -> Result<(), Failure> {
     let control = spec.resolve(&robot).map_err(Failure::input)?;
     let mut task = TaskPreset::builtin("stage2").map_err(Failure::input)?;
     let scene = args.engine.scene(&mut task, Protocol::Paper)?;
+    check_feet(&scene, &robot)?;
     let xml = mjcf_scene(&robot, &control, &scene);
     write_whole(&args.out, xml.as_bytes()).map_err(Failure::input)?;
     println!("{}: {} bodies, {} joints", args.out.display(), robot.bodies.len(), robot.joints.len());

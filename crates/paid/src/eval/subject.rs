@@ -19,7 +19,7 @@ use paid_train::folder::{PRESET_FILE, latest_checkpoint};
 use paid_train::policy_file::task_contract;
 use paid_train::setup::load_robot;
 
-use super::engine::{EngineArgs, EngineName, Protocol, engine_of};
+use super::engine::{EngineArgs, EngineName, Protocol, check_feet, engine_of};
 use crate::failure::Failure;
 use crate::train::thread_count;
 
@@ -146,6 +146,7 @@ impl Subject {
         task.scene.terrain = Terrain::Plane;
         let scene = common.scene.scene(&mut task, usual)?;
         let (mut robot, mut spec) = load_robot(&source.robot).map_err(Failure::input)?;
+        check_feet(&scene, &robot)?;
         let folder = common.motions.clone().unwrap_or(source.motions);
         let motions =
             MotionLibrary::open(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;

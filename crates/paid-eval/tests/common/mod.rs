@@ -1,0 +1,123 @@
+//! A motion of our own and a policy that plays it, for tests that need nobody's data.
+
+use std::sync::Arc;
+
+use paid_eval::EvalError;
+use paid_eval::engine::Engine;
+use paid_eval::episodes::Arena;
+use paid_eval::monitor::Monitor;
+use paid_eval::policy::{Policy, Seen};
+use paid_lanes::{Isa, Quat, Vec3};
+use paid_motion::{Clip, KickLeg, MotionLibrary, resample, write_npz};
+use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
+use paid_task::{ReferenceLibrary, TaskPreset};
+
+/// Two seconds in which the robot stands and swings a leg to the front and back in the first of them.
+fn swing(kick_leg: KickLeg) -> Clip {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let default_pos = spec.resolve(&model).expect("the built-in robot").default_pos;
+    let joint = |name: &str| model.joints.iter().position(|j| j.name == format!("{kick_leg}_{name}_joint"));
+    let hip = joint("hip_pitch").expect("a hip");
+    let (frames, fps) = (60, 30.0);
+    let mut clip = Clip {
+        name: format!("swing_{kick_leg}"),
+        path: "swing.npz".into(),
+        fps,
+        kick_leg,
+        kick_frame: None,
+        licence: Some("CC0".to_owned()),
+        frames,
+        joints: model.joints.len(),
+        bodies: model.bodies.len(),
+        joint_pos: Vec::new(),
+        joint_vel: vec![0.0; frames * model.joints.len()],
+        body_pos: Vec::new(),
+        body_quat: Vec::new(),
+        body_lin_vel: vec![[0.0; 3]; frames * model.bodies.len()],
+        body_ang_vel: vec![[0.0; 3]; frames * model.bodies.len()],
+    };
+    for t in 0..frames {
+        let mut angles = default_pos.clone();
+        let phase = core::f64::consts::TAU * t as f64 / frames as f64;
+        if 2 * t < frames {
+            angles[hip] -= 0.5 * (1.0 - (2.0 * phase).cos());
+        }
+        let base = Vec3::c([0.0, 0.0, spec.nominal_height_m]);
+        let poses = kinematics::forward::<f64>(&model, base, Quat::c([1.0, 0.0, 0.0, 0.0]), &angles);
+        clip.joint_pos.extend(angles);
+        for pose in poses {
+            clip.body_pos.push(pose.pos.0);
+            clip.body_quat.push(pose.quat.0);
+        }
+    }
+    resample(&clip, &model, 50.0)
+}
+
+/// A task over a swing of each leg, on one thread, with arithmetic that every machine has.
+pub fn arena(task: &str) -> Arena {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let folder = tempfile::tempdir().expect("a folder");
+    for leg in [KickLeg::Left, KickLeg::Right] {
+        let clip = swing(leg);
+        write_npz(&folder.path().join(format!("{}.npz", clip.name)), &clip, &robot, &spec).expect("writes");
+    }
+    let motions = MotionLibrary::load(folder.path(), &robot, &spec, 50.0).expect("good motions");
+    let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
+    Arena {
+        engine: Engine::Builtin,
+        isa: Isa::Portable,
+        robot,
+        spec,
+        library: Arc::new(library),
+        preset: TaskPreset::builtin(task).expect("built in"),
+        threads: 1,
+        seed: 5,
+        monitor: Monitor::default(),
+    }
+}
+
+/// Plays the reference's next joint angles, whatever the robot does.
+#[derive(Clone)]
+pub struct Puppet {
+    library: Arc<ReferenceLibrary>,
+    /// The task's joint, default angle and action scale of each joint in model order.
+    task: Vec<(usize, f64, f64)>,
+    /// A monitor that it stops when it acts.
+    pub stop: Option<Monitor>,
+}
+
+impl Puppet {
+    pub fn new(arena: &Arena) -> Self {
+        let control = arena.spec.resolve(&arena.robot).expect("the built-in robot");
+        let order = Permutation::between(&arena.spec.policy_joint_order, &arena.robot.joint_names());
+        let order = order.expect("the same joints");
+        let joints = order.indices().iter().enumerate();
+        let task = joints.map(|(m, &p)| (p, control.default_pos[m], control.action_scale[m])).collect();
+        Self { library: Arc::clone(&arena.library), task, stop: None }
+    }
+}
+
+impl Policy for Puppet {
+    fn obs_dim(&self) -> Option<usize> {
+        None
+    }
+    fn action_dim(&self) -> usize {
+        self.task.len()
+    }
+    fn begin(&mut self, _envs: usize) {}
+    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+        if let Some(monitor) = &self.stop {
+            monitor.stop();
+        }
+        for env in 0..seen.envs {
+            let sample = seen.world.sample(env)?;
+            let clip = &self.library.clips()[sample.motion];
+            let frame = (sample.frame + 1).min(clip.frames - 1);
+            for (m, &(p, default, scale)) in self.task.iter().enumerate() {
+                let target = clip.joint_pos[frame * self.task.len() + m];
+                actions[p * seen.envs + env] = ((target - default) / scale) as f32;
+            }
+        }
+        Ok(())
+    }
+}
