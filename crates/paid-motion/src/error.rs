@@ -19,7 +19,7 @@ pub enum MotionError {
         source: std::io::Error,
     },
     /// The folder holds no motion.
-    #[error("{path}: expected a folder with *.npz motion files, found none")]
+    #[error("{path}: expected a folder with motion files (*.npz, *.csv, *.pkl), found none")]
     Empty {
         /// The folder.
         path: PathBuf,
@@ -78,6 +78,18 @@ pub enum MotionError {
         /// What is there.
         found: String,
     },
+    /// A pickle that is none, or that holds other things than numbers.
+    #[error("{path}: byte {offset}: expected {expected}, found {found}")]
+    Pickle {
+        /// The file.
+        path: PathBuf,
+        /// Where in the file.
+        offset: usize,
+        /// What the format asks for.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
     /// Something that the file does not say and that nobody gave.
     #[error("{path}: {what} is not stated in the file; {remedy}")]
     Unstated {
@@ -89,7 +101,10 @@ pub enum MotionError {
         remedy: &'static str,
     },
     /// A file name that no format goes with.
-    #[error("{path}: expected a name that ends in .npz or .csv")]
+    #[error(
+        "{path}: expected a motion of the robot: a name that ends in .npz, .csv or (to read) .pkl; a human's (.bvh, .amc) goes \
+             through `paid motion retarget`"
+    )]
     Extension {
         /// The file.
         path: PathBuf,

@@ -6,8 +6,12 @@ use std::path::Path;
 
 use paid_robot::{RobotModel, RobotSpec};
 
+use crate::gmr::{begins_as_pickle, read_gmr};
 use crate::read::read_npz;
 use crate::{Clip, KickLeg, MotionError, fastest_kick, read_csv, write_csv, write_npz};
+
+/// Endings of the names of files that [`read_motion`] reads.
+pub const EXTENSIONS: [&str; 4] = ["npz", "csv", "pkl", "pickle"];
 
 /// Order of the joints in a CSV file without column names.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,15 +39,16 @@ impl std::str::FromStr for JointOrder {
 /// What a file may leave open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Frames a second of a CSV file; wins over what the file states.
+    /// Frames a second of a CSV or pickle file; wins over what the file states.
     pub fps: Option<f64>,
     /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
     pub kick_leg: Option<KickLeg>,
-    /// Joint order of a CSV file without column names; wins over what the file states. Without either, [`JointOrder::Model`].
+    /// Joint order of a CSV file without column names or of a pickle; wins over what the file states. Without either, [`JointOrder::Model`].
     pub joint_order: Option<JointOrder>,
 }
 
-/// Reads a motion file of any known format (NPZ, CSV), at its own frame rate. A zip archive is taken for NPZ whatever its name is.
+/// Reads a motion file of any known format (NPZ, CSV, GMR's pickle), at its own frame rate. A zip archive is taken for NPZ and a pickle for
+/// GMR's whatever its name is.
 ///
 /// # Errors
 /// Names the file, the place, what was expected and what was found.
@@ -64,6 +69,8 @@ pub fn read_motion(
         Ok(clip)
     } else if has_extension(path, "csv") {
         read_csv(path, model, spec, options)
+    } else if begins_as_pickle(&head) || has_extension(path, "pkl") || has_extension(path, "pickle") {
+        read_gmr(path, model, spec, options)
     } else {
         Err(MotionError::Extension { path: path.to_owned() })
     }

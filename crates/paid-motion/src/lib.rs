@@ -1,4 +1,4 @@
-//! Motion clips and libraries: the NPZ and CSV formats, checks, resampling, what a clip's kick looks like, and kicks made from
+//! Motion clips and libraries: the NPZ and CSV formats, GMR's pickle, checks, resampling, what a clip's kick looks like, and kicks made from
 //! scratch.
 //!
 //! A [`Clip`] is in *model order* (see [`paid_robot`]); the orders of files are permuted by name on the way in. Every
@@ -15,10 +15,18 @@ mod error;
 mod file_tests;
 mod format;
 pub mod generate;
+mod gmr;
+#[cfg(test)]
+mod gmr_tests;
 mod kick;
 mod label;
 mod library;
+#[cfg(test)]
+mod mutate;
+#[cfg(test)]
+mod mutation_tests;
 mod npz;
+mod pickle;
 mod poses;
 mod read;
 mod resample;
@@ -29,13 +37,14 @@ mod write;
 
 pub use balance::{Balance, GRAVITY, balance, hull, support_margin};
 pub use clip::{Clip, KickLeg};
-pub use csv::{read_csv, write_csv};
+pub use csv::{parse_csv, read_csv, write_csv};
 pub use error::MotionError;
-pub use format::{JointOrder, ReadOptions, read_motion, write_motion};
+pub use format::{EXTENSIONS, JointOrder, ReadOptions, read_motion, write_motion};
+pub use gmr::{parse_gmr, read_gmr};
 pub use kick::{KickFacts, displacement_in_heading, kick_facts, lowest_point};
 pub use label::{KickLabel, fastest_kick};
 pub use library::MotionLibrary;
-pub use read::read_clip;
+pub use read::{parse_npz, read_clip};
 pub use resample::resample;
 pub use rotation::{rotation_log, slerp};
-pub use write::write_npz;
+pub use write::{write_npz, write_whole};

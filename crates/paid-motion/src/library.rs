@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use paid_robot::{RobotModel, RobotSpec};
 
+use crate::format::has_extension;
 use crate::generate::generate_builtin;
-use crate::{Clip, MotionError, read_clip, resample};
+use crate::{Clip, EXTENSIONS, MotionError, ReadOptions, read_clip, read_motion, resample};
 
 /// Clips at one frame rate, in the order of their paths.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +47,7 @@ impl MotionLibrary {
         Ok(Self { clips })
     }
 
-    /// Reads every `*.npz` below `dir` in sorted order, checks every key, permutes to model order by name, and
+    /// Reads every motion file ([`EXTENSIONS`]) below `dir` in sorted order, checks every key, permutes to model order by name, and
     /// resamples what is not at `control_rate_hz`.
     ///
     /// # Errors
@@ -74,8 +75,15 @@ impl MotionLibrary {
         if paths.is_empty() {
             return Err(MotionError::Empty { path: dir.to_owned() });
         }
-        let clips =
-            paths.iter().map(|path| read_clip(path, model, spec)).collect::<Result<_, MotionError>>()?;
+        let read = |path: &PathBuf| {
+            if has_extension(path, "npz") {
+                // These state the leg that kicks; elsewhere the faster foot decides.
+                read_clip(path, model, spec)
+            } else {
+                read_motion(path, model, spec, &ReadOptions::default())
+            }
+        };
+        let clips = paths.iter().map(read).collect::<Result<_, MotionError>>()?;
         Ok(Self { clips })
     }
 
@@ -103,7 +111,7 @@ fn collect(dir: &Path, paths: &mut Vec<PathBuf>) -> Result<(), MotionError> {
         // The type of the entry itself: a link to a folder is not followed, so a loop cannot trap us.
         if entry.file_type().map_err(io)?.is_dir() {
             collect(&path, paths)?;
-        } else if path.extension().is_some_and(|e| e == "npz") {
+        } else if EXTENSIONS.iter().any(|e| has_extension(&path, e)) {
             paths.push(path);
         }
     }

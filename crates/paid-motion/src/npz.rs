@@ -1,7 +1,7 @@
 //! Arrays in a zip archive: reading with checks, and nothing about motions.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use npyz::{DType, Deserialize, NpyFile, Order, TypeChar};
@@ -12,10 +12,14 @@ use crate::MotionError;
 /// An array of more bytes than this is no motion [bytes]: an hour of a humanoid at 50 Hz is a tenth of it.
 const LARGEST_ENTRY: u64 = 1 << 30;
 
+/// Where an archive comes from.
+trait Source: Read + Seek {}
+impl<T: Read + Seek> Source for T {}
+
 /// An opened archive.
 pub(crate) struct Npz {
     path: PathBuf,
-    archive: ZipArchive<BufReader<File>>,
+    archive: ZipArchive<Box<dyn Source>>,
 }
 
 /// A numeric array of any float or integer type, as `f64`, row-major.
@@ -27,7 +31,16 @@ pub(crate) struct Numbers {
 impl Npz {
     pub fn open(path: &Path) -> Result<Self, MotionError> {
         let file = File::open(path).map_err(|source| MotionError::Io { path: path.to_owned(), source })?;
-        let archive = ZipArchive::new(BufReader::new(file))
+        Self::new(path, Box::new(BufReader::new(file)))
+    }
+
+    /// From the bytes of a file; `path` names it.
+    pub fn from_bytes(path: &Path, bytes: Vec<u8>) -> Result<Self, MotionError> {
+        Self::new(path, Box::new(Cursor::new(bytes)))
+    }
+
+    fn new(path: &Path, source: Box<dyn Source>) -> Result<Self, MotionError> {
+        let archive = ZipArchive::new(source)
             .map_err(|e| MotionError::Archive { path: path.to_owned(), problem: e.to_string() })?;
         Ok(Self { path: path.to_owned(), archive })
     }

@@ -27,6 +27,21 @@ pub fn read_clip(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Cl
     read_arrays(npz, path, model, spec, kick_leg)
 }
 
+/// As [`read_clip`], from the bytes of a file; `path` names it.
+///
+/// # Errors
+/// As [`read_clip`].
+pub fn parse_npz(
+    bytes: Vec<u8>,
+    path: &Path,
+    model: &RobotModel,
+    spec: &RobotSpec,
+) -> Result<Clip, MotionError> {
+    let mut npz = Npz::from_bytes(path, bytes)?;
+    let kick_leg = label(&mut npz)?;
+    read_arrays(npz, path, model, spec, kick_leg)
+}
+
 /// As [`read_clip`], but the label may be missing: the clip is then labelled `right` and the second value is false.
 pub(crate) fn read_npz(
     path: &Path,

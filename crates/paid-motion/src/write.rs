@@ -35,7 +35,7 @@ pub fn write_npz(path: &Path, clip: &Clip, model: &RobotModel, spec: &RobotSpec)
 ///
 /// # Errors
 /// If either fails; an earlier file of that name is then untouched.
-pub(crate) fn write_whole(
+pub fn write_whole(
     path: &Path,
     extension: &str,
     write: impl FnOnce(&Path) -> io::Result<()>,

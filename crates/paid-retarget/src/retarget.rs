@@ -50,7 +50,7 @@ impl Default for RetargetOptions {
             speed_share: Some(1.0),
             kick_leg: None,
             licence: None,
-            limits: SolveLimits { steps: 30, share: 1e-4 },
+            limits: SolveLimits { steps: 30, share: 1e-3 },
         }
     }
 }

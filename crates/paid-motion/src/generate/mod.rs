@@ -42,6 +42,8 @@ const ROUNDS: usize = 5;
 const TOLERANCES: [f64; 2] = [1e-3, 5e-4];
 /// Steps beyond the fewest that are tried.
 const EXTRA_STEPS: usize = 3;
+/// By how much a follow-through that is beyond the leg is shortened, in turn [m].
+const SHORTER: [f64; 3] = [0.0, 0.04, 0.08];
 
 /// Why a kick cannot be made.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -134,17 +136,20 @@ pub fn generate_kick(
     let trial = Plan::new(&figure, &request.style, ball, 0.0, 0)?;
     let stand = Course::new(&figure, trial, &request.style).first();
     let anchor = poses(&figure, &stand)[figure.anchor].pos.x();
-    // The plan knows strides, not joints: where the legs do not reach, one more step helps.
-    let attempt = |extra: usize| {
-        let plan = Plan::new(&figure, &request.style, ball, -anchor, extra)?;
-        Course::new(&figure, plan, &request.style).run()
+    // The plan knows strides, not joints: where the legs do not reach, one more step helps, and then a shorter follow-through.
+    let attempt = |shorter: f64, extra: usize| {
+        let style = KickStyle { through: request.style.through - shorter, ..request.style };
+        let plan = Plan::new(&figure, &style, ball, -anchor, extra)?;
+        Course::new(&figure, plan, &style).run()
     };
-    let mut made = attempt(0);
-    for extra in 1..=EXTRA_STEPS {
+    let mut made = attempt(0.0, 0);
+    for (shorter, extra) in
+        SHORTER.into_iter().flat_map(|s| (0..=EXTRA_STEPS).map(move |extra| (s, extra))).skip(1)
+    {
         if !matches!(made, Err(GenerateError::Reach { .. })) {
             break;
         }
-        made = attempt(extra);
+        made = attempt(shorter, extra);
     }
     let (mut frames, plan) = made?;
     let contact_frame = (plan.kick.contact * FPS).round() as usize;
