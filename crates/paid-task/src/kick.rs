@@ -15,6 +15,8 @@ pub(crate) struct KickState<V> {
     pub touched: V,
     /// The first contact was the labelled foot's.
     pub correct: V,
+    /// Control steps until a contact counts as a kick.
+    pub wait: V,
     /// Control steps since the first contact.
     pub since: V,
     /// Control steps left for which the outcome pays.
@@ -71,6 +73,7 @@ impl<V: Real> KickState<V> {
             label: V::one(),
             touched: zero,
             correct: zero,
+            wait: zero,
             since: zero,
             window: zero,
             z_opened: zero,
@@ -86,12 +89,13 @@ impl<V: Real> KickState<V> {
     }
 
     /// Every number, for reset and save.
-    pub(crate) fn fields(&mut self) -> [&mut V; 16] {
+    pub(crate) fn fields(&mut self) -> [&mut V; 17] {
         let [x, y, z] = &mut self.before.0;
         [
             &mut self.label,
             &mut self.touched,
             &mut self.correct,
+            &mut self.wait,
             &mut self.since,
             &mut self.window,
             &mut self.z_opened,
@@ -108,13 +112,14 @@ impl<V: Real> KickState<V> {
         ]
     }
 
-    /// Begins an episode in one lane.
-    pub(crate) fn reset_lane(&mut self, lane: usize, kick_foot: usize, ball: [f64; 3]) {
+    /// Begins an episode in one lane; no contact counts as a kick for the first `wait` control steps.
+    pub(crate) fn reset_lane(&mut self, lane: usize, kick_foot: usize, ball: [f64; 3], wait: usize) {
         for field in self.fields() {
             field.set_lane(lane, 0.0);
         }
         self.label.set_lane(lane, if kick_foot == 0 { -1.0 } else { 1.0 });
         self.before.set_lane(lane, ball);
+        self.wait.set_lane(lane, wait as f64);
     }
 
     /// Takes in the state after a control step.
@@ -130,7 +135,9 @@ impl<V: Real> KickState<V> {
         let first = ball.robot_force.gt(V::c(preset.contact_force_n)).and(untouched);
         let right = (ball.pos - feet[1]).norm2().lt((ball.pos - feet[0]).norm2());
         let side = V::select(right, one, -one);
-        let correct = first.and((side * self.label).gt(V::zero()));
+        let in_time = self.wait.lt(V::c(0.5));
+        self.wait = (self.wait - one).max(V::zero());
+        let correct = first.and((side * self.label).gt(V::zero())).and(in_time);
         self.since = V::select(untouched, V::zero(), self.since + one);
         self.touched = V::select(first, one, self.touched);
         self.correct = V::select(correct, one, self.correct);
@@ -197,6 +204,7 @@ mod tests {
             z_min_speed: 0.5,
             min_ball_speed: 0.5,
             full_ball_speed: 0.0,
+            early_s: 0.0,
         }
     }
 
@@ -216,7 +224,7 @@ mod tests {
     #[test]
     fn the_first_hard_contact_with_the_labelled_foot_pays_once() {
         let mut kick = KickState::<f64>::new();
-        kick.reset_lane(0, 1, [0.0, 0.0, 0.11]);
+        kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
         let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, &preset());
         assert!(!soft.first && !soft.window);
         let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.01), FEET, &preset());
@@ -229,9 +237,24 @@ mod tests {
     }
 
     #[test]
+    fn a_touch_before_its_time_is_no_kick_and_spoils_the_later_one() {
+        for (soft_steps, pays) in [(1, false), (2, true)] {
+            let mut kick = KickState::<f64>::new();
+            kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 2);
+            for _ in 0..soft_steps {
+                kick.advance(&ball(0.0, [0.0; 3], 0.0), FEET, &preset());
+            }
+            let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, &preset());
+            assert_eq!((hit.first, hit.correct, hit.window), (true, pays, pays), "{soft_steps}");
+            let later = kick.advance(&ball(50.0, [0.0, -5.0, 0.1], 0.0), FEET, &preset());
+            assert_eq!((later.first, later.window), (false, pays), "{soft_steps}");
+        }
+    }
+
+    #[test]
     fn the_wrong_foot_touches_but_does_not_pay() {
         let mut kick = KickState::<f64>::new();
-        kick.reset_lane(0, 0, [0.0, 0.0, 0.11]);
+        kick.reset_lane(0, 0, [0.0, 0.0, 0.11], 0);
         let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, &preset());
         assert!(hit.first && !hit.correct && !hit.window && kick.touched == 1.0 && kick.correct == 0.0);
     }
@@ -240,7 +263,7 @@ mod tests {
     fn outcome_keeps_the_best_speed_and_the_goal() {
         let (goal, heading) = (Vec3([0.0, -5.0, 0.11]), [0.0, -1.0]);
         let mut kick = KickState::<f64>::new();
-        kick.reset_lane(0, 1, [0.0, 0.0, 0.11]);
+        kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
         let hit = ball(50.0, [0.3, -3.0, 0.0], -0.01);
         kick.advance(&hit, FEET, &preset());
         kick.observe_outcome(&hit, goal, heading, 5, 1.0);

@@ -119,6 +119,10 @@ pub struct KickPreset {
     /// from `min_ball_speed` on, so that a ball that will not reach the goal pays as much as one that will.
     #[serde(default)]
     pub full_ball_speed: f64,
+    /// How long before the reference's strike the first contact may come and still pay [s]; 0: at any time. A touch in walking
+    /// otherwise pays a little, and is learnt where the ball lies in the way of a step.
+    #[serde(default)]
+    pub early_s: f64,
 }
 
 /// All reward terms; `weight = 0` switches one off. Every term is multiplied by its weight and by the control period.

@@ -185,7 +185,12 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.goal.set_lane(lane, start.goal);
             task.heading[0].set_lane(lane, facts.heading.cos());
             task.heading[1].set_lane(lane, facts.heading.sin());
-            task.kick.reset_lane(lane, facts.kick_foot, start.state.ball_pos);
+            let early_s = self.config.preset.rewards.kick.early_s;
+            let early = (early_s / self.config.dt_s).round() as usize;
+            // The episode's first step is scored against the frame after the start.
+            let wait = facts.strike_frame.saturating_sub(early + start.frame + 1);
+            let wait = if early_s > 0.0 { wait } else { 0 };
+            task.kick.reset_lane(lane, facts.kick_foot, start.state.ball_pos, wait);
             task.episode_return.set_lane(lane, 0.0);
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);

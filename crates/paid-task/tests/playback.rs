@@ -323,6 +323,17 @@ fn a_kick_with_the_labelled_foot_pays_contact_swing_and_outcome() {
 }
 
 #[test]
+fn a_touch_long_before_the_strike_pays_nothing() {
+    // The reference strikes in frame 40; 0.2 s are ten frames.
+    for (kick_at, pays) in [(29, 0), (30, 1), (40, 1)] {
+        let mut early = task("stage2", &["rewards.kick.early_s=0.2"], 1, kick_at);
+        steps(&mut early, FRAMES - 1);
+        let kick = early.take_metrics().kick;
+        assert_eq!((kick.contacts, kick.correct_foot), (1, pays), "{kick_at}");
+    }
+}
+
+#[test]
 fn a_kick_with_the_other_foot_pays_nothing() {
     let mut left = task("stage2", &[], 0, 40);
     steps(&mut left, 50);
