@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::divergence::{Divergence, Trace, divergence};
+use crate::divergence::{Divergence, Trace, csv_fields, divergence, first_table};
 use crate::engine::Engine;
 use crate::episodes::Arena;
 use crate::metrics::statistics::Share;
@@ -134,34 +134,11 @@ impl AgreementReport {
             count([false, false])
         );
         for (title, disagreeing) in [("all trials", false), ("trials with different outcomes", true)] {
-            let _ = writeln!(out, "\nwhat went apart first, {title}\n{}", self.first_table(disagreeing));
+            let picked = self.pairs.iter().filter(|p| !disagreeing || p.goal[0] != p.goal[1]);
+            let first = first_table(picked.map(|p| p.first.as_ref()));
+            let _ = writeln!(out, "\nwhat went apart first, {title}\n{first}");
         }
         out
-    }
-
-    /// How often each quantity went apart first, and when.
-    fn first_table(&self, disagreeing: bool) -> Table {
-        let mut found: Vec<(&str, Vec<f64>)> = Vec::new();
-        let mut together = 0;
-        for pair in self.pairs.iter().filter(|p| !disagreeing || p.goal[0] != p.goal[1]) {
-            let Some(first) = &pair.first else {
-                together += 1;
-                continue;
-            };
-            match found.iter_mut().find(|(name, _)| *name == first.quantity) {
-                Some((_, times)) => times.push(first.time_s),
-                None => found.push((&first.quantity, vec![first.time_s])),
-            }
-        }
-        found.sort_by_key(|(name, times)| (usize::MAX - times.len(), *name));
-        let mut table = Table::new(&["quantity", "", "trials", "median time [s]"]);
-        for (name, times) in &mut found {
-            times.sort_by(f64::total_cmp);
-            let median = number(times[times.len() / 2], 2);
-            table.row([(*name).to_owned(), String::new(), times.len().to_string(), median]);
-        }
-        table.row(["none".into(), String::new(), together.to_string(), "-".into()]);
-        table
     }
 
     /// One line a trial.
@@ -171,10 +148,7 @@ impl AgreementReport {
              first_time_s,first_quantity,first_difference\n",
         );
         for p in &self.pairs {
-            let first = p
-                .first
-                .as_ref()
-                .map_or(",,".to_owned(), |f| format!("{:.2},{},{:.5}", f.time_s, f.quantity, f.difference));
+            let first = csv_fields(p.first.as_ref());
             let _ = writeln!(
                 out,
                 "{},{},{},{},{},{},{},{},{},{first}",

@@ -4,6 +4,7 @@ use paid_task::EnvSample;
 use serde::Serialize;
 
 use crate::episodes::{Ending, Observer};
+use crate::table::{Table, number};
 
 /// From these differences on a quantity counts as diverged: well above what a millisecond of contact timing does, well
 /// below what decides a shot.
@@ -34,6 +35,8 @@ struct Row {
 pub(crate) struct Traced<O> {
     pub watch: O,
     pub trace: Trace,
+    /// Whether there is a ball.
+    pub ball: bool,
 }
 
 impl<O: Observer> Observer for Traced<O> {
@@ -43,8 +46,8 @@ impl<O: Observer> Observer for Traced<O> {
             base: base.pos,
             rot: base.rot,
             joints: sample.joint_pos.iter().map(|q| *q as f32).collect(),
-            ball: sample.ball_pos,
-            ball_vel: sample.ball_vel,
+            ball: if self.ball { sample.ball_pos } else { [0.0; 3] },
+            ball_vel: if self.ball { sample.ball_vel } else { [0.0; 3] },
         });
         self.watch.observe(sample, ended)
     }
@@ -92,6 +95,36 @@ pub(crate) fn divergence(a: &Trace, b: &Trace, joints: &[String], control_dt_s: 
         }
     }
     None
+}
+
+/// How often each quantity went apart first, and when.
+pub(crate) fn first_table<'a>(firsts: impl Iterator<Item = Option<&'a Divergence>>) -> Table {
+    let mut found: Vec<(&str, Vec<f64>)> = Vec::new();
+    let mut together = 0;
+    for first in firsts {
+        let Some(first) = first else {
+            together += 1;
+            continue;
+        };
+        match found.iter_mut().find(|(name, _)| *name == first.quantity) {
+            Some((_, times)) => times.push(first.time_s),
+            None => found.push((&first.quantity, vec![first.time_s])),
+        }
+    }
+    found.sort_by_key(|(name, times)| (usize::MAX - times.len(), *name));
+    let mut table = Table::new(&["quantity", "", "trials", "median time [s]"]);
+    for (name, times) in &mut found {
+        times.sort_by(f64::total_cmp);
+        let median = number(times[times.len() / 2], 2);
+        table.row([(*name).to_owned(), String::new(), times.len().to_string(), median]);
+    }
+    table.row(["none".into(), String::new(), together.to_string(), "-".into()]);
+    table
+}
+
+/// Time, quantity and difference as three fields of a CSV row, empty without a divergence.
+pub(crate) fn csv_fields(first: Option<&Divergence>) -> String {
+    first.map_or(",,".to_owned(), |f| format!("{:.2},{},{:.5}", f.time_s, f.quantity, f.difference))
 }
 
 #[cfg(test)]

@@ -287,7 +287,7 @@ impl GapReport {
         let mut out = format!("{}\n", COLUMNS.join(","));
         for row in &self.rows {
             // Writing to a string cannot fail.
-            let _ = writeln!(out, "{}", row.cells().join(","));
+            let _ = writeln!(out, "{}", row.cells().map(|cell| cell.replace(',', ";")).join(","));
         }
         out
     }

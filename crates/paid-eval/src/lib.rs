@@ -1,7 +1,7 @@
 //! Scores a policy: how well it follows the motions, how well it shoots, and pictures of what it does.
 //!
 //! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments, which the built-in engine
-//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the two protocols; [`agreement`] compares the engines
+//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the two protocols; [`agreement`] and [`tracking_agreement`] compare the engines
 //! trial by trial, [`gap`] finds out which of their differences matter; [`picture`] draws.
 
 pub mod agreement;
@@ -18,6 +18,7 @@ pub mod picture;
 pub mod policy;
 mod protocol;
 pub mod table;
+pub mod tracking_agreement;
 
 pub use error::EvalError;
 pub use protocol::{shooting, tracking};

@@ -136,9 +136,13 @@ fn both_engines_run_the_same_trials() {
     assert_eq!(report["pairs"].as_array().map(Vec::len), Some(63));
     let csv = fs::read_to_string(folder.path().join("scores/both_static_trials.csv")).expect("the pairs");
     assert_eq!(csv.lines().count(), 64);
-    let args = ["eval", "tracking", "--policy", "run", "--engine", "both", "--starts", "0"];
+    let args =
+        ["eval", "tracking", "--policy", "run", "--engine", "both", "--starts", "1", "--out", "scores"];
     let table = succeeds(&paid(folder.path(), &args));
     assert!(table.contains("MuJoCo 3.") && table.contains("built-in"), "{table}");
+    assert!(table.contains("what went apart first") && table.contains("of 4 runs"), "{table}");
+    let csv = fs::read_to_string(folder.path().join("scores/both_tracking_runs.csv")).expect("the pairs");
+    assert_eq!(csv.lines().count(), 5);
 }
 
 #[test]

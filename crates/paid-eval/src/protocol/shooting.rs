@@ -166,12 +166,12 @@ pub(crate) fn evaluate_traced(
     policy: &PolicyMaker,
     options: &ShootingOptions,
 ) -> Result<(ShootingReport, Vec<(usize, Trace)>), EvalError> {
-    let observer = |_| Traced { watch: Watch::new(arena, options), trace: Trace::default() };
+    let observer = |_| Traced { watch: Watch::new(arena, options), trace: Trace::default(), ball: true };
     options.check()?;
     let trials = plan(arena, options)?;
     let watches = run(arena, policy, options, &trials, observer)?;
     let (mut outcomes, mut traces) = (Vec::new(), Vec::new());
-    for (i, Traced { watch, trace }) in watches {
+    for (i, Traced { watch, trace, .. }) in watches {
         outcomes.push(watch.outcome(trials[i].clone(), arena));
         traces.push((i, trace));
     }

@@ -7,7 +7,8 @@ mod score;
 use paid_task::{EvalOptions, ForcedStart};
 
 use crate::EvalError;
-use crate::episodes::{Arena, run_episodes};
+use crate::divergence::{Trace, Traced};
+use crate::episodes::{Arena, Observer, run_episodes};
 use crate::policy::PolicyMaker;
 use observer::Watch;
 
@@ -35,6 +36,34 @@ pub fn evaluate(
     policy: &PolicyMaker,
     options: &TrackingOptions,
 ) -> Result<TrackingReport, EvalError> {
+    let watches = run(arena, policy, options, |watch| watch)?;
+    let runs = watches.iter().map(|(_, exact, watch)| watch.score(*exact)).collect();
+    Ok(TrackingReport::new(arena, options, runs))
+}
+
+/// As [`evaluate`], with the number and the trace of every run in the report's order.
+pub(crate) fn evaluate_traced(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    options: &TrackingOptions,
+) -> Result<(TrackingReport, Vec<(usize, Trace)>), EvalError> {
+    let ball = arena.preset.scene.ball;
+    let watches = run(arena, policy, options, |watch| Traced { watch, trace: Trace::default(), ball })?;
+    let (mut runs, mut traces) = (Vec::new(), Vec::new());
+    for (i, exact, Traced { watch, trace, .. }) in watches {
+        runs.push(watch.score(exact));
+        traces.push((i, trace));
+    }
+    Ok((TrackingReport::new(arena, options, runs), traces))
+}
+
+/// The observers of the runs that ended, with their numbers and whether they began exactly.
+fn run<O: Observer>(
+    arena: &Arena,
+    policy: &PolicyMaker,
+    options: &TrackingOptions,
+    observer: impl Fn(Watch) -> O + Sync,
+) -> Result<Vec<(usize, bool, O)>, EvalError> {
     let motions = arena.library.len();
     if options.sets.len() != motions {
         return Err(EvalError::Option {
@@ -59,8 +88,7 @@ pub fn evaluate(
         ..EvalOptions::default()
     };
     let watches = run_episodes(arena, policy, &starts, control, longest, |trial| {
-        Watch::new(arena, starts[trial].motion, !options.limits)
+        observer(Watch::new(arena, starts[trial].motion, !options.limits))
     })?;
-    let runs: Vec<RunScore> = watches.iter().map(|(i, watch)| watch.score(!starts[*i].noise)).collect();
-    Ok(TrackingReport::new(arena, options, runs))
+    Ok(watches.into_iter().map(|(i, watch)| (i, !starts[i].noise, watch)).collect())
 }

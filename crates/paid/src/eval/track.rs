@@ -1,11 +1,12 @@
 //! `paid eval tracking`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
-use paid_eval::tracking::{self, TrackingOptions};
+use paid_eval::tracking::{self, TrackingOptions, TrackingReport};
+use paid_eval::tracking_agreement;
 
 use super::engine::EngineName;
 use super::progress::Progress;
@@ -24,7 +25,7 @@ pub struct Args {
     /// Runs end at the motion's end or a fall only, not at the limits of training: for policies that drift.
     #[arg(long)]
     no_limits: bool,
-    /// Print one line of JSON an engine.
+    /// Print one line of JSON.
     #[arg(long)]
     json: bool,
     /// Write JSON, table, a plot of the clips' errors and report.html to this folder.
@@ -32,39 +33,49 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Scores in one engine or in both, one after the other.
+/// Scores in one engine, or in both with a comparison.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common, "stage1")?;
     let options =
         TrackingOptions { starts: args.starts, sets: subject.sets.clone(), limits: !args.no_limits };
-    let engines = match args.common.engine {
-        EngineName::Both => vec![EngineName::Builtin, EngineName::Mujoco],
-        one => vec![one],
-    };
-    for engine in engines {
-        subject.arena.engine = subject.engine(engine);
-        let (monitor, progress) = Progress::start(args.json)?;
-        subject.arena.monitor = monitor;
+    subject.arena.engine = subject.engine(args.common.engine);
+    let (monitor, progress) = Progress::start(args.json)?;
+    subject.arena.monitor = monitor;
+    let (text, json) = if args.common.engine == EngineName::Both {
+        let report = tracking_agreement::evaluate(&subject.arena, &subject.scene, &*subject.maker, &options)
+            .map_err(Failure::input)?;
+        let timing = progress.finish();
+        if let Some(out) = &args.out {
+            write_tracking(out, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
+            write_tracking(out, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
+            let csv = out.join("both_tracking_runs.csv");
+            write_whole(&csv, report.csv().as_bytes()).map_err(Failure::input)?;
+            let text = out.join("both_tracking.txt");
+            write_whole(&text, report.table().as_bytes()).map_err(Failure::input)?;
+        }
+        let whole = Whole { kind: "tracking_agreement", policy: &subject.name, report: &report, timing };
+        let tables = [report.builtin.table(), report.mujoco.table(), report.table()];
+        (format!("{}\n{}", tables.join("\n"), timing.text()), to_json(&whole)?)
+    } else {
         let report = tracking::evaluate(&subject.arena, &*subject.maker, &options).map_err(Failure::input)?;
         let timing = progress.finish();
         let whole = Whole { kind: "tracking", policy: &subject.name, report: &report, timing };
         let json = to_json(&whole)?;
         if let Some(out) = &args.out {
-            let file = format!("{}_tracking.json", subject.arena.engine.name());
-            write_whole(&out.join(file), json.as_bytes()).map_err(Failure::input)?;
-            let name = |what: &str| out.join(format!("{}_tracking{what}", subject.arena.engine.name()));
-            write_whole(&name(".txt"), report.table().as_bytes()).map_err(Failure::input)?;
-            report.error_bars().figure().save(&name("_errors")).map_err(Failure::input)?;
-            write_report(out).map_err(Failure::input)?;
+            write_tracking(out, subject.arena.engine.name(), &report, &json)?;
         }
-        if args.json {
-            println!("{json}");
-        } else {
-            println!("{}\n{}\n", report.table(), timing.text());
-        }
-        if subject.arena.monitor.stopped() {
-            break;
-        }
+        (format!("{}\n{}", report.table(), timing.text()), json)
+    };
+    if let Some(out) = &args.out {
+        write_report(out).map_err(Failure::input)?;
     }
+    println!("{}", if args.json { json } else { text });
     Ok(ended(&subject.arena.monitor))
+}
+
+fn write_tracking(out: &Path, engine: &str, report: &TrackingReport, json: &str) -> Result<(), Failure> {
+    let file = |what: &str| out.join(format!("{engine}_tracking{what}"));
+    write_whole(&file(".json"), json.as_bytes()).map_err(Failure::input)?;
+    write_whole(&file(".txt"), report.table().as_bytes()).map_err(Failure::input)?;
+    report.error_bars().figure().save(&file("_errors")).map_err(Failure::input)
 }

@@ -38,7 +38,7 @@ impl ShootingReport {
         ]
     }
 
-    /// Where robot and ball went, in at most [`DRAWN`] trials that are spread evenly over all.
+    /// Where robot and ball went, in at most a thousand trials that are spread evenly over all.
     pub fn paths(&self) -> Figure {
         let every = self.trials.len().div_ceil(DRAWN).max(1);
         let drawn = self.trials.iter().step_by(every);
