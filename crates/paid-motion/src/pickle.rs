@@ -3,11 +3,15 @@
 //!
 //! Opcodes as documented in Python's `pickletools`, protocols 0 to 5; the reductions are those of numpy's `ndarray`, `dtype` and scalars.
 
+mod arrays;
+mod calls;
+mod value;
+
 use std::cell::Cell;
 use std::collections::HashMap;
 
-/// Index of an object of the [`Machine`].
-pub(crate) type Id = usize;
+use value::function;
+pub(crate) use value::{Id, Value};
 
 /// What went wrong, and at which byte.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,57 +19,6 @@ pub(crate) struct PickleError {
     pub offset: usize,
     pub expected: String,
     pub found: String,
-}
-
-/// Type of the numbers of an array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kind {
-    /// numpy's letter: f, i, u or b.
-    letter: u8,
-    /// Bytes.
-    size: usize,
-    big_endian: bool,
-}
-
-/// An object.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Value {
-    None,
-    Int(i64),
-    Float(f64),
-    Text(String),
-    Bytes(Vec<u8>),
-    List(Vec<Id>),
-    Dict(Vec<(Id, Id)>),
-    Tuple(Vec<Id>),
-    /// A built-in function or class.
-    Function(Function),
-    Kind(Kind),
-    /// Shape, type, Fortran order, bytes; empty until it is built.
-    Array(Vec<usize>, Option<(Kind, bool, Id)>),
-}
-
-/// What may be called.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Function {
-    Reconstruct,
-    Scalar,
-    FromBuffer,
-    NdArray,
-    DType,
-    Encode,
-}
-
-fn function(module: &str, name: &str) -> Option<Function> {
-    match (module, name) {
-        ("numpy.core.multiarray" | "numpy._core.multiarray", "_reconstruct") => Some(Function::Reconstruct),
-        ("numpy.core.multiarray" | "numpy._core.multiarray", "scalar") => Some(Function::Scalar),
-        ("numpy.core.numeric" | "numpy._core.numeric", "_frombuffer") => Some(Function::FromBuffer),
-        ("numpy", "ndarray") => Some(Function::NdArray),
-        ("numpy", "dtype") => Some(Function::DType),
-        ("_codecs", "encode") => Some(Function::Encode),
-        _ => None,
-    }
 }
 
 /// Runs the opcodes; objects live in an arena, so that what is shared or changed later is one object.
@@ -396,179 +349,6 @@ impl<'a> Machine<'a> {
         all[..length].copy_from_slice(bytes);
         self.push(Value::Int(i64::from_le_bytes(all)));
         Ok(())
-    }
-
-    fn arguments(&self, id: Id) -> Result<&[Id]> {
-        match self.get(id) {
-            Value::Tuple(items) if items.len() <= 16 => Ok(items),
-            other => Err(self.error("arguments", other.name())),
-        }
-    }
-
-    /// Calls a built-in function.
-    fn reduce(&mut self) -> Result<()> {
-        let (arguments, callee) = (self.pop()?, self.pop()?);
-        let Value::Function(function) = *self.get(callee) else {
-            return Err(self.error("a function", self.get(callee).name()));
-        };
-        let ids = self.arguments(arguments)?;
-        let values: Vec<&Value> = ids.iter().map(|id| self.get(*id)).collect();
-        let value = match (function, &values[..]) {
-            (Function::Reconstruct, [Value::Function(Function::NdArray), ..]) => {
-                Value::Array(Vec::new(), None)
-            }
-            (Function::DType, [Value::Text(name), ..]) => Value::Kind(self.kind(name)?),
-            (Function::Encode, [Value::Text(text), ..]) => {
-                // Calls cost a few bytes of the file: without a bound a small file could ask for all memory.
-                self.encoded.set(self.encoded.get() + text.len());
-                if self.encoded.get() > 2 * self.bytes.len() {
-                    return Err(self.error("each text encoded once", "a text encoded again and again"));
-                }
-                match text.chars().map(|c| u8::try_from(c).ok()).collect() {
-                    Some(bytes) => Value::Bytes(bytes),
-                    None => return Err(self.error("a text of Latin letters", "others")),
-                }
-            }
-            (Function::Scalar, [Value::Kind(kind), Value::Bytes(bytes)]) if bytes.len() == kind.size => {
-                Value::Float(kind.numbers(bytes)[0])
-            }
-            (
-                Function::FromBuffer,
-                [Value::Bytes(_), Value::Kind(kind), Value::Tuple(shape), Value::Text(order)],
-            ) => Value::Array(self.shape(shape)?, Some((*kind, order == "F", ids[0]))),
-            _ => return Err(self.error("arguments as numpy gives them", format!("others for {function:?}"))),
-        };
-        self.push(value);
-        Ok(())
-    }
-
-    fn kind(&self, name: &str) -> Result<Kind> {
-        let (letter, size) = name.split_at_checked(1).unwrap_or(("", ""));
-        match (letter.as_bytes(), size.parse()) {
-            ([letter @ b'f'], Ok(size @ (4 | 8)))
-            | ([letter @ (b'i' | b'u')], Ok(size @ (1 | 2 | 4 | 8)))
-            | ([letter @ b'b'], Ok(size @ 1)) => Ok(Kind { letter: *letter, size, big_endian: false }),
-            _ => Err(self.error("numbers of type f4, f8, i1 to i8 or b1", format!("type '{}'", shown(name)))),
-        }
-    }
-
-    fn shape(&self, ids: &[Id]) -> Result<Vec<usize>> {
-        if ids.len() > 8 {
-            return Err(self.error("a shape of at most 8 sizes", ids.len().to_string()));
-        }
-        let size = |id: &Id| match self.get(*id) {
-            Value::Int(n) => usize::try_from(*n).ok(),
-            _ => None,
-        };
-        ids.iter().map(size).collect::<Option<Vec<_>>>().ok_or_else(|| self.error("a shape", "other objects"))
-    }
-
-    /// Gives an array or a type its state.
-    fn build(&mut self) -> Result<()> {
-        let state = self.pop()?;
-        let target = self.top()?;
-        let ids = self.arguments(state)?;
-        let values: Vec<&Value> = ids.iter().map(|id| self.get(*id)).collect();
-        let built = match (self.get(target), &values[..]) {
-            (Value::Kind(kind), [_, Value::Text(order), ..]) => {
-                Value::Kind(Kind { big_endian: order == ">", ..*kind })
-            }
-            (
-                Value::Array(..),
-                [_, Value::Tuple(shape), Value::Kind(kind), Value::Int(fortran), Value::Bytes(_)],
-            ) => Value::Array(self.shape(shape)?, Some((*kind, *fortran != 0, ids[4]))),
-            (other, _) => return Err(self.error("a numpy array or type to build", other.name())),
-        };
-        self.objects[target] = built;
-        Ok(())
-    }
-
-    /// An array, or nested lists of numbers, as shape and numbers in row-major order; `None` if it is neither.
-    pub fn numbers(&self, id: Id) -> Option<(Vec<usize>, Vec<f64>)> {
-        match self.get(id) {
-            Value::Int(n) => Some((Vec::new(), vec![*n as f64])),
-            Value::Float(x) => Some((Vec::new(), vec![*x])),
-            Value::Array(shape, Some((kind, fortran, bytes))) => {
-                let Value::Bytes(bytes) = self.get(*bytes) else { return None };
-                let count = shape.iter().try_fold(1usize, |n, s| n.checked_mul(*s))?;
-                if count.checked_mul(kind.size)? != bytes.len() {
-                    return None;
-                }
-                let values = kind.numbers(bytes);
-                match (fortran, &shape[..]) {
-                    (true, &[rows, columns]) => {
-                        let at = |i: usize| values[i % columns * rows + i / columns];
-                        Some((shape.clone(), (0..count).map(at).collect()))
-                    }
-                    (true, [_, _, _, ..]) => None,
-                    _ => Some((shape.clone(), values)),
-                }
-            }
-            // Lists of numbers or of such lists, no deeper.
-            Value::List(items) | Value::Tuple(items) => {
-                let rows: Option<Vec<Vec<f64>>> = items.iter().map(|item| self.row(*item)).collect();
-                let rows = rows?;
-                let width = rows.first().map_or(0, Vec::len);
-                if rows.iter().any(|r| r.len() != width) {
-                    return None;
-                }
-                Some((vec![rows.len(), width], rows.concat()))
-            }
-            _ => None,
-        }
-    }
-
-    fn row(&self, id: Id) -> Option<Vec<f64>> {
-        match self.get(id) {
-            Value::Array(shape, _) if shape.len() == 1 => self.numbers(id).map(|(_, values)| values),
-            Value::List(items) | Value::Tuple(items) => {
-                let number = |item: &Id| match self.get(*item) {
-                    Value::Int(n) => Some(*n as f64),
-                    Value::Float(x) => Some(*x),
-                    _ => None,
-                };
-                items.iter().map(number).collect()
-            }
-            _ => None,
-        }
-    }
-}
-
-impl Kind {
-    fn numbers(self, bytes: &[u8]) -> Vec<f64> {
-        let number = |chunk: &[u8]| {
-            let mut all = [0u8; 8];
-            all[..self.size].copy_from_slice(chunk);
-            if self.big_endian {
-                all[..self.size].reverse();
-            }
-            let unsigned = u64::from_le_bytes(all);
-            let shift = 64 - 8 * self.size as u32;
-            match (self.letter, self.size) {
-                (b'f', 4) => f64::from(f32::from_bits(unsigned as u32)),
-                (b'f', _) => f64::from_bits(unsigned),
-                (b'i', _) => ((unsigned << shift) as i64 >> shift) as f64,
-                _ => unsigned as f64,
-            }
-        };
-        bytes.chunks_exact(self.size).map(number).collect()
-    }
-}
-
-impl Value {
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::None => "None",
-            Self::Int(_) | Self::Float(_) => "a number",
-            Self::Text(_) => "a text",
-            Self::Bytes(_) => "bytes",
-            Self::List(_) => "a list",
-            Self::Dict(_) => "a dictionary",
-            Self::Tuple(_) => "a tuple",
-            Self::Function(_) => "a function",
-            Self::Kind(_) => "a numpy type",
-            Self::Array(..) => "a numpy array",
-        }
     }
 }
 

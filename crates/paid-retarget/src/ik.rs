@@ -268,6 +268,7 @@ fn moved(pose: &Pose, step: &[f64]) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     fn goals_of(solver: &Solver<'_>, pose: &Pose) -> Vec<Goal> {
         let poses = solver.forward(pose);
@@ -323,6 +324,36 @@ mod tests {
         assert!(solved.cost < 1e-9 && solved.steps < 30, "{solved:?}");
         for (a, b) in pose.joints.iter().zip(&there.joints) {
             assert!((a - b).abs() < 1e-4, "{a} {b}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+        #[test]
+        fn goals_made_of_a_pose_lead_back_to_it(
+            shares in proptest::collection::vec(0.1..0.9_f64, 29),
+            off in proptest::collection::vec(-0.15..0.15_f64, 29),
+            place in proptest::array::uniform3(-1.0..1.0_f64),
+            yaw in -3.0..3.0_f64,
+        ) {
+            let model = RobotModel::g1();
+            let mut solver = Solver::new(&model, &Table::smplx_to_g1()).expect("a table for this robot");
+            // Joints in the middle half of a reach of half a radian about zero.
+            let joints: Vec<f64> = solver.range.iter().zip(&shares).map(|(r, s)| {
+                let (low, high) = (r[0].max(-0.5), r[1].min(0.5));
+                low + s * (high - low)
+            }).collect();
+            let base_quat = Quat::from_roll_pitch_yaw(0.1, 0.2, yaw).0;
+            let there = Pose { base_pos: place, base_quat, joints };
+            let goals = goals_of(&solver, &there);
+            let mut pose = there.clone();
+            for (j, q) in pose.joints.iter_mut().enumerate() {
+                *q = (*q + off[j]).clamp(solver.range[j][0], solver.range[j][1]);
+            }
+            solver.solve(&mut pose, &goals, 1, None, SolveLimits { steps: 100, share: 1e-12 });
+            for (a, b) in pose.joints.iter().zip(&there.joints) {
+                prop_assert!((a - b).abs() < 1e-3, "{a} {b}");
+            }
         }
     }
 

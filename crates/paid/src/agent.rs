@@ -19,7 +19,7 @@ pub struct Args {
     /// Built-in run preset or the path of a preset file.
     #[arg(long, value_name = "NAME|FILE", default_value = "stage1")]
     preset: String,
-    /// Folder of the motion files (.npz, searched recursively) [default: the built-in kicks].
+    /// Folder of the motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Control steps.

@@ -8,6 +8,7 @@ mod eval;
 mod export;
 mod failure;
 mod motion;
+mod play;
 mod stop;
 mod sysid;
 mod train;
@@ -30,8 +31,10 @@ enum Command {
     Train(train::Args),
     /// Score a policy.
     Eval(Box<eval::Args>),
-    /// Look at motion files.
+    /// Make, check, convert and retarget motion files.
     Motion(motion::Args),
+    /// Record moving pictures of a motion, or of a human and the robot that follows.
+    Play(play::Args),
     /// Write a policy as ONNX.
     Export(export::Args),
     /// Measure speed.
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
         Command::Train(args) => train::run(args),
         Command::Eval(args) => eval::run(*args),
         Command::Motion(args) => motion::run(args),
+        Command::Play(args) => play::run(&args),
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Sysid(args) => sysid::run(*args),

@@ -10,6 +10,8 @@ use std::process::ExitCode;
 
 use crate::failure::Failure;
 
+pub use retarget::{How, retarget_file};
+
 /// Arguments of `paid motion`.
 #[derive(Debug, clap::Args)]
 pub struct Args {

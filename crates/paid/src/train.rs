@@ -28,7 +28,7 @@ pub struct Args {
     /// Continue the run in the output folder where its last checkpoint left it.
     #[arg(long)]
     resume: bool,
-    /// Folder of the motion files (.npz, searched recursively) [default: the built-in kicks].
+    /// Folder of the motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/stage1 or runs/stage2; runs for both].

@@ -1,6 +1,8 @@
 //! `paid motion` from end to end, and commands without motions of the user's.
 
 mod common;
+#[path = "../../paid-retarget/tests/common/mod.rs"]
+mod human;
 
 use std::fs;
 
@@ -39,9 +41,10 @@ fn one_kick_goes_through_csv_and_back() {
     let text =
         succeeds(&paid(folder.path(), &["motion", "convert", "one/kick_right.csv", "--out", "one/back.npz"]));
     assert!(text.contains("right foot") && text.contains("MIT OR Apache-2.0"), "{text}");
-    for file in ["one", "one/kick_right.csv"] {
+    // A folder holds motions of every format.
+    for (file, count) in [("one", 2), ("one/kick_right.csv", 1)] {
         let table = succeeds(&paid(folder.path(), &["motion", "check", file]));
-        assert!(table.ends_with("1 clips: 1 pass, 0 warn, 0 fail\n"), "{table}");
+        assert!(table.ends_with(&format!("{count} clips: {count} pass, 0 warn, 0 fail\n")), "{table}");
     }
 }
 
@@ -78,4 +81,36 @@ fn training_without_motions_uses_the_built_in_ones() {
     assert_eq!(succeeds(&paid(folder.path(), &train)), "");
     let zero = ["agent", "zero", "--preset", "stage2", "--steps", "5", "--envs", "16"];
     assert!(succeeds(&paid(folder.path(), &zero)).contains("reward/body_pos"));
+}
+
+#[test]
+fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
+    let args = ["motion", "retarget", "kick.bvh", "--robot", "g1", "--label", "auto", "--licence", "ours"];
+    let text = succeeds(&paid(folder.path(), &[&args[..], &["--out", "kick.npz"]].concat()));
+    assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
+    let info = json(&succeeds(&paid(folder.path(), &["motion", "info", ".", "--json"])));
+    assert_eq!((info[0]["kick_leg"].as_str(), info[0]["licence"].as_str()), (Some("right"), Some("ours")));
+    let report = json(&succeeds(&paid(
+        folder.path(),
+        &["motion", "retarget", "kick.bvh", "--slow", "2", "--out", "slow.csv", "--json"],
+    )));
+    assert_eq!((report["frames"].as_u64(), report["time_scale"].as_f64()), (Some(216), Some(2.0)));
+    for (input, out) in [("kick.bvh", "both.gif"), ("slow.csv", "slow.png"), ("kick.npz", "frames")] {
+        let args = ["play", input, "--record", out, "--size", "96x64", "--pictures", "4"];
+        assert!(succeeds(&paid(folder.path(), &args)).contains("pictures of"), "{input}");
+    }
+    assert!(folder.path().join("frames/frame_0008.png").is_file());
+    assert!(fs::read(folder.path().join("both.gif")).expect("written").starts_with(b"GIF89a"));
+    // Refusals.
+    let error = refuses(&paid(folder.path(), &["play", "kick.npz", "--record", "a.mp4"]));
+    assert!(error.contains("expected a name that ends in .gif or .png, or a folder"), "{error}");
+    let error = refuses(&paid(folder.path(), &["play", "--clip", "none", "--record", "a.gif"]));
+    assert!(error.contains("one of ") && error.contains("found 'none'"), "{error}");
+    let error = refuses(&paid(folder.path(), &["motion", "check", "kick.bvh"]));
+    assert!(error.contains("paid motion retarget"), "{error}");
+    fs::write(folder.path().join("bad.bvh"), "HIERARCHY\nROOT\n{\n").expect("written");
+    let error = refuses(&paid(folder.path(), &["motion", "retarget", "bad.bvh", "--out", "a.npz"]));
+    assert!(error.contains("bad.bvh:3:1: expected the name of a joint"), "{error}");
 }

@@ -117,6 +117,10 @@ impl Canvas {
         }
         out
     }
+    /// Red, green and blue of all pixels, row by row.
+    pub fn bytes(&self) -> &[u8] {
+        self.pixels.as_flattened()
+    }
     /// The image as a PNG file's bytes.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
-//! Pictures without dependencies beyond the PNG encoder: heat maps, path plots, and the robot itself.
+//! Pictures without dependencies beyond the PNG and GIF encoders: heat maps, path plots, the robot itself, and animations.
 
+mod animation;
 mod bars;
 mod canvas;
 mod figure;
@@ -9,10 +10,11 @@ mod paths;
 mod robot;
 mod scene;
 
+pub use animation::{Animation, Kind};
 pub use bars::Bars;
 pub use canvas::{Canvas, Rgb};
 pub use figure::{Anchor, Figure, escape};
 pub use heatmap::{HeatMap, color_of};
 pub use paths::{Path, plot_paths};
-pub use robot::{Film, Pose, film_strip, frame};
+pub use robot::{Film, Pose, draw_robot, film_frame, film_strip, frame};
 pub use scene::{Camera, Scene};

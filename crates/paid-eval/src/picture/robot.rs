@@ -65,6 +65,7 @@ const SHELL: Rgb = [205, 208, 214];
 const BONE: Rgb = [95, 100, 112];
 const SOLE: Rgb = [70, 74, 84];
 const BALL: Rgb = [245, 150, 40];
+const TRAIL: Rgb = [235, 190, 120];
 const POST: Rgb = [250, 250, 250];
 
 /// A picture of `width` x `height` pixels that looks over the robot's side to the goal. `ball_radius` in m; `None` without a ball;
@@ -72,6 +73,34 @@ const POST: Rgb = [250, 250, 250];
 pub fn frame(
     model: &RobotModel,
     pose: &Pose,
+    ball_radius: Option<f64>,
+    half_width: f64,
+    size: [usize; 2],
+) -> Canvas {
+    picture(model, pose, &[], ball_radius, half_width, size)
+}
+
+/// As [`frame`], for pose `index` of a film, with the ball's way up to then.
+///
+/// # Panics
+/// If the film has no such pose.
+pub fn film_frame(
+    model: &RobotModel,
+    film: &Film,
+    index: usize,
+    ball_radius: Option<f64>,
+    half_width: f64,
+    size: [usize; 2],
+) -> Canvas {
+    let trail: Vec<[f64; 3]> =
+        film.poses[..index].iter().filter(|_| ball_radius.is_some()).map(|p| p.ball).collect();
+    picture(model, &film.poses[index], &trail, ball_radius, half_width, size)
+}
+
+fn picture(
+    model: &RobotModel,
+    pose: &Pose,
+    trail: &[[f64; 3]],
     ball_radius: Option<f64>,
     half_width: f64,
     [width, height]: [usize; 2],
@@ -84,14 +113,32 @@ pub fn frame(
     let camera = Camera { eye: at(-2.3, -2.3, 1.6), target: at(0.8, 0.2, 0.5), field: 0.72 };
     // Drawn at twice the size and halved: smooth edges.
     let mut scene = Scene::new(2 * width, 2 * height, camera);
-    for p in &pose.pos {
+    for p in trail {
+        scene.sphere(*p, 0.015, TRAIL);
+    }
+    draw_robot(&mut scene, model, &pose.pos, &pose.rot);
+    if let Some(radius) = ball_radius {
+        scene.shadow(pose.ball, radius);
+        scene.sphere(pose.ball, radius, BALL);
+        let post = |left: f64, up: f64| [pose.goal[0] - s * left, pose.goal[1] + c * left, up];
+        for side in [-half_width, half_width] {
+            scene.capsule([post(side, 0.0), post(side, 1.0)], 0.04, POST);
+        }
+        scene.capsule([post(-half_width, 1.0), post(half_width, 1.0)], 0.04, POST);
+    }
+    scene.finish().halved()
+}
+
+/// Draws the robot's contact shapes, the lines between its joints and its shadow: body origins `pos` [m] and frames `rot`, model order.
+pub fn draw_robot(scene: &mut Scene, model: &RobotModel, pos: &[[f64; 3]], rot: &[[[f64; 3]; 3]]) {
+    for p in pos {
         scene.shadow(*p, 0.07);
     }
-    for (i, body) in model.bodies.iter().enumerate().take(pose.pos.len()) {
-        let rot = paid_lanes::Mat3(pose.rot[i]);
-        let world = |p: [f64; 3]| (rot.mul_vec(Vec3(p)) + Vec3(pose.pos[i])).0;
+    for (i, body) in model.bodies.iter().enumerate().take(pos.len().min(rot.len())) {
+        let axes = paid_lanes::Mat3(rot[i]);
+        let world = |p: [f64; 3]| (axes.mul_vec(Vec3(p)) + Vec3(pos[i])).0;
         if let Some(parent) = body.parent {
-            scene.capsule([pose.pos[parent], pose.pos[i]], 0.028, BONE);
+            scene.capsule([pos[parent], pos[i]], 0.028, BONE);
         }
         for geom in body.geoms.iter().filter(|g| g.class != "referee") {
             let color = if geom.class == "sole" { SOLE } else { SHELL };
@@ -111,16 +158,6 @@ pub fn frame(
             }
         }
     }
-    if let Some(radius) = ball_radius {
-        scene.shadow(pose.ball, radius);
-        scene.sphere(pose.ball, radius, BALL);
-        let post = |left: f64, up: f64| [pose.goal[0] - s * left, pose.goal[1] + c * left, up];
-        for side in [-half_width, half_width] {
-            scene.capsule([post(side, 0.0), post(side, 1.0)], 0.04, POST);
-        }
-        scene.capsule([post(-half_width, 1.0), post(half_width, 1.0)], 0.04, POST);
-    }
-    scene.finish().halved()
 }
 
 /// `count` moments of an episode side by side in rows of four, evenly from the first to the last pose, or, if the ball was
@@ -149,7 +186,7 @@ pub fn film_strip(
     for k in 0..count {
         let t = from + ((to - from) * k).checked_div(count - 1).unwrap_or(0);
         let Some(pose) = film.poses.get(t) else { continue };
-        let mut image = frame(model, pose, ball_radius, half_width, SIZE);
+        let mut image = film_frame(model, film, t, ball_radius, half_width, SIZE);
         let label = format!("{:.2} S", f64::from(pose.step) * control_dt_s);
         image.text(8, 8, 3, [30; 3], &label);
         if pose.kicked {

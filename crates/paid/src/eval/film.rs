@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use paid_eval::episodes::run_episodes;
-use paid_eval::picture::{Canvas, Film, Path as BallPath, film_strip, frame, plot_paths};
+use paid_eval::picture::{Animation, Canvas, Film, Path as BallPath, film_frame, film_strip, plot_paths};
 use paid_eval::shooting::{self, Placement, ShootingOptions};
 use paid_task::ForcedStart;
 
@@ -24,7 +24,7 @@ pub struct Args {
     /// Index of the motion (see `paid motion info`) [default: the nearest to the ball, or the first].
     #[arg(long)]
     motion: Option<usize>,
-    /// Folder for the pictures: strip.png, paths.png and .svg, and numbered frames.
+    /// Folder for the pictures: strip.png, paths.png and .svg, numbered frames, and film.gif of them.
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
     /// Pictures a second of the numbered frames; 0 writes none.
@@ -70,10 +70,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     paths.save(&args.frames.join("paths")).map_err(Failure::input)?;
     if args.rate > 0 {
         let every = (1.0 / (f64::from(args.rate) * dt)).round().max(1.0) as usize;
-        for (i, pose) in film.poses.iter().step_by(every).enumerate() {
-            let image = frame(&arena.robot, pose, ball, half_width, [640, 480]);
+        let shown: Vec<usize> = (0..film.poses.len()).step_by(every).collect();
+        let gif = args.frames.join("film.gif");
+        let mut animation = Animation::create(&gif, [640, 480], 1.0 / (every as f64 * dt), shown.len())
+            .map_err(Failure::input)?;
+        for (i, &t) in shown.iter().enumerate() {
+            let image = film_frame(&arena.robot, film, t, ball, half_width, [640, 480]);
+            animation.add(&image).map_err(Failure::input)?;
             save(image, &format!("frame_{i:04}.png"))?;
         }
+        animation.finish().map_err(Failure::input)?;
     }
     let poses = film.poses.len();
     println!("{poses} control steps of motion {motion}: pictures in {}", args.frames.display());

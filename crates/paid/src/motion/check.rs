@@ -12,9 +12,9 @@ use crate::failure::Failure;
 /// Arguments of `paid motion check`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder with *.npz motion files, or one file (.npz, .csv) [default: the built-in kicks].
+    /// Folder with motion files, or one file (.npz, .csv, .pkl) [default: the built-in kicks].
     path: Option<PathBuf>,
-    /// Frames a second of a CSV file that does not state them.
+    /// Frames a second of a file that does not state them.
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).

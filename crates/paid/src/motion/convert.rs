@@ -11,7 +11,7 @@ use crate::failure::Failure;
 /// Arguments of `paid motion convert`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Motion file (.npz, .csv).
+    /// Motion file (.npz, .csv, GMR's .pkl).
     input: PathBuf,
     /// File to write; its name decides the format (.npz, .csv).
     #[arg(long, value_name = "FILE")]

@@ -38,7 +38,7 @@ pub struct How {
     /// Metres of a unit of length in a BVH file [default: 0.01].
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
-    /// Frames a second of an AMC file [default: 120].
+    /// Frames a second of a file that does not state them: AMC [default: 120], CSV.
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     /// Height of the human [m].
@@ -65,6 +65,13 @@ pub struct How {
     /// Terms of use to state in the clip: those of the human motion.
     #[arg(long)]
     licence: Option<String>,
+}
+
+impl How {
+    /// Frames a second that were given.
+    pub fn fps(&self) -> Option<f64> {
+        self.fps
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]

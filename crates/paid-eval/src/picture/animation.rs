@@ -1,0 +1,244 @@
+//! Moving pictures: GIF, animated PNG, or a folder of numbered PNG files.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter};
+use std::path::{Path, PathBuf};
+
+use super::Canvas;
+use crate::EvalError;
+
+/// What a file's name asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// `.gif`: 256 colours a frame; shown everywhere.
+    Gif,
+    /// `.png` or `.apng`: all colours; larger.
+    Apng,
+    /// A name without an extension: a folder of `frame_0000.png` and so on.
+    Folder,
+}
+
+impl Kind {
+    /// The kind that goes with a file name.
+    ///
+    /// # Errors
+    /// Any other extension.
+    pub fn of(path: &Path) -> Result<Self, EvalError> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        match extension.as_deref() {
+            Some("gif") => Ok(Self::Gif),
+            Some("png" | "apng") => Ok(Self::Apng),
+            None => Ok(Self::Folder),
+            Some(other) => Err(EvalError::Option {
+                option: "recording",
+                expected: "a name that ends in .gif or .png, or a folder".to_owned(),
+                found: format!("{} ('.{other}')", path.display()),
+            }),
+        }
+    }
+}
+
+enum Sink {
+    Gif(Box<gif::Encoder<BufWriter<File>>>),
+    Apng(Box<png::Writer<BufWriter<File>>>),
+    Folder,
+}
+
+/// An animation being written; the file appears under its name when it is finished.
+pub struct Animation {
+    path: PathBuf,
+    temporary: PathBuf,
+    size: [usize; 2],
+    /// Hundredths of a second a frame.
+    delay: u16,
+    frames: usize,
+    expected: usize,
+    sink: Option<Sink>,
+}
+
+impl Animation {
+    /// Begins an animation of `frames` pictures of `size` pixels (width, height) at `rate` a second.
+    ///
+    /// # Errors
+    /// An unknown extension, a size or number of frames that the format cannot hold, a file that cannot be made.
+    pub fn create(path: &Path, size: [usize; 2], rate: f64, frames: usize) -> Result<Self, EvalError> {
+        let kind = Kind::of(path)?;
+        let mut temporary = path.as_os_str().to_owned();
+        temporary.push(".part");
+        let mut animation = Self {
+            path: path.to_owned(),
+            temporary: PathBuf::from(temporary),
+            size,
+            delay: (100.0 / rate).round().clamp(2.0, 1000.0) as u16,
+            frames: 0,
+            expected: frames,
+            sink: None,
+        };
+        let opened = animation.open(kind);
+        animation.sink = Some(animation.written(opened)?);
+        Ok(animation)
+    }
+
+    fn open(&self, kind: Kind) -> io::Result<Sink> {
+        let bad = |what: &str| io::Error::new(io::ErrorKind::InvalidInput, what.to_owned());
+        let side = |n: usize| {
+            u16::try_from(n).ok().filter(|n| *n > 0).ok_or_else(|| bad("a picture of 1 to 65535 pixels"))
+        };
+        let [width, height] = [side(self.size[0])?, side(self.size[1])?];
+        let folder = if kind == Kind::Folder { Some(self.path.as_path()) } else { self.path.parent() };
+        if let Some(folder) = folder.filter(|f| !f.as_os_str().is_empty()) {
+            fs::create_dir_all(folder)?;
+        }
+        if kind == Kind::Folder {
+            return Ok(Sink::Folder);
+        }
+        let file = BufWriter::new(File::create(&self.temporary)?);
+        if kind == Kind::Gif {
+            let mut encoder = gif::Encoder::new(file, width, height, &[]).map_err(io::Error::other)?;
+            encoder.set_repeat(gif::Repeat::Infinite).map_err(io::Error::other)?;
+            return Ok(Sink::Gif(Box::new(encoder)));
+        }
+        let count =
+            u32::try_from(self.expected).ok().filter(|n| *n > 0).ok_or_else(|| bad("at least one frame"))?;
+        let mut encoder = png::Encoder::new(file, u32::from(width), u32::from(height));
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_animated(count, 0).map_err(io::Error::other)?;
+        encoder.set_frame_delay(self.delay, 100).map_err(io::Error::other)?;
+        Ok(Sink::Apng(Box::new(encoder.write_header().map_err(io::Error::other)?)))
+    }
+
+    fn written<T>(&self, result: io::Result<T>) -> Result<T, EvalError> {
+        result.map_err(|source| {
+            // Nothing more can be done if the leftover cannot be removed either.
+            let _ = fs::remove_file(&self.temporary);
+            EvalError::Write { path: self.path.clone(), source }
+        })
+    }
+
+    /// Adds a picture.
+    ///
+    /// # Errors
+    /// A picture of another size, one more than announced, a file that cannot be written.
+    pub fn add(&mut self, image: &Canvas) -> Result<(), EvalError> {
+        if [image.width(), image.height()] != self.size || self.frames == self.expected {
+            return Err(EvalError::Option {
+                option: "recording",
+                expected: format!("{} pictures of {:?} pixels", self.expected, self.size),
+                found: format!("number {} of {:?}", self.frames + 1, [image.width(), image.height()]),
+            });
+        }
+        let result = match self.sink.as_mut() {
+            Some(Sink::Gif(encoder)) => {
+                let [width, height] = self.size.map(|n| n as u16);
+                let mut frame = gif::Frame::from_rgb_speed(width, height, image.bytes(), 15);
+                frame.delay = self.delay;
+                encoder.write_frame(&frame).map_err(io::Error::other)
+            }
+            Some(Sink::Apng(writer)) => writer.write_image_data(image.bytes()).map_err(io::Error::other),
+            Some(Sink::Folder) => {
+                self.frames += 1;
+                return image.save(&self.path.join(format!("frame_{:04}.png", self.frames - 1)));
+            }
+            None => Ok(()),
+        };
+        self.frames += 1;
+        self.written(result)
+    }
+
+    /// Ends the file and gives it its name.
+    ///
+    /// # Errors
+    /// If that fails.
+    pub fn finish(mut self) -> Result<(), EvalError> {
+        let ended = match self.sink.take() {
+            Some(Sink::Gif(encoder)) => encoder
+                .into_inner()
+                .map_err(io::Error::other)
+                .and_then(|mut file| io::Write::flush(&mut file))
+                .map(|()| true),
+            Some(Sink::Apng(writer)) => writer.finish().map_err(io::Error::other).map(|()| true),
+            Some(Sink::Folder) | None => Ok(false),
+        };
+        let renamed =
+            ended.and_then(|file| if file { fs::rename(&self.temporary, &self.path) } else { Ok(()) });
+        self.written(renamed)
+    }
+}
+
+impl Drop for Animation {
+    fn drop(&mut self) {
+        // Given up before its end: the part is of no use.
+        if self.sink.is_some() {
+            let _ = fs::remove_file(&self.temporary);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pictures() -> Vec<Canvas> {
+        [[200, 30, 30], [30, 200, 30], [30, 30, 200]].map(|c| Canvas::new(16, 8, c)).into()
+    }
+
+    fn write(path: &Path) {
+        let mut animation = Animation::create(path, [16, 8], 25.0, 3).expect("begins");
+        for picture in pictures() {
+            animation.add(&picture).expect("adds");
+        }
+        assert!(animation.add(&pictures()[0]).is_err(), "only three were announced");
+        animation.finish().expect("ends");
+    }
+
+    #[test]
+    fn a_gif_has_its_frames_colours_and_pace() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("new/a.gif");
+        write(&path);
+        let mut options = gif::DecodeOptions::new();
+        options.set_color_output(gif::ColorOutput::RGBA);
+        let mut decoder = options.read_info(File::open(&path).expect("there")).expect("a gif");
+        for picture in pictures() {
+            let frame = decoder.read_next_frame().expect("decodes").expect("a frame");
+            assert_eq!((frame.width, frame.height, frame.delay), (16, 8, 4));
+            for (found, expected) in frame.buffer[..3].iter().zip(picture.get(0, 0)) {
+                assert!(found.abs_diff(expected) < 6, "{:?}", &frame.buffer[..3]);
+            }
+        }
+        assert!(decoder.read_next_frame().expect("decodes").is_none());
+        assert_eq!(fs::read_dir(folder.path().join("new")).expect("there").count(), 1, "no part is left");
+    }
+
+    #[test]
+    fn an_animated_png_has_its_frames() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a.png");
+        write(&path);
+        let file = io::BufReader::new(File::open(&path).expect("there"));
+        let mut reader = png::Decoder::new(file).read_info().expect("a png");
+        assert_eq!(reader.info().animation_control().map(|c| c.num_frames), Some(3));
+        let mut bytes = vec![0; reader.output_buffer_size().expect("small")];
+        for picture in pictures() {
+            reader.next_frame(&mut bytes).expect("a frame");
+            assert_eq!(bytes, picture.bytes());
+        }
+    }
+
+    #[test]
+    fn a_folder_gets_numbered_pictures_and_other_names_are_refused() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        write(&folder.path().join("frames"));
+        assert!(folder.path().join("frames/frame_0002.png").is_file());
+        let error =
+            Animation::create(Path::new("a.mp4"), [16, 8], 25.0, 3).err().expect("refused").to_string();
+        assert_eq!(
+            error,
+            "recording: expected a name that ends in .gif or .png, or a folder, found a.mp4 ('.mp4')"
+        );
+        let given_up = folder.path().join("b.gif");
+        drop(Animation::create(&given_up, [16, 8], 25.0, 3).expect("begins"));
+        assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1, "nothing is left of it");
+    }
+}
