@@ -166,7 +166,7 @@ impl<'a> Judge<'a> {
                 limit_s: self.settings.limit,
                 ..ShootingOptions::default()
             };
-            shooting::evaluate(&arena, &*maker, &options).map_err(Failure::input)
+            shooting::evaluate(&arena, &maker, &options).map_err(Failure::input)
         };
         let spots = run(PLACES, self.settings.trials, 0.05)?;
         // Half of the grid's step: places all over the workspace.
@@ -175,9 +175,8 @@ impl<'a> Judge<'a> {
             return Ok(None);
         }
         let at = |y: f64| {
-            let goals =
-                || spots.trials.iter().filter(|t| (t.trial.place[1] - y).abs() < 1e-6).map(|t| t.goal);
-            Count::of(goals())
+            let there = spots.trials.iter().filter(|t| (t.trial.place[1] - y).abs() < 1e-6);
+            Count::of(there.map(|t| t.goal))
         };
         Ok(Some(Score {
             variant: variant.to_owned(),
@@ -204,8 +203,8 @@ mod tests {
             let back = (-std::f64::consts::PI * z / (1.0 - z * z).sqrt()).exp();
             assert!((back - e).abs() < 1e-12, "{e}: {z} {back}");
         }
-        let scene = SceneConfig { ground_restitution_combine: Combine::Multiply, ..SceneConfig::default() };
-        let mut scene = scene;
+        let mut scene =
+            SceneConfig { ground_restitution_combine: Combine::Multiply, ..SceneConfig::default() };
         scene.ground.restitution = 0.8;
         assert!((restitution(0.75, &scene) - 0.6).abs() < 1e-12);
     }
