@@ -25,6 +25,8 @@ pub(crate) struct TaskConfig {
     pub end_effectors: Vec<usize>,
     /// Model bodies whose contact is undesired.
     pub undesired: Vec<usize>,
+    /// Number of bodies.
+    pub bodies: usize,
     /// Policy joints of the waist.
     pub waist: Vec<usize>,
     /// Centre of mass of the base in its frame [m].
@@ -87,6 +89,7 @@ impl TaskConfig {
             end_effectors,
             undesired: (0..robot.bodies.len()).filter(|b| !allowed.contains(b)).collect(),
             waist,
+            bodies: robot.bodies.len(),
             base_com: robot.bodies[0].com,
             dt_s,
             max_steps: (preset.episode_length_s / dt_s).round() as u32,

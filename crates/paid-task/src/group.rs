@@ -6,7 +6,9 @@ use paid_lanes::{Real, Scalar, Vec3};
 
 use crate::config::TaskConfig;
 use crate::kick::KickState;
+use crate::late::Late;
 use crate::perception::Perception;
+use crate::picture::Pictures;
 use crate::reference::{MAX_LANES, Reference};
 
 /// Task state of `V::LANES` environments.
@@ -28,6 +30,10 @@ pub(crate) struct GroupTask<V> {
     pub kick: KickState<V>,
     /// The perceived ball.
     pub perception: Perception<V>,
+    /// Ball and goal from pictures, where the preset says so.
+    pub pictures: Option<Pictures<V>>,
+    /// Delays of actions and observations, where the preset has them.
+    pub late: Option<Late<V>>,
     /// Undiscounted return so far.
     pub episode_return: V,
     /// Largest speed of the labelled foot so far [m/s].
@@ -48,6 +54,8 @@ impl<V: Real> GroupTask<V> {
             heading: [V::one(), V::zero()],
             kick: KickState::new(),
             perception: Perception::new(),
+            pictures: Pictures::new(config),
+            late: Late::new(config),
             episode_return: V::zero(),
             foot_peak: V::zero(),
             reference_peak: V::zero(),
@@ -65,6 +73,8 @@ impl<V: Real> GroupTask<V> {
         fields.extend(self.kick.fields());
         fields.extend(self.perception.fields());
         fields.extend([&mut self.episode_return, &mut self.foot_peak, &mut self.reference_peak]);
+        fields.extend(self.pictures.iter_mut().flat_map(Pictures::fields));
+        fields.extend(self.late.iter_mut().flat_map(Late::fields));
         fields
     }
 }

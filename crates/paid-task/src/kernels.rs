@@ -84,6 +84,13 @@ impl<V: Real> Kernel for Act<'_, V> {
             let rest = self.group.joint_offset[m] + V::c(control.default_pos[m]);
             self.targets[m] = action.mul_add(V::c(control.action_scale[m]), rest);
         }
+        if let Some(late) = &self.group.late {
+            for j in 0..self.config.joints() {
+                let m = self.config.to_model[j];
+                let back = (self.group.previous[j] - self.group.action[j]) * late.action;
+                self.targets[m] = back.mul_add(V::c(control.action_scale[m]), self.targets[m]);
+            }
+        }
     }
 }
 

@@ -118,14 +118,17 @@ pub(crate) fn observe_policy<V: Real>(
         rows.push(reference.joint_vel(j));
     }
     let base = &state.bodies[0];
-    rows.push_vec(noise.add_vec(projected_gravity(&base.rot), preset.projected_gravity));
+    let felt = |k: usize, now: V| group.late.as_ref().map_or(now, |late| late.felt(k, now));
+    let felt_vec = |k: usize, v: Vec3<V>| Vec3([0, 1, 2].map(|i| felt(k + i, v.0[i])));
+    rows.push_vec(noise.add_vec(felt_vec(0, projected_gravity(&base.rot)), preset.projected_gravity));
     rows.push_vec(noise.add_vec(reference.ang_vel(config.anchor), preset.reference_ang_vel));
-    rows.push_vec(noise.add_vec(base.rot.tr_mul_vec(base.ang_vel), preset.base_ang_vel));
+    rows.push_vec(noise.add_vec(felt_vec(3, base.rot.tr_mul_vec(base.ang_vel)), preset.base_ang_vel));
     for j in 0..joints {
-        rows.push(noise.add(joint_pos_rel(config, state, group, j), preset.joint_pos));
+        rows.push(noise.add(felt(6 + j, joint_pos_rel(config, state, group, j)), preset.joint_pos));
     }
     for j in 0..joints {
-        rows.push(noise.add(state.joint_vel[config.to_model[j]], preset.joint_vel));
+        let now = state.joint_vel[config.to_model[j]];
+        rows.push(noise.add(felt(6 + joints + j, now), preset.joint_vel));
     }
     for j in 0..joints {
         rows.push(group.action[j]);
@@ -179,7 +182,12 @@ pub(crate) fn observe_critic<V: Real>(
 
 /// Angle of policy joint `j` relative to its default [rad].
 #[inline(always)]
-fn joint_pos_rel<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTask<V>, j: usize) -> V {
+pub(crate) fn joint_pos_rel<V: Real>(
+    config: &TaskConfig,
+    state: &GroupState<V>,
+    group: &GroupTask<V>,
+    j: usize,
+) -> V {
     let m = config.to_model[j];
     state.joint_pos[m] - (group.joint_offset[m] + V::c(config.control.default_pos[m]))
 }

@@ -67,6 +67,7 @@ mod tests {
             c_min: 0.01,
             c_vel: 50.0,
             c_dist: 100.0,
+            ..crate::TaskPreset::builtin("stage2").expect("valid").observations.perception
         }
     }
 

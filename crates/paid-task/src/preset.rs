@@ -4,6 +4,7 @@ use paid_physics::{BallParams, Material, SceneConfig};
 use serde::{Deserialize, Serialize};
 
 pub use crate::overrides::{OverrideError, apply_override};
+pub use crate::sim_preset::{CameraPreset, PerceptionPreset, RandomisationPreset, SurfacePreset};
 use crate::{RewardPreset, TaskError};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
@@ -67,27 +68,6 @@ pub struct ObservationPreset {
     pub noise: NoisePreset,
     /// Errors of ball and goal perception.
     pub perception: PerceptionPreset,
-}
-
-/// Errors of ball and goal perception in the policy's copy of the observation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PerceptionPreset {
-    /// True: outside a distance band, drawn for each episode, the last seen ball position (base frame) is held.
-    pub blind_zone: bool,
-    /// Range of the band's near end [m].
-    pub near_m: Range,
-    /// Range of the band's far end [m].
-    pub far_m: Range,
-    /// True: Gaussian noise with deviation `c_min + |v| / c_vel + distance / c_dist` on ball and goal (paper, section on
-    /// physics-guided randomisation).
-    pub gaussian: bool,
-    /// Constant part [m].
-    pub c_min: f64,
-    /// Divisor of the object's speed relative to the base [1/s].
-    pub c_vel: f64,
-    /// Divisor of the object's distance.
-    pub c_dist: f64,
 }
 
 /// Limits of tracking; a non-positive limit switches a check off.
@@ -243,42 +223,6 @@ pub struct PushPreset {
     pub velocity: VelocityNoise,
 }
 
-/// Ranges from which physical parameters are drawn at every reset; `enabled = false` leaves the nominal values.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RandomisationPreset {
-    /// True: each environment lies at a random place of the terrain, drawn anew at every reset.
-    pub terrain_offset: bool,
-    /// True: robot parameters below are drawn.
-    pub robot: bool,
-    /// Static friction.
-    pub static_friction: Range,
-    /// Dynamic friction, limited to the static one.
-    pub dynamic_friction: Range,
-    /// Restitution.
-    pub restitution: Range,
-    /// Error of the default joint angles [rad].
-    pub joint_default_rad: Range,
-    /// Offset of the base's centre of mass along x [m].
-    pub base_com_x_m: Range,
-    /// Offset of the base's centre of mass along y and z [m].
-    pub base_com_yz_m: Range,
-    /// True: ball parameters below are drawn.
-    pub ball: bool,
-    /// Ball mass [kg].
-    pub ball_mass_kg: Range,
-    /// Ball static friction.
-    pub ball_static_friction: Range,
-    /// Ball dynamic friction.
-    pub ball_dynamic_friction: Range,
-    /// Ball restitution.
-    pub ball_restitution: Range,
-    /// Ball linear damping [1/s].
-    pub ball_linear_damping: Range,
-    /// Ball angular damping [1/s].
-    pub ball_angular_damping: Range,
-}
-
 /// The built-in presets: name and TOML text.
 pub const BUILTIN: [(&str, &str); 2] = [
     ("stage1", include_str!("../../../configs/stage1.toml")),
@@ -322,38 +266,19 @@ impl TaskPreset {
     /// The first value that is not.
     pub fn validate(&self) -> Result<(), TaskError> {
         let ranges = [
-            ("observations.perception.near_m", self.observations.perception.near_m),
-            ("observations.perception.far_m", self.observations.perception.far_m),
             ("ball.ahead_m", self.ball.ahead_m),
             ("ball.left_m", self.ball.left_m),
             ("pushes.interval_s", self.pushes.interval_s),
-            ("randomisation.static_friction", self.randomisation.static_friction),
-            ("randomisation.dynamic_friction", self.randomisation.dynamic_friction),
-            ("randomisation.restitution", self.randomisation.restitution),
-            ("randomisation.joint_default_rad", self.randomisation.joint_default_rad),
-            ("randomisation.base_com_x_m", self.randomisation.base_com_x_m),
-            ("randomisation.base_com_yz_m", self.randomisation.base_com_yz_m),
-            ("randomisation.ball_mass_kg", self.randomisation.ball_mass_kg),
-            ("randomisation.ball_static_friction", self.randomisation.ball_static_friction),
-            ("randomisation.ball_dynamic_friction", self.randomisation.ball_dynamic_friction),
-            ("randomisation.ball_restitution", self.randomisation.ball_restitution),
-            ("randomisation.ball_linear_damping", self.randomisation.ball_linear_damping),
-            ("randomisation.ball_angular_damping", self.randomisation.ball_angular_damping),
         ];
-        for (key, range) in ranges {
-            if !(range[0] <= range[1] && range[0].is_finite() && range[1].is_finite()) {
-                return Err(value_error(key, "[lo, hi] with lo <= hi", format!("{range:?}")));
-            }
-        }
+        check_ranges(&ranges)?;
+        self.observations.perception.check()?;
+        self.randomisation.check(self.control_dt_s())?;
         let positive = [
             ("episode_length_s", self.episode_length_s),
             ("scene.physics_dt_s", self.scene.physics_dt_s),
             ("pushes.interval_s.0", self.pushes.interval_s[0]),
-            ("observations.perception.c_vel", self.observations.perception.c_vel),
-            ("observations.perception.c_dist", self.observations.perception.c_dist),
             ("ball_params.radius_m", self.ball_params.radius_m),
             ("ball_params.mass_kg", self.ball_params.mass_kg),
-            ("randomisation.ball_mass_kg.0", self.randomisation.ball_mass_kg[0]),
         ];
         for (key, value) in positive {
             if !(value > 0.0 && value.is_finite()) {
@@ -381,6 +306,14 @@ impl TaskPreset {
     /// Duration of a control step [s].
     pub fn control_dt_s(&self) -> f64 {
         self.scene.physics_dt_s * self.scene.substeps as f64
+    }
+}
+
+/// Refuses a range whose ends are not finite and ascending.
+pub(crate) fn check_ranges(ranges: &[(&str, Range)]) -> Result<(), TaskError> {
+    match ranges.iter().find(|(_, [lo, hi])| !(lo <= hi && lo.is_finite() && hi.is_finite())) {
+        Some((key, range)) => Err(value_error(key, "[lo, hi] with lo <= hi", format!("{range:?}"))),
+        None => Ok(()),
     }
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct Start {
     pub motion: usize,
     pub frame: usize,
     pub params: EnvParams,
+    /// Delay of actions and of observations [control steps], 0 to 1.
+    pub delays: [f64; 2],
     pub state: LaneState,
     pub joint_offset: Vec<f64>,
     pub goal: [f64; 3],
@@ -44,9 +46,14 @@ pub(crate) struct StartContext<'a> {
     pub library: &'a ReferenceLibrary,
     pub sampler: &'a SamplerState,
     pub forced: Option<&'a ForcedStart>,
+    /// Number of the environment over all shards.
+    pub env: u32,
     /// False: nominal parameters whatever the preset says.
     pub randomise: bool,
 }
+
+/// A factor that changes nothing.
+const NONE: Range = [1.0, 1.0];
 
 fn draw(range: Range, rng: &mut Rng) -> f64 {
     rng.uniform(range[0], range[1])
@@ -103,6 +110,27 @@ impl StartContext<'_> {
         if frame > latest { fallback } else { frame }
     }
 
+    /// Factors of gains and masses, where the preset has them.
+    fn scales(&self, params: &mut EnvParams, rng: &mut Rng) {
+        let ranges = &self.config.preset.randomisation;
+        if ranges.gain_scale != NONE {
+            params.gain_scale = [draw(ranges.gain_scale, rng), draw(ranges.gain_scale, rng)];
+        }
+        if ranges.link_mass_scale != NONE || ranges.base_mass_scale != NONE {
+            params.mass_scale = (0..self.config.bodies).map(|_| draw(ranges.link_mass_scale, rng)).collect();
+            params.mass_scale[0] = draw(ranges.base_mass_scale, rng);
+        }
+    }
+
+    /// Delays of actions and observations [control steps].
+    fn delays(&self, rng: &mut Rng) -> [f64; 2] {
+        let ranges = &self.config.preset.randomisation;
+        if !self.randomise || !ranges.delays() {
+            return [0.0; 2];
+        }
+        [ranges.action_delay_s, ranges.observation_delay_s].map(|r| draw(r, rng) / self.config.dt_s)
+    }
+
     /// Physical parameters: nominal, or drawn from the preset's ranges.
     fn params(&self, rng: &mut Rng) -> (EnvParams, Vec<f64>) {
         let preset = &self.config.preset;
@@ -143,6 +171,11 @@ impl StartContext<'_> {
             params.ball.linear_damping = draw(ranges.ball_linear_damping, rng);
             params.ball.angular_damping = draw(ranges.ball_angular_damping, rng);
         }
+        if !ranges.surfaces.is_empty() {
+            let surface = &ranges.surfaces[self.env as usize % ranges.surfaces.len()];
+            surface.perturbed(ranges.surface_deviation, rng).apply(&mut params.ball);
+        }
+        self.scales(&mut params, rng);
         (params, offsets)
     }
 
@@ -155,6 +188,7 @@ impl StartContext<'_> {
     {
         let Plan { motion, frame, ball: planned } = self.plan(rng);
         let (params, joint_offset) = self.params(rng);
+        let delays = self.delays(rng);
         sim.set_params(group, lane, &params);
         let facts = &self.library.facts()[motion];
         let noisy = self.forced.is_none_or(|f| f.noise);
@@ -195,7 +229,7 @@ impl StartContext<'_> {
                 .map_or_else(|| nominal_goal(facts, goal_preset), |xy| from_start_frame(facts, xy)),
             None => draw_goal(facts, goal_preset, rng),
         };
-        Start { motion, frame, params, state, joint_offset, goal: [goal[0], goal[1], radius] }
+        Start { motion, frame, params, delays, state, joint_offset, goal: [goal[0], goal[1], radius] }
     }
 
     /// Ball place and velocity (x, y), world.

@@ -164,6 +164,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 library: &self.library,
                 sampler: &self.sampler,
                 forced: env.forced.as_ref(),
+                env: env.id,
                 randomise,
             };
             let start = context.draw::<V, S>(&mut self.sim, group, lane, &mut env.reset_rng);
@@ -195,12 +196,22 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);
             let base = paid_lanes::Quat(start.state.base_quat);
-            let way = [0, 1, 2].map(|k| start.state.ball_pos[k] - start.state.base_pos[k]);
-            let ball = base.conj().rotate(Vec3(way)).0;
+            let local = |point: [f64; 3]| base.conj().rotate(Vec3(point) - Vec3(start.state.base_pos)).0;
+            let (ball, goal) = (local(start.state.ball_pos), local(start.goal));
             let perception = &self.config.preset.observations.perception;
             task.perception.reset_lane(lane, ball, perception, &mut env.reset_rng);
+            if let Some(pictures) = &mut task.pictures {
+                pictures.reset_lane(lane, [ball, goal], &self.config, &mut env.reset_rng);
+            }
+            if let Some(late) = &mut task.late {
+                late.reset_lane(lane, start.delays);
+            }
         }
         self.sim.refresh(group);
+        if self.groups[group].late.is_some() {
+            let state = self.sim.state(group);
+            self.groups[group].remember(&self.config, state, lanes);
+        }
     }
 
     /// Loads every lane's reference frame and takes in what is seen.
@@ -274,14 +285,37 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         });
     }
 
+    /// True if the policy does not see ball and goal as they are.
+    fn misperceives(&self) -> bool {
+        let preset = &self.config.preset.observations.perception;
+        (self.disturbed() || preset.in_evaluation) && preset.errs()
+    }
+
+    /// Takes the pictures of this control step.
+    fn look(&mut self, group: usize) {
+        if !self.misperceives() || self.groups[group].pictures.is_none() {
+            return;
+        }
+        let mut rngs = Vec::with_capacity(V::LANES);
+        for lane in 0..V::LANES {
+            let mut rng = Rng::new(self.seed, self.envs[group * V::LANES + lane].id, PERCEPTION_STREAM);
+            rng.seek(self.observations * 16);
+            rngs.push(rng);
+        }
+        self.groups[group].look(&self.config, self.sim.state(group), &mut rngs);
+    }
+
     /// Ball and goal as the policy sees them where that differs from the truth: the ball is held outside the perceived band,
     /// both carry Gaussian noise.
     fn misperceived(&self, group: usize) -> Option<Seen<V>> {
         let preset = &self.config.preset.observations.perception;
-        if !self.disturbed() || !(preset.blind_zone || preset.gaussian) {
+        if !self.misperceives() {
             return None;
         }
         let (state, task) = (self.sim.state(group), &self.groups[group]);
+        if let Some(pictures) = &task.pictures {
+            return Some(pictures.seen());
+        }
         let mut seen = Seen { ball: in_base(state, state.ball.pos), goal: in_base(state, task.goal) };
         if preset.blind_zone {
             seen.ball = task.perception.ball;
@@ -322,6 +356,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         for group in 0..self.groups.len() {
             let first = group * V::LANES;
             self.push(group);
+            if self.groups[group].late.is_some() {
+                self.groups[group].remember(&self.config, self.sim.state(group), u32::MAX);
+            }
             V::run(Act {
                 config: &self.config,
                 group: &mut self.groups[group],
@@ -338,6 +375,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 sums: &mut self.sums,
                 reward: &mut reward[first..first + V::LANES],
             });
+            self.look(group);
             let resets = self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
             if resets != 0 {
                 self.reset_lanes(group, resets);

@@ -141,6 +141,177 @@ fn a_restored_shard_continues_bit_for_bit() {
     }
 }
 
+/// Every option of `[randomisation]` and of the camera.
+const SIM_TO_REAL: [&str; 13] = [
+    "randomisation.robot=true",
+    "randomisation.surfaces=[{name=\"a\",static_friction=0.8,dynamic_friction=0.1,restitution=0.7,linear_damping=0.01,\
+     angular_damping=4.0}]",
+    "randomisation.gain_scale=[0.9, 1.1]",
+    "randomisation.link_mass_scale=[0.9, 1.1]",
+    "randomisation.base_mass_scale=[0.8, 1.2]",
+    "randomisation.action_delay_s=[0, 0.02]",
+    "randomisation.observation_delay_s=[0, 0.02]",
+    "observations.perception.gaussian=true",
+    "observations.perception.blind_zone=true",
+    "observations.perception.latency_s=[0.02, 0.1]",
+    "observations.perception.frame_s=0.033",
+    "observations.perception.dropout=0.2",
+    "observations.perception.visible_band=true",
+];
+
+#[test]
+fn a_restored_shard_continues_bit_for_bit_with_every_delay_and_camera() {
+    let name = "a_restored_shard_continues_bit_for_bit_with_every_delay_and_camera";
+    let Some(mut a) = shard("stage2", &SIM_TO_REAL, 16, name) else { return };
+    let Some(mut b) = shard("stage2", &SIM_TO_REAL, 16, name) else { return };
+    run_agent(a.as_mut(), Agent::Random, 40, 3).expect("finite");
+    let bytes = a.save();
+    run_agent(b.as_mut(), Agent::Random, 7, 4).expect("finite");
+    b.restore(&bytes).expect("fits");
+    for _ in 0..60 {
+        let (x, y) = (observed(a.as_mut(), 0.1), observed(b.as_mut(), 0.1));
+        assert_eq!(x, y);
+    }
+    assert!(a.save() == b.save());
+}
+
+/// The policy's observation, and then a step under equal actions.
+fn observed(shard: &mut dyn TaskShard, action: f32) -> Vec<f32> {
+    let envs = shard.num_envs();
+    let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
+    let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
+    shard.observe(&mut policy, &mut critic);
+    let (mut reward, mut ends) = (vec![0.0; envs], [vec![0; envs], vec![0; envs]]);
+    let [terminated, truncated] = &mut ends;
+    shard.step(&vec![action; shard.action_dim() * envs], &mut reward, terminated, truncated);
+    policy
+}
+
+/// An undisturbed episode of each environment with perception errors only, as an evaluation has them.
+fn looking(more: &[&str], test: &str) -> Option<Box<dyn TaskShard>> {
+    let options = [&["observations.perception.in_evaluation=true"], more].concat();
+    let mut shard = shard("stage2", &options, 16, test)?;
+    shard.eval().set_eval(Some(EvalOptions::default()));
+    for env in 0..16 {
+        shard.eval().force_start(env, &ForcedStart::nominal(0)).expect("exists");
+    }
+    Some(shard)
+}
+
+#[test]
+fn a_late_camera_shows_the_ball_of_then_and_a_slow_one_holds_it() {
+    let test = "a_late_camera_shows_the_ball_of_then_and_a_slow_one_holds_it";
+    let Some(mut exact) = looking(&[], test) else { return };
+    let Some(mut late) = looking(&["observations.perception.latency_s=[0.06, 0.06]"], test) else { return };
+    let Some(mut slow) = looking(&["observations.perception.frame_s=0.08"], test) else { return };
+    let Some(mut blind) = looking(&["observations.perception.dropout=1"], test) else { return };
+    let row = exact.layout().policy.iter().find(|t| t.name.contains("ball")).expect("a term").offset;
+    let rows = |x: Vec<f32>| x[row * 16..(row + 3) * 16].to_vec();
+    // The first sight is computed in f64.
+    let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-5);
+    let mut seen = Vec::new();
+    let (mut held, mut first) = (0, None);
+    for step in 0..40 {
+        seen.push(rows(observed(exact.as_mut(), 0.0)));
+        let three_ago: &Vec<f32> = &seen[step.max(3) - 3];
+        assert!(near(&rows(observed(late.as_mut(), 0.0)), three_ago), "{step}");
+        let now = rows(observed(slow.as_mut(), 0.0));
+        let of = |x: &[f32]| [x[0], x[16], x[32]];
+        // A picture every four control steps: what is shown is at most four old.
+        let age = (0..=step.min(4)).find(|&age| near(&of(&seen[step - age]), &of(&now)));
+        assert!(age.is_some(), "{step}");
+        held += u32::from(age != Some(0));
+        let lost = rows(observed(blind.as_mut(), 0.0));
+        assert_eq!(&lost, first.get_or_insert(lost.clone()), "{step}: never found again");
+    }
+    assert!((20..=36).contains(&held), "{held}");
+    assert_ne!(seen[0], seen[39]);
+}
+
+#[test]
+fn an_evaluation_is_undisturbed_unless_perception_is_asked_for() {
+    let test = "an_evaluation_is_undisturbed_unless_perception_is_asked_for";
+    let noise = "observations.perception.gaussian=true";
+    let Some(mut exact) = looking(&[], test) else { return };
+    let Some(mut noisy) = looking(&[noise], test) else { return };
+    let Some(mut off) = looking(&[noise, "observations.perception.in_evaluation=false"], test) else {
+        return;
+    };
+    let (a, b, c) =
+        (observed(exact.as_mut(), 0.0), observed(noisy.as_mut(), 0.0), observed(off.as_mut(), 0.0));
+    assert_eq!(a, c);
+    let row = exact.layout().policy.iter().find(|t| t.name.contains("ball")).expect("a term").offset;
+    assert_eq!(a[..row * 16], b[..row * 16], "proprioception is exact");
+    let errors: Vec<f32> = (row * 16..(row + 3) * 16).map(|k| b[k] - a[k]).collect();
+    assert!(errors.iter().all(|e| e.abs() > 0.0 && e.abs() < 0.2), "{errors:?}");
+}
+
+#[test]
+fn delays_are_up_to_one_control_step() {
+    let test = "delays_are_up_to_one_control_step";
+    let quiet = [
+        "observations.noise={projected_gravity=0, reference_ang_vel=0, base_ang_vel=0, joint_pos=0, joint_vel=0}",
+        "pushes.enabled=false",
+    ];
+    let with = |more: &[&str]| shard("stage2", &[&quiet[..], more].concat(), 16, test);
+    let Some(mut now) = with(&[]) else { return };
+    let Some(mut late) = with(&["randomisation.observation_delay_s=[0.02, 0.02]"]) else { return };
+    let Some(mut slack) = with(&["randomisation.action_delay_s=[0.02, 0.02]"]) else { return };
+    for shard in [&mut now, &mut late, &mut slack] {
+        shard.eval().set_eval(Some(EvalOptions { disturbances: true, ..EvalOptions::default() }));
+        for env in 0..16 {
+            shard.eval().force_start(env, &ForcedStart::nominal(0)).expect("exists");
+        }
+    }
+    let row = now
+        .layout()
+        .policy
+        .iter()
+        .find(|t| t.name.contains("joint_vel") && t.offset > 58)
+        .expect("a term")
+        .offset;
+    let of = |x: &[f32]| x[row * 16..(row + 29) * 16].to_vec();
+    let (mut before, mut moved) = (None, 0.0_f32);
+    for step in 0..10 {
+        // The action changes at every step, so that a late one differs.
+        let action = 0.2 * step as f32;
+        let (a, b, c) = (
+            of(&observed(now.as_mut(), action)),
+            of(&observed(late.as_mut(), action)),
+            of(&observed(slack.as_mut(), action)),
+        );
+        if let Some(before) = &before {
+            let error = b.iter().zip(before).map(|(x, y): (&f32, &f32)| (x - y).abs()).fold(0.0, f32::max);
+            assert!(error < 1e-3, "{step}: {error}");
+        }
+        moved = moved.max(a.iter().zip(&c).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max));
+        before = Some(a);
+    }
+    assert!(moved > 0.05, "{moved}");
+}
+
+#[test]
+fn environments_are_split_evenly_between_the_surfaces() {
+    let test = "environments_are_split_evenly_between_the_surfaces";
+    let surface = |name: &str, bounce: f64| {
+        format!(
+            "{{name=\"{name}\",static_friction=0.8,dynamic_friction=0.1,restitution={bounce},linear_damping=0.0,\
+             angular_damping=0.0}}"
+        )
+    };
+    let surfaces = format!("randomisation.surfaces=[{}, {}]", surface("dead", 0.0), surface("lively", 1.0));
+    let options = [&surfaces[..], "randomisation.surface_deviation=0", "scene.ground.restitution=1.0"];
+    let Some(shard) = shard("stage2", &options, 32, test) else { return };
+    // Restitution 0 and 1 are in the snapshot's parameters of even and odd environments.
+    let bytes = shard.save();
+    let pattern = |bounce: f64| [0.8_f64, 0.1, bounce].map(f64::to_le_bytes).concat();
+    let places = |bounce: f64| {
+        let wanted = pattern(bounce);
+        bytes.windows(wanted.len()).filter(|w| *w == wanted).count()
+    };
+    assert_eq!((places(0.0), places(1.0)), (16, 16));
+}
+
 #[test]
 fn every_option_at_once_stays_finite() {
     let options = [
@@ -156,6 +327,11 @@ fn every_option_at_once_stays_finite() {
         "scene.terrain={kind=\"rough\", amplitude_m=0.02, step_m=0.02, cell_m=0.1, size=64, seed=3}",
     ];
     let Some(mut shard) = shard("stage2", &options, 32, "every_option_at_once_stays_finite") else { return };
+    let Some(mut real) = self::shard("stage2", &SIM_TO_REAL, 32, "every_option_at_once_stays_finite") else {
+        return;
+    };
+    let metrics = run_agent(real.as_mut(), Agent::Random, 200, 2).expect("finite");
+    assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
     let metrics = run_agent(shard.as_mut(), Agent::Random, 200, 2).expect("finite");
     assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
     for name in ["kick_foot_vel", "feet_vel", "kick_foot_pos"] {

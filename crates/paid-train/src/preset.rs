@@ -13,11 +13,14 @@ use crate::TrainError;
 use crate::tree::{merge, one_line, parse, typed};
 
 /// Run presets that the binary carries: name and TOML text.
-pub const BUILTIN: [(&str, &str); 4] = [
+pub const BUILTIN: [(&str, &str); 7] = [
     ("stage1", include_str!("../../../configs/train/stage1.toml")),
     ("stage2", include_str!("../../../configs/train/stage2.toml")),
     ("stage1_lstm", include_str!("../../../configs/train/stage1_lstm.toml")),
     ("stage2_lstm", include_str!("../../../configs/train/stage2_lstm.toml")),
+    ("stage3", include_str!("../../../configs/train/stage3.toml")),
+    ("stage3_no_sysid", include_str!("../../../configs/train/stage3_no_sysid.toml")),
+    ("stage3_no_noise", include_str!("../../../configs/train/stage3_no_noise.toml")),
 ];
 
 /// One stage of a run, completely described (with the motions).
@@ -179,9 +182,10 @@ fn load(
         None => {
             return Err(TrainError::Preset {
                 place: name.to_owned(),
-                message: "expected a built-in preset (stage1, stage2, stage1_lstm, stage2_lstm) or the path of a .toml \
-                          file"
-                    .to_owned(),
+                message: format!(
+                    "expected a built-in preset ({}) or the path of a .toml file",
+                    BUILTIN.map(|(name, _)| name).join(", ")
+                ),
             });
         }
     };

@@ -1,5 +1,6 @@
 //! The command line of PAiD: parse, call, print. One module a subcommand group.
 
+mod ablate;
 mod agent;
 mod bench;
 mod bench_physics;
@@ -41,6 +42,8 @@ enum Command {
     Bench(bench::Args),
     /// Identify how a ball bounces and rolls from filmed experiments.
     Sysid(Box<sysid::Args>),
+    /// Train and judge with and without identification and observation noise.
+    Ablate(Box<ablate::Args>),
     /// Run a task under a zero or random agent and print each term's mean.
     Agent(agent::Args),
 }
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Sysid(args) => sysid::run(*args),
+        Command::Ablate(args) => ablate::run(&args),
         Command::Agent(args) => agent::run(args),
     };
     match result {

@@ -43,7 +43,10 @@ fn a_filmed_surface_comes_back_with_its_pictures() {
     {
         assert!(table.contains(part), "{part}: {table}");
     }
-    assert_eq!(names(&folder.path().join("plots")), ["drop.png", "loss.png", "roll.png"]);
+    assert_eq!(
+        names(&folder.path().join("plots")),
+        ["drop.png", "drop.svg", "loss.png", "loss.svg", "roll.png", "roll.svg"]
+    );
     assert_eq!(names(folder.path()), ["film", "plots", "yard.toml"]);
 
     // The same as JSON, with the file that was written.

@@ -31,7 +31,7 @@ pub struct FitArgs {
     /// Name of the surface [default: the name of --out].
     #[arg(long)]
     name: Option<String>,
-    /// Write loss.png, drop.png and roll.png to this folder.
+    /// Write the pictures loss, drop and roll, each as PNG and SVG, to this folder.
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     /// Print JSON.
@@ -251,22 +251,18 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
 fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Vec<PathBuf>, Failure> {
     let mut files = Files::default();
     if let Some(folder) = &args.plots {
-        let mut add = |name: &str, image: paid_eval::picture::Canvas| {
-            files.add(folder.join(name), image.png().map_err(Failure::input)?);
+        let mut add = |name: &str, figure: paid_eval::picture::Figure| {
+            let file = |ending: &str| folder.join(format!("{name}.{ending}"));
+            files.add(file("png"), figure.canvas().png().map_err(Failure::input)?);
+            files.add(file("svg"), figure.svg().into_bytes());
             Ok::<(), Failure>(())
         };
-        add("loss.png", plot::loss(found))?;
+        add("loss", plot::loss(found))?;
         if !found.drops.is_empty() {
-            add(
-                "drop.png",
-                plot::overlay("DROP: DOTS MEASURED, LINES SIMULATED", "HEIGHT [M]", &found.drops),
-            )?;
+            add("drop", plot::overlay("drop: dots measured, lines simulated", "height [m]", &found.drops))?;
         }
         if !found.rolls.is_empty() {
-            add(
-                "roll.png",
-                plot::overlay("ROLL: DOTS MEASURED, LINES SIMULATED", "DISTANCE [M]", &found.rolls),
-            )?;
+            add("roll", plot::overlay("roll: dots measured, lines simulated", "distance [m]", &found.rolls))?;
         }
     }
     if let Some(out) = &args.out {

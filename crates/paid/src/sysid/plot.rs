@@ -1,14 +1,12 @@
 //! Diagrams: the loss over the generations, and measured runs under simulated ones.
 
-use paid_eval::picture::{Canvas, Rgb};
+use paid_eval::picture::{Anchor, Figure, Rgb};
 use paid_sysid::Identification;
 use paid_sysid::identify::Overlay;
 
 /// Size of a diagram and its margins (left, top, right, bottom) in pixels.
-const SIZE: [usize; 2] = [900, 600];
+const SIZE: [i64; 2] = [900, 600];
 const MARGIN: [f64; 4] = [90.0, 50.0, 30.0, 60.0];
-/// Drawn at this multiple and shrunk: smooth lines.
-const FINE: f64 = 2.0;
 
 const INK: Rgb = [30, 30, 30];
 const GRID: Rgb = [225, 228, 232];
@@ -54,18 +52,17 @@ impl Chart<'_> {
         [if k == 0 { lo } else { lo - room }, hi + room]
     }
 
-    fn draw(&self) -> Canvas {
+    fn draw(&self) -> Figure {
         let [width, height] = SIZE.map(|n| n as f64);
         let [left, top, right, bottom] = MARGIN;
-        let mut image = Canvas::new(SIZE[0] * FINE as usize, SIZE[1] * FINE as usize, [255; 3]);
+        let mut figure = Figure::new(SIZE[0], SIZE[1]);
         let spans = [self.span(0), self.span(1)];
         let place = |p: [f64; 2]| {
             let share = |k: usize| (p[k] - spans[k][0]) / (spans[k][1] - spans[k][0]);
             let x = left + share(0) * (width - left - right);
             let y = height - bottom - share(1) * (height - top - bottom);
-            [FINE * x, FINE * y]
+            [x, y]
         };
-        let fine = |x: f64| (FINE * x) as i64;
         for k in 0..2 {
             let step = tick_step(spans[k][1] - spans[k][0], 8.0);
             let step = if k == 1 && self.logarithmic { step.max(1.0).round() } else { step };
@@ -77,7 +74,7 @@ impl Chart<'_> {
                     break;
                 }
                 let text = if k == 1 && self.logarithmic {
-                    format!("1E{value:.0}")
+                    format!("1e{value:.0}")
                 } else {
                     format!("{value:.digits$}")
                 };
@@ -86,35 +83,34 @@ impl Chart<'_> {
                 } else {
                     (place([spans[0][0], value]), place([spans[0][1], value]))
                 };
-                image.line(from, to, 2, GRID);
-                let [w, h] = Canvas::text_size(4, &text);
+                figure.line(vec![from, to], 1, GRID);
                 let (x, y) = (from[0] as i64, from[1] as i64);
-                let (x, y) = if k == 0 { (x - w / 2, y + fine(8.0)) } else { (x - w - fine(8.0), y - h / 2) };
-                image.text(x, y, 4, INK, &text);
+                let (at, anchor) =
+                    if k == 0 { ([x, y + 22], Anchor::Middle) } else { ([x - 8, y + 5], Anchor::End) };
+                figure.text(at, 14, anchor, &text);
             }
         }
-        let corners =
-            [[0, 0], [1, 0], [1, 1], [0, 1]].map(|[i, j]: [usize; 2]| place([spans[0][i], spans[1][j]]));
-        for i in 0..4 {
-            image.line(corners[i], corners[(i + 1) % 4], 2, INK);
-        }
+        let corners = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]];
+        let corners = corners.map(|[i, j]: [usize; 2]| place([spans[0][i], spans[1][j]]));
+        figure.line(corners.to_vec(), 1, INK);
         for one in &self.series {
+            let points: Vec<[f64; 2]> = one.points.iter().map(|p| place(*p)).collect();
             if one.dots {
-                one.points.iter().for_each(|p| image.disc(place(*p), FINE * 4.0, one.color));
+                points.into_iter().for_each(|p| figure.disc(p, 4.0, one.color));
             } else {
-                one.points.windows(2).for_each(|w| image.line(place(w[0]), place(w[1]), 3, one.color));
+                figure.line(points, 2, one.color);
             }
         }
-        image.text(fine(left), fine(16.0), 6, INK, self.title);
-        image.text(fine(8.0), fine(top - 16.0), 4, INK, self.y_label);
-        let [w, _] = Canvas::text_size(4, self.x_label);
-        image.text(fine(width - right) - w, fine(height - 24.0), 4, INK, self.x_label);
-        image.halved()
+        let (left, top) = (left as i64, top as i64);
+        figure.text([left, 30], 20, Anchor::Start, self.title);
+        figure.text([8, top - 6], 14, Anchor::Start, self.y_label);
+        figure.text([SIZE[0] - right as i64, SIZE[1] - 14], 14, Anchor::End, self.x_label);
+        figure
     }
 }
 
 /// The best loss so far of every search; the best search is dark.
-pub fn loss(found: &Identification) -> Canvas {
+pub fn loss(found: &Identification) -> Figure {
     let best = found.searches.iter().map(|s| s.loss).fold(f64::INFINITY, f64::min);
     let mut searches: Vec<_> = found.searches.iter().collect();
     // The best is drawn last, over the others.
@@ -125,9 +121,9 @@ pub fn loss(found: &Identification) -> Canvas {
         dots: false,
     };
     Chart {
-        title: "LOSS OF EVERY SEARCH",
-        x_label: "GENERATION",
-        y_label: "LOSS [M2]",
+        title: "loss of every search",
+        x_label: "generation",
+        y_label: "loss [m2]",
         logarithmic: true,
         series: searches.iter().map(line).collect(),
     }
@@ -135,7 +131,7 @@ pub fn loss(found: &Identification) -> Canvas {
 }
 
 /// Measured samples (dots) and simulated curves (lines), a colour a run.
-pub fn overlay(title: &str, y_label: &str, runs: &[Overlay]) -> Canvas {
+pub fn overlay(title: &str, y_label: &str, runs: &[Overlay]) -> Figure {
     let mut series = Vec::new();
     for (i, run) in runs.iter().enumerate() {
         let color = RUNS[i % RUNS.len()];
@@ -143,7 +139,7 @@ pub fn overlay(title: &str, y_label: &str, runs: &[Overlay]) -> Canvas {
         let dots = run.samples.iter().map(|[t, measured, _]| [*t, *measured]).collect();
         series.push(Series { points: dots, color, dots: true });
     }
-    Chart { title, x_label: "TIME [S]", y_label, logarithmic: false, series }.draw()
+    Chart { title, x_label: "time [s]", y_label, logarithmic: false, series }.draw()
 }
 
 #[cfg(test)]
@@ -166,12 +162,15 @@ mod tests {
             samples: vec![[0.0, 0.0, 0.0], [1.0, 1.0, 0.0]],
             curve: vec![[0.0, 0.0], [1.0, 0.0]],
         };
-        let image = overlay("T", "Y", &[run]);
-        assert_eq!([image.width(), image.height()], SIZE);
+        let figure = overlay("T", "Y", &[run]);
+        assert_eq!(figure.size(), SIZE);
+        let svg = figure.svg();
+        assert_eq!(svg.matches("<circle").count(), 2, "{svg}");
+        let image = figure.canvas();
         let colored = |x0: usize, y0: usize, x1: usize, y1: usize| {
             (y0..y1).any(|y| (x0..x1).any(|x| image.get(x, y) == RUNS[0]))
         };
-        let [w, h] = SIZE;
+        let [w, h] = SIZE.map(|n| n as usize);
         assert!(colored(w * 3 / 4, 40, w, h / 4), "the second dot is at the top right");
         assert!(colored(w / 3, h * 3 / 4, w / 2, h), "the line is at the bottom");
         assert!(!colored(w / 3, 40, w / 2, h / 2), "nothing elsewhere");

@@ -1,0 +1,404 @@
+//! What makes a task physics-aware, as typed values: perception, surfaces, domain randomisation.
+
+use paid_lanes::rng::Rng;
+use paid_physics::BallParams;
+use serde::{Deserialize, Serialize};
+
+use crate::TaskError;
+use crate::preset::{Range, check_ranges, value_error};
+
+/// Errors of ball and goal perception in the policy's copy of the observation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PerceptionPreset {
+    /// True: outside a distance band, drawn for each episode, the last seen ball position (base frame) is held.
+    pub blind_zone: bool,
+    /// Range of the band's near end [m].
+    pub near_m: Range,
+    /// Range of the band's far end [m].
+    pub far_m: Range,
+    /// True: Gaussian noise with deviation `c_min + |v| / c_vel + distance / c_dist` on ball and goal (paper, section on
+    /// physics-guided randomisation).
+    pub gaussian: bool,
+    /// Constant part [m].
+    pub c_min: f64,
+    /// Divisor of the object's speed relative to the base [1/s].
+    pub c_vel: f64,
+    /// Divisor of the object's distance.
+    pub c_dist: f64,
+    /// Age of what is seen [s], drawn for each episode and rounded to control steps: a position of then, in the base frame
+    /// of then.
+    #[serde(default)]
+    pub latency_s: Range,
+    /// Time between two pictures [s], the first at a random phase; up to the control period: a picture every control step.
+    #[serde(default)]
+    pub frame_s: f64,
+    /// Probability that an object is not found in a picture; the last position is held.
+    #[serde(default)]
+    pub dropout: f64,
+    /// True: the ball is seen only inside the picture of the head camera.
+    #[serde(default)]
+    pub visible_band: bool,
+    /// The head camera.
+    #[serde(default)]
+    pub camera: CameraPreset,
+    /// True: all of this holds in evaluations too, which are undisturbed otherwise.
+    #[serde(default)]
+    pub in_evaluation: bool,
+}
+
+/// The head camera, fixed to the anchor body (torso).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraPreset {
+    /// Place in the anchor's frame [m].
+    pub mount_m: [f64; 3],
+    /// Angle of the optical axis below the anchor's x axis [degrees].
+    pub down_deg: f64,
+    /// Full angle of the picture across [degrees].
+    pub across_deg: f64,
+    /// Full angle of the picture from top to bottom [degrees].
+    pub upright_deg: f64,
+}
+
+impl Default for CameraPreset {
+    /// The Unitree G1's depth camera, 1.27 m above the ground on straight legs (the torso's frame is then 0.84 m up).
+    fn default() -> Self {
+        Self { mount_m: [0.058, 0.018, 0.43], down_deg: 47.6, across_deg: 87.0, upright_deg: 58.0 }
+    }
+}
+
+impl CameraPreset {
+    /// True if a point in the anchor's frame [m] is inside the picture.
+    pub fn sees(&self, point: [f64; 3]) -> bool {
+        let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.mount_m[k]);
+        let (s, c) = self.down_deg.to_radians().sin_cos();
+        let (depth, up) = (c * x - s * z, s * x + c * z);
+        let half = |degrees: f64| (0.5 * degrees.to_radians()).tan();
+        depth > 0.0 && y.abs() <= depth * half(self.across_deg) && up.abs() <= depth * half(self.upright_deg)
+    }
+}
+
+impl PerceptionPreset {
+    /// True if ball and goal come from pictures: late, seldom, or not always; else they are seen anew at every observation.
+    pub(crate) fn pictures(&self) -> bool {
+        self.latency_s[1] > 0.0 || self.frame_s > 0.0 || self.dropout > 0.0 || self.visible_band
+    }
+
+    /// True if anything differs from the truth.
+    pub(crate) fn errs(&self) -> bool {
+        self.blind_zone || self.gaussian || self.pictures()
+    }
+
+    pub(crate) fn check(&self) -> Result<(), TaskError> {
+        let key = |name: &str| format!("observations.perception.{name}");
+        check_ranges(&[(&key("near_m"), self.near_m), (&key("far_m"), self.far_m)])?;
+        check_ranges(&[(&key("latency_s"), self.latency_s)])?;
+        for (name, value, limits, expected) in [
+            ("c_vel", self.c_vel, [f64::MIN_POSITIVE, f64::MAX], "a positive number"),
+            ("c_dist", self.c_dist, [f64::MIN_POSITIVE, f64::MAX], "a positive number"),
+            ("latency_s.0", self.latency_s[0], [0.0, 1.0], "0 to 1 s"),
+            ("latency_s.1", self.latency_s[1], [0.0, 1.0], "0 to 1 s"),
+            ("frame_s", self.frame_s, [0.0, 1.0], "0 to 1 s"),
+            ("dropout", self.dropout, [0.0, 1.0], "a share between 0 and 1"),
+            ("camera.across_deg", self.camera.across_deg, [1.0, 179.0], "1 to 179 degrees"),
+            ("camera.upright_deg", self.camera.upright_deg, [1.0, 179.0], "1 to 179 degrees"),
+            ("camera.down_deg", self.camera.down_deg, [-90.0, 90.0], "-90 to 90 degrees"),
+        ] {
+            if !(limits[0]..=limits[1]).contains(&value) {
+                return Err(value_error(&key(name), expected, value.to_string()));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The ball's contact on a ground, as `paid sysid` finds it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfacePreset {
+    /// Name of the surface.
+    pub name: String,
+    /// Coulomb coefficient up to which the ball sticks.
+    pub static_friction: f64,
+    /// Coulomb coefficient while it slides.
+    pub dynamic_friction: f64,
+    /// Share of the normal approach speed that is returned.
+    pub restitution: f64,
+    /// Linear damping [1/s].
+    pub linear_damping: f64,
+    /// Angular damping [1/s].
+    pub angular_damping: f64,
+}
+
+impl SurfacePreset {
+    /// The surface of a ball.
+    pub fn of(name: &str, ball: &BallParams) -> Self {
+        Self {
+            name: name.to_owned(),
+            static_friction: ball.material.static_friction,
+            dynamic_friction: ball.material.dynamic_friction,
+            restitution: ball.material.restitution,
+            linear_damping: ball.linear_damping,
+            angular_damping: ball.angular_damping,
+        }
+    }
+
+    /// `ball` on this surface.
+    pub fn apply(&self, ball: &mut BallParams) {
+        ball.material.static_friction = self.static_friction;
+        ball.material.dynamic_friction = self.dynamic_friction;
+        ball.material.restitution = self.restitution;
+        ball.linear_damping = self.linear_damping;
+        ball.angular_damping = self.angular_damping;
+    }
+
+    /// Each parameter times (1 + `deviation` x a normal number), in its physical range: nothing below zero, restitution up
+    /// to one, dynamic friction up to the static one.
+    pub(crate) fn perturbed(&self, deviation: f64, rng: &mut Rng) -> Self {
+        let mut near = |value: f64| (value * (1.0 + deviation * rng.normal())).max(0.0);
+        let static_friction = near(self.static_friction);
+        Self {
+            name: String::new(),
+            static_friction,
+            dynamic_friction: near(self.dynamic_friction).min(static_friction),
+            restitution: near(self.restitution).min(1.0),
+            linear_damping: near(self.linear_damping),
+            angular_damping: near(self.angular_damping),
+        }
+    }
+}
+
+/// Ranges from which physical parameters are drawn at every reset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RandomisationPreset {
+    /// True: each environment lies at a random place of the terrain, drawn anew at every reset.
+    pub terrain_offset: bool,
+    /// True: robot parameters below are drawn.
+    pub robot: bool,
+    /// Static friction.
+    pub static_friction: Range,
+    /// Dynamic friction, limited to the static one.
+    pub dynamic_friction: Range,
+    /// Restitution.
+    pub restitution: Range,
+    /// Error of the default joint angles [rad].
+    pub joint_default_rad: Range,
+    /// Offset of the base's centre of mass along x [m].
+    pub base_com_x_m: Range,
+    /// Offset of the base's centre of mass along y and z [m].
+    pub base_com_yz_m: Range,
+    /// True: ball parameters below are drawn.
+    pub ball: bool,
+    /// Ball mass [kg].
+    pub ball_mass_kg: Range,
+    /// Ball static friction.
+    pub ball_static_friction: Range,
+    /// Ball dynamic friction.
+    pub ball_dynamic_friction: Range,
+    /// Ball restitution.
+    pub ball_restitution: Range,
+    /// Ball linear damping [1/s].
+    pub ball_linear_damping: Range,
+    /// Ball angular damping [1/s].
+    pub ball_angular_damping: Range,
+    /// Surfaces that the environments are split between by their number; none: the ball of `ball_params`, or of the ranges
+    /// above.
+    #[serde(default)]
+    pub surfaces: Vec<SurfacePreset>,
+    /// Relative standard deviation of every parameter of a surface. The paper writes a unit variance, which cannot be meant:
+    /// a restitution of 0.75 would leave [0, 1] in 63% of the draws.
+    #[serde(default = "ten_percent")]
+    pub surface_deviation: f64,
+    /// Factor of the joint controllers' stiffness, and another of their damping; [1, 1] is none.
+    #[serde(default = "unchanged")]
+    pub gain_scale: Range,
+    /// Factor of mass and inertia of every body but the base, drawn for each body; [1, 1] is none.
+    #[serde(default = "unchanged")]
+    pub link_mass_scale: Range,
+    /// Factor of mass and inertia of the base; [1, 1] is none.
+    #[serde(default = "unchanged")]
+    pub base_mass_scale: Range,
+    /// Delay between policy and joint targets [s], up to a control period: the target is the time average of the last and the
+    /// new one over the control step.
+    #[serde(default)]
+    pub action_delay_s: Range,
+    /// Age of gravity, angular velocity, joint angles and velocities in the policy's observation [s], up to a control period:
+    /// interpolated between two control steps.
+    #[serde(default)]
+    pub observation_delay_s: Range,
+}
+
+fn ten_percent() -> f64 {
+    0.1
+}
+
+fn unchanged() -> Range {
+    [1.0, 1.0]
+}
+
+impl RandomisationPreset {
+    /// True if actions or observations come late.
+    pub(crate) fn delays(&self) -> bool {
+        self.action_delay_s[1] > 0.0 || self.observation_delay_s[1] > 0.0
+    }
+
+    pub(crate) fn check(&self, control_dt_s: f64) -> Result<(), TaskError> {
+        let frictions =
+            [("static_friction", self.static_friction), ("dynamic_friction", self.dynamic_friction)];
+        let ball = [
+            ("ball_static_friction", self.ball_static_friction),
+            ("ball_dynamic_friction", self.ball_dynamic_friction),
+            ("ball_restitution", self.ball_restitution),
+            ("ball_linear_damping", self.ball_linear_damping),
+            ("ball_angular_damping", self.ball_angular_damping),
+        ];
+        let others = [
+            ("restitution", self.restitution),
+            ("joint_default_rad", self.joint_default_rad),
+            ("base_com_x_m", self.base_com_x_m),
+            ("base_com_yz_m", self.base_com_yz_m),
+        ];
+        let positive = [
+            ("ball_mass_kg", self.ball_mass_kg),
+            ("gain_scale", self.gain_scale),
+            ("link_mass_scale", self.link_mass_scale),
+            ("base_mass_scale", self.base_mass_scale),
+        ];
+        let delays =
+            [("action_delay_s", self.action_delay_s), ("observation_delay_s", self.observation_delay_s)];
+        let key = |name: &str| format!("randomisation.{name}");
+        for (name, range) in frictions.iter().chain(&ball).chain(&others).chain(&positive).chain(&delays) {
+            check_ranges(&[(&key(name), *range)])?;
+        }
+        for (name, range) in positive {
+            if range[0] <= 0.0 {
+                return Err(value_error(&key(name), "positive numbers", format!("{range:?}")));
+            }
+        }
+        for (name, range) in delays {
+            if range[0] < 0.0 || range[1] > control_dt_s + 1e-9 {
+                let expected = format!("0 to the control period of {control_dt_s} s");
+                return Err(value_error(&key(name), &expected, format!("{range:?}")));
+            }
+        }
+        if !(0.0..=1.0).contains(&self.surface_deviation) {
+            let found = self.surface_deviation.to_string();
+            return Err(value_error(&key("surface_deviation"), "a number between 0 and 1", found));
+        }
+        if self.ball && !self.surfaces.is_empty() {
+            let expected = "none while randomisation.ball draws the same parameters";
+            return Err(value_error(&key("surfaces"), expected, self.surfaces.len().to_string()));
+        }
+        for (i, s) in self.surfaces.iter().enumerate() {
+            for (name, value, most) in [
+                ("static_friction", s.static_friction, 10.0),
+                ("dynamic_friction", s.dynamic_friction, 10.0),
+                ("restitution", s.restitution, 1.0),
+                ("linear_damping", s.linear_damping, 100.0),
+                ("angular_damping", s.angular_damping, 100.0),
+            ] {
+                if !(0.0..=most).contains(&value) {
+                    let key = key(&format!("surfaces.{i}.{name}"));
+                    return Err(value_error(&key, &format!("0 to {most}"), value.to_string()));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TaskPreset;
+
+    fn surface() -> SurfacePreset {
+        SurfacePreset::of("hard", &BallParams::default())
+    }
+
+    #[test]
+    fn surfaces_scatter_by_the_relative_deviation_and_stay_physical() {
+        let (mut rng, n) = (Rng::new(3, 0, 0), 4000);
+        let draws: Vec<_> = (0..n).map(|_| surface().perturbed(0.1, &mut rng)).collect();
+        let spread = |of: fn(&SurfacePreset) -> f64| {
+            let mean = draws.iter().map(of).sum::<f64>() / f64::from(n);
+            let variance = draws.iter().map(|s| (of(s) - mean).powi(2)).sum::<f64>() / f64::from(n);
+            (mean, variance.sqrt() / mean)
+        };
+        for (of, nominal) in [(|s: &SurfacePreset| s.angular_damping) as fn(&_) -> f64, |s| s.static_friction]
+            .into_iter()
+            .zip([4.28, 0.77])
+        {
+            let (mean, relative) = spread(of);
+            assert!(
+                (mean / nominal - 1.0).abs() < 0.01 && (relative - 0.1).abs() < 0.005,
+                "{mean} {relative}"
+            );
+        }
+        for s in (0..2000).map(|_| surface().perturbed(1.0, &mut rng)) {
+            assert!((0.0..=1.0).contains(&s.restitution) && s.dynamic_friction <= s.static_friction);
+            assert!(s.dynamic_friction >= 0.0 && s.angular_damping >= 0.0 && s.linear_damping >= 0.0);
+        }
+    }
+
+    #[test]
+    fn the_default_noise_is_two_centimetres_near_and_ten_far_and_fast() {
+        let preset = TaskPreset::builtin("stage2").expect("valid").observations.perception;
+        let sigma = |v, d| crate::perception::deviation::<f64>(v, d, &preset);
+        assert!((sigma(0.0, 1.0) - 0.02).abs() < 0.001, "{}", sigma(0.0, 1.0));
+        assert!((sigma(1.0, 3.0) - 0.10).abs() < 0.002, "{}", sigma(1.0, 3.0));
+    }
+
+    #[test]
+    fn the_camera_sees_the_ground_before_the_feet_and_neither_far_nor_aside() {
+        let camera = CameraPreset::default();
+        // Upright on straight legs the torso's frame is 0.84 m above the ground.
+        let ball = |ahead: f64, left: f64| camera.sees([ahead, left, 0.11 - 0.84]);
+        assert!((camera.mount_m[2] + 0.84 - 1.27).abs() < 1e-9);
+        // The band's edges: 76.6 and 18.6 degrees below the horizontal, 1.16 m above the ball.
+        let edges = [76.6_f64, 18.6].map(|deg| camera.mount_m[0] + 1.16 / deg.to_radians().tan());
+        assert!(!ball(edges[0] - 0.02, 0.0) && ball(edges[0] + 0.02, 0.0));
+        assert!(ball(edges[1] - 0.05, 0.0) && !ball(edges[1] + 0.05, 0.0), "{edges:?}");
+        assert!(ball(1.0, 0.8) && !ball(1.0, 1.5) && !ball(-1.0, 0.0));
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused_by_key() {
+        let text = crate::preset::BUILTIN[1].1;
+        for (set, hint) in [
+            ("randomisation.action_delay_s=[0, 0.03]", "randomisation.action_delay_s"),
+            ("randomisation.gain_scale=[0, 1]", "randomisation.gain_scale"),
+            ("randomisation.surface_deviation=-1", "surface_deviation"),
+            ("randomisation.surfaces=[{name=\"x\"}]", "static_friction"),
+            ("observations.perception.dropout=1.5", "observations.perception.dropout"),
+            ("observations.perception.latency_s=[0, 2]", "latency_s"),
+        ] {
+            let error = TaskPreset::parse("x", text, &[set.to_owned()]).expect_err(set).to_string();
+            assert!(error.contains(hint), "{set}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_preset_of_before_these_keys_still_loads_with_everything_off() {
+        let new = TaskPreset::builtin("stage2").expect("valid");
+        let mut table: toml::Table = toml::to_string(&new).expect("writes").parse().expect("toml");
+        let inner = |t: &mut toml::Table, path: &[&str], keys: &[&str]| {
+            let mut at = t;
+            for p in path {
+                at = at.get_mut(*p).and_then(toml::Value::as_table_mut).expect("a table");
+            }
+            for k in keys {
+                assert!(at.remove(*k).is_some(), "{k} is in the preset");
+            }
+        };
+        let perception = ["latency_s", "frame_s", "dropout", "visible_band", "camera", "in_evaluation"];
+        inner(&mut table, &["observations", "perception"], &perception);
+        let keys = ["surfaces", "surface_deviation", "gain_scale", "link_mass_scale", "base_mass_scale"];
+        inner(&mut table, &["randomisation"], &keys);
+        inner(&mut table, &["randomisation"], &["action_delay_s", "observation_delay_s"]);
+        let old = TaskPreset::parse("old", &table.to_string(), &[]).expect("loads");
+        assert_eq!(old, new);
+    }
+}

@@ -1,0 +1,127 @@
+//! What an ablation found.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use paid_eval::metrics::statistics::Share;
+use paid_eval::table::Table;
+use serde::{Deserialize, Serialize};
+
+use super::judge::Settings;
+use crate::failure::Failure;
+
+/// How many of how many, with the 95% Wilson score interval.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Count {
+    /// Trials that count.
+    pub count: usize,
+    /// All trials.
+    pub trials: usize,
+    /// Lower end of the interval of the share.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Count {
+    /// From a yes or no a trial.
+    pub fn of(outcomes: impl IntoIterator<Item = bool>) -> Self {
+        let share = Share::of(outcomes);
+        Self { count: share.count, trials: share.trials, low: share.low, high: share.high }
+    }
+
+    /// Share with interval.
+    pub fn text(&self) -> String {
+        let percent = |x: f64| 100.0 * x;
+        let share = self.count as f64 / self.trials.max(1) as f64;
+        format!("{:.1}% [{:.1}, {:.1}]", percent(share), percent(self.low), percent(self.high))
+    }
+}
+
+/// A variant on a surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Score {
+    /// What was trained.
+    pub variant: String,
+    /// Where it was judged.
+    pub surface: String,
+    /// Training samples after Stage I.
+    pub samples: u64,
+    /// How it was judged.
+    pub settings: Settings,
+    /// Goals from the paper's three places, (-0.6, 0.8), (0, 0.8), (0.6, 0.8) m in its axes.
+    pub places: [Count; 3],
+    /// Goals over the effective workspace.
+    pub workspace: Count,
+    /// Contacts with the ball over the workspace.
+    pub contacts: Count,
+    /// Falls over the workspace.
+    pub falls: Count,
+}
+
+impl Score {
+    /// An earlier score, if there is one.
+    pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(Failure::input(format!("{}: {error}", path.display()))),
+        };
+        let score = serde_json::from_str(&text).map_err(|error| {
+            Failure::input(format!("{}: expected a score of paid ablate: {error}", path.display()))
+        })?;
+        Ok(Some(score))
+    }
+
+    /// True if it was judged like this, after as many samples.
+    pub fn is_of(&self, settings: &Settings, samples: u64) -> bool {
+        self.settings == *settings && self.samples == samples
+    }
+}
+
+/// The whole ablation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scores {
+    /// How it was judged.
+    pub settings: Settings,
+    /// A score a variant and surface.
+    pub scores: Vec<Score>,
+}
+
+impl Scores {
+    /// A row a variant and surface.
+    pub fn table(&self) -> String {
+        let mut table = Table::new(&[
+            "variant",
+            "surface",
+            "(-0.6,0.8)",
+            "(0.0,0.8)",
+            "(0.6,0.8)",
+            "workspace [95%]",
+            "contact",
+            "falls",
+            "samples",
+        ]);
+        for score in &self.scores {
+            let place = |k: usize| format!("{}/{}", score.places[k].count, score.places[k].trials);
+            table.row([
+                score.variant.clone(),
+                score.surface.clone(),
+                place(0),
+                place(1),
+                place(2),
+                score.workspace.text(),
+                score.contacts.text(),
+                score.falls.text(),
+                format!("{:.1} M", score.samples as f64 / 1e6),
+            ]);
+        }
+        format!(
+            "{table}MuJoCo, perception noise on, latency {} s, a picture every {} s. Places: left, middle, right, 0.8 m ahead.\n",
+            self.settings.latency, self.settings.frame
+        )
+    }
+}
