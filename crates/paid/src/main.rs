@@ -32,6 +32,8 @@ enum Command {
     Train(train::Args),
     /// Score a policy.
     Eval(Box<eval::Args>),
+    /// Let a policy shoot at the goal from random places: score table, pictures and a recording.
+    Demo(eval::demo::Args),
     /// Make, check, convert and retarget motion files.
     Motion(motion::Args),
     /// Record moving pictures of a motion, or of a human and the robot that follows.
@@ -53,6 +55,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Train(args) => train::run(args),
         Command::Eval(args) => eval::run(*args),
+        Command::Demo(args) => eval::demo::run(&args),
         Command::Motion(args) => motion::run(args),
         Command::Play(args) => play::run(&args),
         Command::Export(args) => export::run(args),

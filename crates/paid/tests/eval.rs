@@ -174,6 +174,27 @@ fn a_film_has_a_strip_and_frames() {
 }
 
 #[test]
+fn a_demo_scores_draws_and_records() {
+    let folder = folder();
+    succeeds(&paid(folder.path(), &["export", "run", "--out", "policy.onnx"]));
+    let args = ["demo", "--policy", "policy.onnx", "--motions", "motions", "--trials", "1", "--record", "2"];
+    let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--json"]].concat())));
+    assert_eq!((&report["kind"], report["trials"].as_array().map(Vec::len)), (&"demo".into(), Some(63)));
+    let balls: std::collections::BTreeSet<String> = report["trials"]
+        .as_array()
+        .expect("trials")
+        .iter()
+        .map(|trial| trial["ball"][0].to_string())
+        .collect();
+    assert_eq!(balls.len(), 63, "every ball lies somewhere else");
+    let demo = folder.path().join("demo");
+    for name in ["shots.gif", "shot_1.png", "shot_2.png", "report.html", "builtin_static_success.png"] {
+        assert!(fs::metadata(demo.join(name)).is_ok_and(|m| m.len() > 100), "{name}");
+    }
+    assert!(!demo.join("shot_3.png").exists());
+}
+
+#[test]
 fn the_scene_is_written_for_mujocos_viewer() {
     let folder = tempfile::tempdir().expect("folder");
     let args = ["eval", "scene", "--out", "scene.xml", "--protocol", "public", "--floor-friction", "0.55"];

@@ -36,7 +36,7 @@ pub enum Protocol {
 }
 
 /// Options of MuJoCo's scene.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 #[command(next_help_heading = "MuJoCo's scene")]
 pub struct SceneOptionsArgs {
     /// Named constants; the other options change single ones [default: paper; twist2 for the TWIST2 tracker].
@@ -81,7 +81,7 @@ pub struct SceneOptionsArgs {
 }
 
 /// Which engine, and the ball.
-#[derive(Clone, Debug, clap::Args)]
+#[derive(Clone, Debug, Default, clap::Args)]
 pub struct EngineArgs {
     /// Mass of the ball [kg] [default: the task's, 0.43; 0.1 with --protocol public].
     #[arg(long, value_name = "KG", value_parser = positive)]

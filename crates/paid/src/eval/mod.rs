@@ -1,5 +1,6 @@
 //! `paid eval`: scores a policy and draws what it does.
 
+pub mod demo;
 mod engine;
 mod film;
 mod gap;

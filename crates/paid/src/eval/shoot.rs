@@ -114,7 +114,7 @@ fn write_agreement(out: &Path, report: &AgreementReport) -> Result<(), Failure> 
     write_whole(&text, report.table().as_bytes()).map_err(Failure::input)
 }
 
-fn write_shooting(out: &Path, engine: &str, report: &ShootingReport, json: &str) -> Result<(), Failure> {
+pub fn write_shooting(out: &Path, engine: &str, report: &ShootingReport, json: &str) -> Result<(), Failure> {
     let kind = report.ball();
     let file = |what: &str| out.join(format!("{engine}_{kind}_{what}"));
     write_whole(&file("shooting.json"), json.as_bytes()).map_err(Failure::input)?;

@@ -59,6 +59,24 @@ pub struct Common {
     scene: EngineArgs,
 }
 
+impl Common {
+    /// A policy on the built-in engine, everything else as usual.
+    pub fn usual(policy: PathBuf, motions: Option<PathBuf>, seed: u64, threads: Option<usize>) -> Self {
+        Self {
+            policy,
+            robot: "g1".to_owned(),
+            motions,
+            task: None,
+            sets: Vec::new(),
+            seed,
+            threads,
+            isa: "auto".to_owned(),
+            engine: EngineName::Builtin,
+            scene: EngineArgs::default(),
+        }
+    }
+}
+
 /// A policy and the task to score it in.
 pub struct Subject {
     /// Robot, motions, task and engine.

@@ -1,0 +1,129 @@
+//! `paid demo`: a policy shoots at the goal from random places, is scored, and is filmed.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use paid_eval::episodes::run_episodes;
+use paid_eval::html::write_report;
+use paid_eval::picture::{Animation, Film, film_frame, film_strip};
+use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
+use paid_task::ForcedStart;
+
+use super::progress::Progress;
+use super::shoot::write_shooting;
+use super::subject::{Common, Subject};
+use super::{Whole, ended, to_json};
+use crate::failure::Failure;
+
+/// Pictures a second of the recording.
+const RATE_HZ: f64 = 12.5;
+/// Size of the recording [pixels].
+const SIZE: [usize; 2] = [480, 320];
+/// Time limit of a recorded shot [s]: the kick comes after about two, the ball then rolls for as long.
+const RECORDED_S: f64 = 4.5;
+
+/// Arguments of `paid demo`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Run folder, checkpoint or ONNX file.
+    #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
+    policy: PathBuf,
+    /// Folder of the motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Shots at each of 63 places of the workspace, from random points around it.
+    #[arg(long, default_value_t = 4)]
+    trials: usize,
+    /// Shots to record.
+    #[arg(long, default_value_t = 4)]
+    record: usize,
+    /// Seed of everything random.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Worker threads; the result does not depend on it [default: all cores].
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Print one line of JSON.
+    #[arg(long)]
+    json: bool,
+    /// Folder for tables, pictures, recording and report.
+    #[arg(long, value_name = "DIR", default_value = "demo")]
+    out: PathBuf,
+}
+
+/// Shoots, prints the score, writes the pictures.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let common = Common::usual(args.policy.clone(), args.motions.clone(), args.seed, args.threads);
+    let mut subject = Subject::load(&common, "stage2")?;
+    subject.needs_ball()?;
+    let options = ShootingOptions {
+        grid: Grid::EFFECTIVE,
+        trials: args.trials,
+        variant: Variant::Robot,
+        scatter_m: 0.5 * Grid::EFFECTIVE.step,
+        ..ShootingOptions::default()
+    };
+    let (monitor, progress) = Progress::start(args.json)?;
+    subject.arena.monitor = monitor;
+    let report = shooting::evaluate(&subject.arena, &*subject.maker, &options).map_err(Failure::input)?;
+    let timing = progress.finish();
+    let whole = Whole { kind: "demo", policy: &subject.name, report: &report, timing };
+    let json = to_json(&whole)?;
+    write_shooting(&args.out, subject.arena.engine.name(), &report, &json)?;
+    if args.json {
+        println!("{json}");
+    } else {
+        println!("{}\n{}", report.table(), timing.text());
+    }
+    if args.record > 0 && !subject.arena.monitor.stopped() {
+        if !args.json {
+            eprintln!("recording {} of these shots", args.record);
+        }
+        let trials: Vec<&Trial> = report.trials.iter().map(|outcome| &outcome.trial).collect();
+        // Evenly over the workspace, whatever came of them.
+        let every = (trials.len() / args.record).max(1);
+        let chosen: Vec<ForcedStart> = trials
+            .iter()
+            .skip(every / 2)
+            .step_by(every)
+            .take(args.record)
+            .map(|t| shooting::start_of(t))
+            .collect();
+        record(&subject, &options, &chosen, &args.out)?;
+    }
+    write_report(&args.out).map_err(Failure::input)?;
+    if !args.json {
+        println!("pictures, recording and report: {}", args.out.display());
+    }
+    Ok(ended(&subject.arena.monitor))
+}
+
+/// Plays the shots again and draws them: `shots.gif` one after the other, `shot_1.png` and so on as strips.
+fn record(
+    subject: &Subject,
+    options: &ShootingOptions,
+    starts: &[ForcedStart],
+    out: &Path,
+) -> Result<(), Failure> {
+    let arena = &subject.arena;
+    let dt_s = arena.preset.control_dt_s();
+    let options = ShootingOptions { limit_s: RECORDED_S, ..options.clone() };
+    let (control, steps) = shooting::control_of(&options, dt_s);
+    let films = run_episodes(arena, &*subject.maker, starts, control, steps, |_| Film::default())
+        .map_err(Failure::input)?;
+    let ball = Some(arena.preset.ball_params.radius_m);
+    let half_width = options.goal_half_width_m;
+    let every = (1.0 / (RATE_HZ * dt_s)).round().max(1.0) as usize;
+    let frames = films.iter().map(|(_, film)| film.poses.len().div_ceil(every)).sum();
+    let mut animation =
+        Animation::create(&out.join("shots.gif"), SIZE, RATE_HZ, frames).map_err(Failure::input)?;
+    for (i, film) in &films {
+        for t in (0..film.poses.len()).step_by(every) {
+            let image = film_frame(&arena.robot, film, t, ball, half_width, SIZE);
+            animation.add(&image).map_err(Failure::input)?;
+        }
+        let strip = film_strip(&arena.robot, film, dt_s, ball, half_width, 12);
+        strip.save(&out.join(format!("shot_{}.png", i + 1))).map_err(Failure::input)?;
+    }
+    animation.finish().map_err(Failure::input)
+}
