@@ -63,6 +63,10 @@ const BASE: usize = 6;
 const LONGEST: usize = 40;
 /// Levenberg-Marquardt damping: first value, and the bounds that it moves between.
 const DAMPING: [f64; 3] = [1e-2, 1e-4, 1e8];
+/// Damping up to which a small gain says something about the minimum: a refused step is followed by one at this or more.
+const FREE: f64 = 1.0;
+/// How far beyond its bound an angle may be by rounding alone [rad].
+const ROUNDING: f64 = 1e-9;
 
 impl<'a> Solver<'a> {
     /// For `model`, with the tasks of `table`.
@@ -131,7 +135,9 @@ impl<'a> Solver<'a> {
         let mut poses = self.forward(pose);
         let mut cost = self.cost(&poses, goals, stage);
         self.fill(&poses, goals, stage);
-        let mut steps = 0;
+        // One small gain is not the minimum: a step that overshoots gains little, and so do the strongly damped ones that follow
+        // a refused one.
+        let (mut steps, mut small_gains) = (0, 0);
         while steps < limits.steps {
             steps += 1;
             for (j, (&angle, range)) in pose.joints.iter().zip(&self.range).enumerate() {
@@ -149,7 +155,12 @@ impl<'a> Solver<'a> {
             if trial_cost <= cost {
                 let gain = cost - trial_cost;
                 (*pose, poses, cost) = (trial, trial_poses, trial_cost);
-                if gain <= limits.share * cost + 1e-12 {
+                if gain > limits.share * cost + 1e-12 {
+                    small_gains = 0;
+                } else if mu <= FREE {
+                    small_gains += 1;
+                }
+                if small_gains == 2 {
                     break;
                 }
                 mu = (0.2 * mu).max(DAMPING[1]);
@@ -157,7 +168,7 @@ impl<'a> Solver<'a> {
             } else {
                 // Bounds that the pose was outside of may have cost more than the step gained: take it once.
                 let inside = pose.joints.iter().zip(&self.low[BASE..]).zip(&self.high[BASE..]);
-                if inside.into_iter().any(|((_, &low), &high)| low > 0.0 || high < 0.0) {
+                if inside.into_iter().any(|((_, &low), &high)| low > ROUNDING || high < -ROUNDING) {
                     (*pose, poses, cost) = (trial, trial_poses, trial_cost);
                     self.fill(&poses, goals, stage);
                     continue;
