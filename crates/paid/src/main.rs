@@ -8,6 +8,7 @@ mod bench_train;
 mod eval;
 mod export;
 mod failure;
+mod look;
 mod motion;
 mod play;
 mod stop;
