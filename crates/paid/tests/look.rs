@@ -127,10 +127,10 @@ mod rerun_file {
             ("/plots/torque/left_knee_joint", 26),
             ("/plots/mark", 26),
             ("/rewards/body_pos", 26),
-            ("/events", 1),
         ] {
             assert_eq!(rows.get(entity), Some(&count), "{entity} in {rows:?}");
         }
+        assert!(rows["/events"] >= 1, "the end, perhaps a kick");
         assert!(!rows.contains_key("/world/human"));
         assert_eq!(fs::read_dir(folder.path().join("new")).expect("there").count(), 1, "no part is left");
     }

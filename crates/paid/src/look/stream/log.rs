@@ -39,9 +39,8 @@ type Done = RecordingStreamResult<()>;
 
 /// The views: the scene, and beside it rewards, joints and events.
 pub fn arrangement(footage: &Footage) -> Blueprint {
-    let series = |name: &str, origin: &str| -> ContainerLike {
-        TimeSeriesView::new(name).with_origin(origin).with_contents([format!("{origin}/**")]).into()
-    };
+    let series =
+        |name: &str, origin: &str| -> ContainerLike { TimeSeriesView::new(name).with_origin(origin).into() };
     let mut tabs = Vec::new();
     if footage.episode {
         tabs.push(series("rewards", "/rewards"));
@@ -51,11 +50,9 @@ pub fn arrangement(footage: &Footage) -> Blueprint {
         tabs.extend([series("torques", "/plots/torque"), series("contact forces", "/plots/force")]);
     }
     tabs.push(series(if footage.episode { "ball speed" } else { "foot speed" }, "/plots/mark"));
-    let side = Vertical::new([
-        Tabs::new(tabs).into(),
-        TextLogView::new("events").with_origin("/events").with_contents(["/events"]).into(),
-    ]);
-    let scene = Spatial3DView::new("scene").with_origin("/world").with_contents(["/world/**"]);
+    let side =
+        Vertical::new([Tabs::new(tabs).into(), TextLogView::new("events").with_origin("/events").into()]);
+    let scene = Spatial3DView::new("scene").with_origin("/world");
     Blueprint::new(
         Horizontal::new([scene.into(), side.with_row_shares([4.0, 1.0]).into()])
             .with_column_shares([3.0, 2.0]),
