@@ -18,8 +18,10 @@
 
 use paid_eval::picture::FORCE_SCALE_M_PER_N;
 use paid_task::REWARD_NAMES;
+use rerun::blueprint::components::PanelState;
 use rerun::blueprint::{
-    Blueprint, ContainerLike, Horizontal, Spatial3DView, Tabs, TextLogView, TimeSeriesView, Vertical,
+    Blueprint, ContainerLike, Horizontal, SelectionPanel, Spatial3DView, Tabs, TextLogView, TimePanel,
+    TimeSeriesView, Vertical,
 };
 use rerun::{
     Arrows3D, Color, Ellipsoids3D, FillMode, LineStrips3D, RecordingStream, RecordingStreamResult, Scalars,
@@ -32,8 +34,6 @@ use crate::look::footage::{Figure, Footage, Frame, LEAST_FORCE_N};
 
 /// Every moment's trail is this long at most [s]: a line a frame would otherwise grow with the square of the recording.
 const TRAIL_S: f64 = 1.5;
-/// Half the side of the ground's grid [m].
-const GROUND_M: i32 = 8;
 
 type Done = RecordingStreamResult<()>;
 
@@ -58,6 +58,8 @@ pub fn arrangement(footage: &Footage) -> Blueprint {
             .with_column_shares([3.0, 2.0]),
     )
     .with_auto_views(false)
+    .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+    .with_time_panel(TimePanel::new().with_state(PanelState::Collapsed).with_timeline("time"))
 }
 
 /// Logs everything.
@@ -99,20 +101,17 @@ fn times(footage: &Footage) -> [TimeColumn; 2] {
 
 /// Ground and goal.
 fn still(rec: &RecordingStream, footage: &Footage) -> Done {
-    // Around the robot's first place, on whole metres.
-    let first = footage.frames.first().and_then(|f| f.pose.pos.first()).copied().unwrap_or_default();
-    let [x0, y0] = [first[0].round() as f32, first[1].round() as f32];
-    let end = GROUND_M as f32;
-    let lines = (-GROUND_M..=GROUND_M).flat_map(|k| {
-        let k = k as f32;
-        [
-            vec![[x0 + k, y0 - end, 0.0], [x0 + k, y0 + end, 0.0]],
-            vec![[x0 - end, y0 + k, 0.0], [x0 + end, y0 + k, 0.0]],
-        ]
-    });
+    let goal = goal(footage);
+    // No larger than needed: the viewer first looks at everything that is there.
+    let [low, high] = extent(footage, goal.iter().flatten());
+    let along = |k: usize| low[k]..=high[k];
+    let [low, high] = [low, high].map(|p| p.map(|x| x as f32));
+    let columns = along(0).map(|x| vec![[x as f32, low[1], 0.0], [x as f32, high[1], 0.0]]);
+    let rows = along(1).map(|y| vec![[low[0], y as f32, 0.0], [high[0], y as f32, 0.0]]);
+    let lines = columns.chain(rows);
     let ground = LineStrips3D::new(lines).with_colors([Color::from_rgb(90, 120, 90)]).with_radii([0.004]);
     rec.log_static("/world/ground", &ground)?;
-    if let Some(goal) = goal(footage) {
+    if let Some(goal) = goal {
         let goal = LineStrips3D::new([goal.map(single).to_vec()]);
         rec.log_static(
             "/world/goal",
@@ -120,6 +119,19 @@ fn still(rec: &RecordingStream, footage: &Footage) -> Done {
         )?;
     }
     Ok(())
+}
+
+/// Least and largest x and y of the robot's way and of other points, a metre more on every side [m].
+fn extent<'a>(footage: &'a Footage, others: impl Iterator<Item = &'a [f64; 3]>) -> [[i32; 2]; 2] {
+    let mut bounds = [[i32::MAX; 2], [i32::MIN; 2]];
+    let bases = footage.frames.iter().filter_map(|f| f.pose.pos.first());
+    for point in bases.chain(others) {
+        for k in 0..2 {
+            bounds[0][k] = bounds[0][k].min(point[k].floor() as i32 - 1);
+            bounds[1][k] = bounds[1][k].max(point[k].ceil() as i32 + 1);
+        }
+    }
+    bounds
 }
 
 /// The goal's frame as a line from foot to foot of its posts, 1 m high [m]; `None` without ball and goal.
