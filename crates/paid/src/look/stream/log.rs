@@ -16,7 +16,7 @@
 //!
 //! The time lines are `step` (frames) and `time` [s].
 
-use paid_eval::picture::FORCE_SCALE_M_PER_N;
+use paid_eval::picture::{Bodies, FORCE_SCALE_M_PER_N};
 use paid_task::REWARD_NAMES;
 use rerun::blueprint::components::PanelState;
 use rerun::blueprint::{
@@ -144,12 +144,7 @@ fn goal(footage: &Footage) -> Option<[[f64; 3]; 4]> {
 }
 
 /// A transform a body and frame: origins [m] and row-major frames.
-fn moving(
-    rec: &RecordingStream,
-    root: &str,
-    footage: &Footage,
-    poses: &[(&[[f64; 3]], &[[[f64; 3]; 3]])],
-) -> Done {
+fn moving(rec: &RecordingStream, root: &str, footage: &Footage, poses: &[Bodies]) -> Done {
     for (i, body) in footage.model.bodies.iter().enumerate() {
         let columns = |m: [[f64; 3]; 3]| [0, 1, 2].map(|c| [0, 1, 2].map(|r| m[r][c] as f32));
         let transforms = Transform3D::update_fields()
