@@ -10,6 +10,7 @@
 mod asf;
 mod boxed;
 mod bvh;
+mod bvh_text;
 mod error;
 mod files;
 mod goals;
@@ -24,6 +25,7 @@ mod text;
 pub use asf::{parse_amc, parse_asf};
 pub use boxed::BoxedSystem;
 pub use bvh::parse_bvh;
+pub use bvh_text::{BVH_UNIT_M, bvh_text};
 pub use error::RetargetError;
 pub use files::{HumanOptions, is_human_file, read_human};
 pub use goals::{Goal, Goals};

@@ -50,6 +50,8 @@ pub struct EvalOptions {
     pub auto_reset: bool,
     /// Observation noise, perception errors, pushes and randomisation stay as in the preset; else all are off.
     pub disturbances: bool,
+    /// Samples carry the reward terms of their step ([`EnvSample::rewards`]).
+    pub reward_terms: bool,
 }
 
 impl Default for EvalOptions {
@@ -61,6 +63,7 @@ impl Default for EvalOptions {
             max_steps: None,
             auto_reset: false,
             disturbances: false,
+            reward_terms: false,
         }
     }
 }
@@ -129,6 +132,9 @@ pub struct EnvSample {
     pub heading: f64,
     /// The first kick of the episode.
     pub kick: Option<KickEvent>,
+    /// Term x weight x control period of the last step, order of [`crate::REWARD_NAMES`]; their sum is the step's reward. Empty unless
+    /// [`EvalOptions::reward_terms`] asks for them.
+    pub rewards: Vec<f64>,
 }
 
 /// Control of single environments. Environments are indexed within their shard.

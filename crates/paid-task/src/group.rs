@@ -4,6 +4,7 @@ use core::any::Any;
 
 use paid_lanes::{Real, Scalar, Vec3};
 
+use crate::REWARD_TERMS;
 use crate::config::TaskConfig;
 use crate::kick::KickState;
 use crate::late::Late;
@@ -40,6 +41,8 @@ pub(crate) struct GroupTask<V> {
     pub foot_peak: V,
     /// The same of the reference.
     pub reference_peak: V,
+    /// Reward terms of the last step, order of [`crate::REWARD_NAMES`]; kept only where an evaluation asks for them.
+    pub terms: Option<Box<[V; REWARD_TERMS]>>,
 }
 
 impl<V: Real> GroupTask<V> {
@@ -59,10 +62,12 @@ impl<V: Real> GroupTask<V> {
             episode_return: V::zero(),
             foot_peak: V::zero(),
             reference_peak: V::zero(),
+            terms: None,
         }
     }
 
-    /// Every number but the reference (which follows from motion and frame), for saving.
+    /// Every number but the reference (which follows from motion and frame) and the reward terms (which nothing depends on), for
+    /// saving.
     pub(crate) fn fields(&mut self) -> Vec<&mut V> {
         let mut fields: Vec<&mut V> = Vec::new();
         fields.extend(self.action.iter_mut());

@@ -97,6 +97,9 @@ pub(crate) fn score<V: Real>(
         terms[k] *= V::c(weights[k] * config.dt_s);
         total += terms[k];
     }
+    if let Some(kept) = &mut group.terms {
+        **kept = terms;
+    }
     let finite = finite(state).and(total.is_finite());
     for k in 0..REWARD_TERMS {
         sums.terms[k] += V::select(finite, terms[k], V::zero());

@@ -87,6 +87,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
     fn set_eval(&mut self, options: Option<EvalOptions>) {
         self.eval = options;
+        let keep = options.is_some_and(|o| o.reward_terms);
+        for group in &mut self.groups {
+            group.terms = keep.then(|| Box::new([V::zero(); REWARD_TERMS]));
+        }
         for env in &mut self.envs {
             env.ended = None;
             if options.is_none() {
@@ -122,6 +126,8 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
         let (group, lane) = self.env_index(env)?;
         let (state, task, info) = (self.sim.state(group), &self.groups[group], &self.envs[env]);
         let facts = &self.library.facts()[info.motion];
+        let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+        let terms = task.terms.iter().flat_map(|terms| terms.iter());
         let numbers = |values: &[V]| values.iter().map(|v| v.lane(lane)).collect::<Vec<_>>();
         let bodies = state.bodies.iter().map(|b| BodySample {
             pos: b.pos.lane(lane),
@@ -145,6 +151,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             goal_pos: task.goal.lane(lane),
             heading: facts.heading,
             kick: info.kick.clone(),
+            rewards: terms.map(|v| finite(v.lane(lane))).collect(),
         })
     }
 }

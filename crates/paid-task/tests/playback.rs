@@ -395,6 +395,26 @@ fn an_evaluation_holds_the_last_frame_and_obeys_the_forced_start() {
 }
 
 #[test]
+fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked_for() {
+    let mut task = task("stage2", &[], 1, 20);
+    for reward_terms in [true, false] {
+        task.eval().set_eval(Some(EvalOptions { reward_terms, ..EvalOptions::default() }));
+        task.eval().force_start(0, &ForcedStart::nominal(0)).expect("exists");
+        for _ in 0..25 {
+            let (reward, ..) = steps(&mut task, 1)[0];
+            let terms = task.sample(0).expect("exists").rewards;
+            if reward_terms {
+                assert_eq!(terms.len(), REWARD_NAMES.len());
+                let sum: f64 = terms.iter().sum();
+                assert!(reward != 0.0 && (sum - f64::from(reward)).abs() < 1e-5, "{sum} of {reward}");
+            } else {
+                assert!(terms.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
 fn observations_are_placed_as_the_layout_says() {
     let mut task = task("stage1", &[], 1, usize::MAX);
     task.eval().set_eval(Some(EvalOptions::default()));

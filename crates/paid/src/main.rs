@@ -8,6 +8,7 @@ mod bench_train;
 mod eval;
 mod export;
 mod failure;
+mod look;
 mod motion;
 mod play;
 mod stop;
@@ -36,8 +37,8 @@ enum Command {
     Demo(eval::demo::Args),
     /// Make, check, convert and retarget motion files.
     Motion(motion::Args),
-    /// Record moving pictures of a motion, or of a human and the robot that follows.
-    Play(play::Args),
+    /// Look at a motion, at a human and the robot that follows, or at an episode of a policy: pictures, or Rerun.
+    Play(Box<play::Args>),
     /// Write a policy as ONNX.
     Export(export::Args),
     /// Measure speed.

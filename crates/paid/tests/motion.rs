@@ -103,7 +103,20 @@ fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     }
     assert!(folder.path().join("frames/frame_0008.png").is_file());
     assert!(fs::read(folder.path().join("both.gif")).expect("written").starts_with(b"GIF89a"));
+    // The human's motion again, at another rate, as BVH: the robot does the same.
+    let text = succeeds(&paid(
+        folder.path(),
+        &["motion", "convert", "kick.bvh", "--out", "again.bvh", "--rate", "50"],
+    ));
+    assert!(text.contains("again.bvh: 108 frames at 50 Hz, 20 bones"), "{text}");
+    let text = succeeds(&paid(folder.path(), &["motion", "retarget", "again.bvh", "--out", "again.npz"]));
+    assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
     // Refusals.
+    let error = refuses(&paid(folder.path(), &["motion", "convert", "kick.npz", "--out", "kick2.bvh"]));
+    assert!(error.contains("kick.npz: expected a human's motion"), "{error}");
+    let error =
+        refuses(&paid(folder.path(), &["motion", "convert", "kick.bvh", "--out", "a.bvh", "--leg", "left"]));
+    assert!(error.contains("--leg"), "{error}");
     let error = refuses(&paid(folder.path(), &["play", "kick.npz", "--record", "a.mp4"]));
     assert!(error.contains("expected a name that ends in .gif or .png, or a folder"), "{error}");
     let error = refuses(&paid(folder.path(), &["play", "--clip", "none", "--record", "a.gif"]));

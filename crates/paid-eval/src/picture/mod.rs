@@ -16,5 +16,8 @@ pub use canvas::{Canvas, Rgb};
 pub use figure::{Anchor, Figure, escape};
 pub use heatmap::{HeatMap, color_of};
 pub use paths::{Path, plot_paths};
-pub use robot::{Film, Pose, draw_robot, film_frame, film_strip, frame};
+pub use robot::{
+    Bodies, FORCE_SCALE_M_PER_N, Film, Pose, Shown, draw_robot, draw_shown, episode_frame, film_frame,
+    film_strip, frame,
+};
 pub use scene::{Camera, Scene};

@@ -67,6 +67,28 @@ const SOLE: Rgb = [70, 74, 84];
 const BALL: Rgb = [245, 150, 40];
 const TRAIL: Rgb = [235, 190, 120];
 const POST: Rgb = [250, 250, 250];
+const GHOST: Rgb = [90, 150, 235];
+const FORCE: Rgb = [215, 40, 60];
+/// How much of the ghost is seen.
+const GHOST_SHARE: f64 = 0.42;
+/// A ghost nearer to the robot than this is not drawn over it [m].
+const GHOST_MARGIN_M: f64 = 0.03;
+/// Length of a force's arrow [m/N]: the robot's weight is a third of a metre.
+pub const FORCE_SCALE_M_PER_N: f64 = 1e-3;
+
+/// A robot's pose: body origins, world [m], and body frames in the world, row-major; both in model order.
+pub type Bodies<'a> = (&'a [[f64; 3]], &'a [[[f64; 3]; 3]]);
+
+/// What a picture shows beside the robot, the ball and the goal. Nothing by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shown<'a> {
+    /// Where the ball was [m].
+    pub trail: &'a [[f64; 3]],
+    /// A second robot, seen as if made of blue glass: the reference.
+    pub ghost: Option<Bodies<'a>>,
+    /// Forces: where they act [m], and the force [N]; world axes. Drawn as arrows of [`FORCE_SCALE_M_PER_N`].
+    pub forces: &'a [([f64; 3], [f64; 3])],
+}
 
 /// A picture of `width` x `height` pixels that looks over the robot's side to the goal. `ball_radius` in m; `None` without a ball;
 /// `half_width` is the goal's.
@@ -77,7 +99,7 @@ pub fn frame(
     half_width: f64,
     size: [usize; 2],
 ) -> Canvas {
-    picture(model, pose, &[], ball_radius, half_width, size)
+    episode_frame(model, pose, &Shown::default(), ball_radius, half_width, size)
 }
 
 /// As [`frame`], for pose `index` of a film, with the ball's way up to then.
@@ -94,13 +116,15 @@ pub fn film_frame(
 ) -> Canvas {
     let trail: Vec<[f64; 3]> =
         film.poses[..index].iter().filter(|_| ball_radius.is_some()).map(|p| p.ball).collect();
-    picture(model, &film.poses[index], &trail, ball_radius, half_width, size)
+    let shown = Shown { trail: &trail, ..Shown::default() };
+    episode_frame(model, &film.poses[index], &shown, ball_radius, half_width, size)
 }
 
-fn picture(
+/// As [`frame`], with what else is to be `shown`.
+pub fn episode_frame(
     model: &RobotModel,
     pose: &Pose,
-    trail: &[[f64; 3]],
+    shown: &Shown,
     ball_radius: Option<f64>,
     half_width: f64,
     [width, height]: [usize; 2],
@@ -113,7 +137,7 @@ fn picture(
     let camera = Camera { eye: at(-2.3, -2.3, 1.6), target: at(0.8, 0.2, 0.5), field: 0.72 };
     // Drawn at twice the size and halved: smooth edges.
     let mut scene = Scene::new(2 * width, 2 * height, camera);
-    for p in trail {
+    for p in shown.trail {
         scene.sphere(*p, 0.015, TRAIL);
     }
     draw_robot(&mut scene, model, &pose.pos, &pose.rot);
@@ -126,7 +150,20 @@ fn picture(
         }
         scene.capsule([post(-half_width, 1.0), post(half_width, 1.0)], 0.04, POST);
     }
+    draw_shown(&mut scene, model, shown);
     scene.finish().halved()
+}
+
+/// Draws ghost and forces (not the trail) over what is there.
+pub fn draw_shown(scene: &mut Scene, model: &RobotModel, shown: &Shown) {
+    for (at, force) in shown.forces {
+        scene.arrow(*at, force.map(|f| f * FORCE_SCALE_M_PER_N), 0.02, FORCE);
+    }
+    if let Some((pos, rot)) = shown.ghost {
+        let mut layer = scene.layer();
+        draw_body(&mut layer, model, pos, rot, [GHOST; 3]);
+        scene.blend(&layer, GHOST_SHARE, GHOST_MARGIN_M);
+    }
 }
 
 /// Draws the robot's contact shapes, the lines between its joints and its shadow: body origins `pos` [m] and frames `rot`, model order.
@@ -134,14 +171,25 @@ pub fn draw_robot(scene: &mut Scene, model: &RobotModel, pos: &[[f64; 3]], rot: 
     for p in pos {
         scene.shadow(*p, 0.07);
     }
+    draw_body(scene, model, pos, rot, [SHELL, SOLE, BONE]);
+}
+
+/// The shapes in the colours of shell, soles and bones.
+fn draw_body(
+    scene: &mut Scene,
+    model: &RobotModel,
+    pos: &[[f64; 3]],
+    rot: &[[[f64; 3]; 3]],
+    [shell, sole, bone]: [Rgb; 3],
+) {
     for (i, body) in model.bodies.iter().enumerate().take(pos.len().min(rot.len())) {
         let axes = paid_lanes::Mat3(rot[i]);
         let world = |p: [f64; 3]| (axes.mul_vec(Vec3(p)) + Vec3(pos[i])).0;
         if let Some(parent) = body.parent {
-            scene.capsule([pos[parent], pos[i]], 0.028, BONE);
+            scene.capsule([pos[parent], pos[i]], 0.028, bone);
         }
         for geom in body.geoms.iter().filter(|g| g.class != "referee") {
-            let color = if geom.class == "sole" { SOLE } else { SHELL };
+            let color = if geom.class == "sole" { sole } else { shell };
             match geom.shape {
                 Shape::Sphere { center, radius } => scene.sphere(world(center), radius, color),
                 Shape::Capsule { ends, radius } => scene.capsule(ends.map(world), radius, color),

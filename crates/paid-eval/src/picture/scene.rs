@@ -144,6 +144,48 @@ impl Scene {
         }
     }
 
+    /// An arrow: a thin shaft and a tip, in all as long as `vector`.
+    pub fn arrow(&mut self, from: [f64; 3], vector: [f64; 3], radius: f64, color: Rgb) {
+        let (a, along) = (Vec3(from), Vec3(vector));
+        let length = along.norm();
+        if length < 1e-9 {
+            return;
+        }
+        // The tip is four radii long unless the whole arrow is shorter.
+        let tip = (4.0 * radius / length).min(1.0);
+        let neck = a + along.scale(1.0 - tip);
+        if tip < 1.0 {
+            self.capsule([from, neck.0], 0.5 * radius, color);
+        }
+        for i in 0..=12 {
+            let share = f64::from(i) / 12.0;
+            let thick = (1.5 * radius * (1.0 - share)).max(0.1 * radius);
+            self.splat(neck + along.scale(tip * share), thick, color);
+        }
+    }
+
+    /// An empty layer in front of the same camera: for things that [`Scene::blend`] shows as if through glass.
+    pub fn layer(&self) -> Self {
+        let mut layer = self.clone();
+        layer.depth.fill(f64::INFINITY);
+        layer
+    }
+
+    /// Mixes in a layer, `share` of it, where it is nearer than what is here by more than `margin` [m]. The margin keeps two
+    /// bodies in almost the same place from showing through each other in patches. Shadows of the layer are not taken over.
+    pub fn blend(&mut self, layer: &Self, share: f64, margin: f64) {
+        let width = self.image.width();
+        for (i, depth) in layer.depth.iter().enumerate() {
+            if !depth.is_finite() || depth + margin >= self.depth[i] {
+                continue;
+            }
+            let (x, y) = (i % width, i / width);
+            let (below, above) = (self.image.get(x, y), layer.image.get(x, y));
+            let mix = |k: usize| f64::from(below[k]) * (1.0 - share) + f64::from(above[k]) * share;
+            self.image.set(x as i64, y as i64, [0, 1, 2].map(|k| mix(k) as u8));
+        }
+    }
+
     /// A dark disc on the ground under a point: shows its place and height.
     pub fn shadow(&mut self, centre: [f64; 3], radius: f64) {
         let Some(([cx, cy], depth)) = self.project(Vec3([centre[0], centre[1], 0.0])) else { return };
@@ -217,6 +259,35 @@ mod tests {
             !purple.is_empty() && purple.iter().all(|&x| x < 50),
             "looking along +x, +y is left: {purple:?}"
         );
+    }
+
+    #[test]
+    fn a_layer_is_glass_in_front_and_hidden_behind() {
+        let mut scene = Scene::new(100, 80, camera());
+        scene.sphere([0.0, 0.0, 1.0], 0.3, [255, 0, 0]);
+        let plain = scene.image.clone();
+        let mut behind = scene.layer();
+        behind.sphere([1.0, 0.0, 1.0], 0.2, [0, 0, 255]);
+        scene.blend(&behind, 0.5, 0.02);
+        assert_eq!(scene.image, plain, "the red sphere hides all of it");
+        let mut front = scene.layer();
+        front.sphere([-1.0, 0.0, 1.0], 0.2, [0, 0, 255]);
+        scene.blend(&front, 0.5, 0.02);
+        let ([r, _, b], [before, ..]) = (scene.image.get(50, 40), plain.get(50, 40));
+        assert!(r.abs_diff(before / 2) < 3 && b.abs_diff(r) < 3, "half red, half blue: {r} of {before}, {b}");
+    }
+
+    #[test]
+    fn an_arrow_points_where_it_should_and_ends_there() {
+        let mut scene = Scene::new(100, 80, camera());
+        let empty = scene.image.clone();
+        scene.arrow([0.0, 0.0, 1.0], [0.0, 0.0, 0.5], 0.08, [255, 0, 0]);
+        let rows: Vec<usize> = (0..80).filter(|&y| scene.image.get(50, y) != empty.get(50, y)).collect();
+        // Half a metre at 4 m, focal length 40 / tan(0.4).
+        let length = 0.5 * (40.0 / 0.4_f64.tan()) / 4.0;
+        let (top, bottom) = (rows[0] as f64, rows[rows.len() - 1] as f64);
+        assert!((40.0 - top - length).abs() < 2.0 && (bottom - 40.0).abs() < 2.0, "{rows:?}");
+        scene.arrow([0.0, 0.0, 1.0], [0.0; 3], 0.03, [255, 0, 0]);
     }
 
     #[test]

@@ -2,12 +2,13 @@
 
 pub mod demo;
 mod engine;
+pub mod episode;
 mod film;
 mod gap;
 mod progress;
 mod protocol;
 mod shoot;
-mod subject;
+pub mod subject;
 mod track;
 
 use std::process::ExitCode;

@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common, "stage2")?;
     subject.needs_ball()?;
     let kinds = args.protocol.options(args.trials, Grid::WHOLE)?;
-    subject.arena.engine = subject.engine(args.common.engine);
+    subject.arena.engine = subject.engine(args.common.setting.engine);
     // Reports of each engine, for the figure of all kinds of ball.
     let mut reports: Vec<(&'static str, Vec<ShootingReport>)> = Vec::new();
     for options in &kinds {
@@ -79,7 +79,7 @@ fn one(
 ) -> Result<Vec<(&'static str, ShootingReport)>, Failure> {
     let (monitor, progress) = Progress::start(args.json)?;
     subject.arena.monitor = monitor;
-    let (text, json, reports) = if args.common.engine == EngineName::Both {
+    let (text, json, reports) = if args.common.setting.engine == EngineName::Both {
         let report = agreement::evaluate(&subject.arena, &subject.scene, &*subject.maker, options)
             .map_err(Failure::input)?;
         let timing = progress.finish();

@@ -30,18 +30,25 @@ pub struct Common {
     /// the TWIST2 tracker.
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
     policy: PathBuf,
+    #[command(flatten)]
+    pub setting: Setting,
+}
+
+/// In what a policy is scored or played.
+#[derive(Debug, clap::Args)]
+pub struct Setting {
     /// Built-in robot or robot file, for ONNX files.
     #[arg(long, default_value = "g1")]
     robot: String,
     /// Folder of the motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", requires = "policy")]
     motions: Option<PathBuf>,
     /// Built-in task or task preset file to score in [default: the one the policy was trained in; for an ONNX file stage2 with
     /// a ball, stage1 without].
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", requires = "policy")]
     task: Option<String>,
     /// Change a value of the task, such as scene.ground.restitution=0 (repeatable).
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    #[arg(long = "set", value_name = "KEY=VALUE", requires = "policy")]
     sets: Vec<String>,
     /// Seed of everything random.
     #[arg(long, default_value_t = 0)]
@@ -53,7 +60,7 @@ pub struct Common {
     #[arg(long, default_value = "auto")]
     isa: String,
     /// Who simulates.
-    #[arg(long, value_enum, default_value = "builtin")]
+    #[arg(long, value_enum, default_value = "builtin", requires = "policy")]
     pub engine: EngineName,
     #[command(flatten)]
     scene: EngineArgs,
@@ -62,8 +69,7 @@ pub struct Common {
 impl Common {
     /// A policy on the built-in engine, everything else as usual.
     pub fn usual(policy: PathBuf, motions: Option<PathBuf>, seed: u64, threads: Option<usize>) -> Self {
-        Self {
-            policy,
+        let setting = Setting {
             robot: "g1".to_owned(),
             motions,
             task: None,
@@ -73,7 +79,8 @@ impl Common {
             isa: "auto".to_owned(),
             engine: EngineName::Builtin,
             scene: EngineArgs::default(),
-        }
+        };
+        Self { policy, setting }
     }
 }
 
@@ -110,21 +117,21 @@ enum Kind {
 }
 
 impl Source {
-    fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
-        if common.policy.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx")) {
-            let file = OnnxFile::read(&common.policy).map_err(Failure::input)?;
+    fn load(policy: &Path, robot: &str, usual_task: &str) -> Result<Self, Failure> {
+        if policy.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx")) {
+            let file = OnnxFile::read(policy).map_err(Failure::input)?;
             return Ok(Self {
-                name: common.policy.display().to_string(),
-                robot: common.robot.clone(),
+                name: policy.display().to_string(),
+                robot: robot.to_owned(),
                 task: TaskPreset::builtin(usual_task).map_err(Failure::input)?,
                 motions: PathBuf::new(),
                 kind: Kind::Onnx(Box::new(file)),
             });
         }
-        let path = if common.policy.is_dir() {
-            latest_checkpoint(&common.policy).map_err(Failure::input)?
+        let path = if policy.is_dir() {
+            latest_checkpoint(policy).map_err(Failure::input)?
         } else {
-            common.policy.clone()
+            policy.to_owned()
         };
         let checkpoint = Checkpoint::load(&path).map_err(Failure::input)?;
         let text =
@@ -156,16 +163,21 @@ impl Source {
 impl Subject {
     /// Reads policy, motions and task; `usual_task` is that of a file that names none.
     pub fn load(common: &Common, usual_task: &str) -> Result<Self, Failure> {
-        let source = Source::load(common, usual_task)?;
-        Self::needs_mujoco(common.engine)?;
+        Self::load_in(&common.policy, &common.setting, usual_task)
+    }
+
+    /// As [`Subject::load`], with the policy apart from where it is to be seen.
+    pub fn load_in(policy: &Path, setting: &Setting, usual_task: &str) -> Result<Self, Failure> {
+        let source = Source::load(policy, &setting.robot, usual_task)?;
+        Self::needs_mujoco(setting.engine)?;
         let usual = source.usual_protocol();
-        let mut task = task_preset(common, source.task)?;
+        let mut task = task_preset(setting, source.task)?;
         // Scored on flat ground, as in the paper's evaluation, also where training was on rough ground.
         task.scene.terrain = Terrain::Plane;
-        let scene = common.scene.scene(&mut task, usual)?;
+        let scene = setting.scene.scene(&mut task, usual)?;
         let (mut robot, mut spec) = load_robot(&source.robot).map_err(Failure::input)?;
         check_feet(&scene, &robot)?;
-        let folder = common.motions.clone().unwrap_or(source.motions);
+        let folder = setting.motions.clone().unwrap_or(source.motions);
         let motions =
             MotionLibrary::open(&folder, &robot, &spec, 1.0 / task.control_dt_s()).map_err(Failure::input)?;
         let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
@@ -181,14 +193,14 @@ impl Subject {
             Kind::Onnx(file) => onnx(*file, &mut robot, &mut spec, task.control_dt_s())?,
         };
         let arena = Arena {
-            engine: engine_of(common.engine, &scene),
-            isa: common.isa.parse().map_err(Failure::input)?,
+            engine: engine_of(setting.engine, &scene),
+            isa: setting.isa.parse().map_err(Failure::input)?,
             robot,
             spec,
             library,
             preset: task,
-            threads: thread_count(common.threads)?,
-            seed: common.seed,
+            threads: thread_count(setting.threads)?,
+            seed: setting.seed,
             monitor: Monitor::default(),
         };
         Ok(Self { arena, maker, name: source.name, sets, scene })
@@ -258,8 +270,8 @@ fn gains(contract: &Contract, robot: &RobotModel) -> Result<Gains, Failure> {
     Ok(Gains { stiffness: of(|j| j.stiffness), damping: of(|j| j.damping), effort: None })
 }
 
-fn task_preset(common: &Common, trained: TaskPreset) -> Result<TaskPreset, Failure> {
-    let (name, text) = match &common.task {
+fn task_preset(setting: &Setting, trained: TaskPreset) -> Result<TaskPreset, Failure> {
+    let (name, text) = match &setting.task {
         None => (trained.name.clone(), toml::to_string(&trained).map_err(Failure::input)?),
         Some(file) if file.ends_with(".toml") => {
             let text = std::fs::read_to_string(file).map_err(|e| Failure::input(format!("{file}: {e}")))?;
@@ -270,7 +282,7 @@ fn task_preset(common: &Common, trained: TaskPreset) -> Result<TaskPreset, Failu
             (name.clone(), toml::to_string(&preset).map_err(Failure::input)?)
         }
     };
-    TaskPreset::parse(&name, &text, &common.sets).map_err(Failure::input)
+    TaskPreset::parse(&name, &text, &setting.sets).map_err(Failure::input)
 }
 
 /// The name of the folder that a motion lies in.

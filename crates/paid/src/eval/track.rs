@@ -38,10 +38,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common, "stage1")?;
     let options =
         TrackingOptions { starts: args.starts, sets: subject.sets.clone(), limits: !args.no_limits };
-    subject.arena.engine = subject.engine(args.common.engine);
+    subject.arena.engine = subject.engine(args.common.setting.engine);
     let (monitor, progress) = Progress::start(args.json)?;
     subject.arena.monitor = monitor;
-    let (text, json) = if args.common.engine == EngineName::Both {
+    let (text, json) = if args.common.setting.engine == EngineName::Both {
         let report = tracking_agreement::evaluate(&subject.arena, &subject.scene, &*subject.maker, &options)
             .map_err(Failure::input)?;
         let timing = progress.finish();

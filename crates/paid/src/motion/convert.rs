@@ -3,20 +3,25 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use paid_eval::file::write_whole;
 use paid_motion::{JointOrder, KickLeg, ReadOptions, read_motion, resample, write_motion};
+use paid_retarget::{HumanOptions, bvh_text, is_human_file, read_human};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
 
+/// What only a robot's motion has.
+const ROBOTS: [&str; 3] = ["--joint-order", "--leg", "--licence"];
+
 /// Arguments of `paid motion convert`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Motion file (.npz, .csv, GMR's .pkl).
+    /// Motion file of the robot (.npz, .csv, GMR's .pkl), or of a human (.bvh, .amc).
     input: PathBuf,
-    /// File to write; its name decides the format (.npz, .csv).
+    /// File to write; its name decides the format: .npz or .csv for the robot, .bvh for a human.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Frames a second of a CSV file that does not state them.
+    /// Frames a second of a file that does not state them: CSV, AMC [default: 120].
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
@@ -31,17 +36,26 @@ pub struct Args {
     /// Frame rate to write [Hz] [default: that of the input].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
+    /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
+    #[arg(long, value_name = "FILE")]
+    skeleton: Option<PathBuf>,
+    /// Metres of a unit of length in a BVH file that is read [default: 0.01]; 0.01 is what is written.
+    #[arg(long, value_name = "M")]
+    unit: Option<f64>,
 }
 
 /// Reads, perhaps resamples, and writes.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    if let Some(rate) = args.rate.filter(|rate| !(1.0..=2000.0).contains(rate)) {
+        return Err(Failure::input(format!("--rate: expected 1 to 2000 Hz, found {rate}")));
+    }
+    if args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh")) {
+        return human(args);
+    }
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let options = ReadOptions { fps: args.fps, kick_leg: args.leg, joint_order: args.joint_order };
     let mut clip = read_motion(&args.input, &model, &spec, &options).map_err(Failure::input)?;
     if let Some(rate) = args.rate {
-        if !(1.0..=2000.0).contains(&rate) {
-            return Err(Failure::input(format!("--rate: expected 1 to 2000 Hz, found {rate}")));
-        }
         clip = resample(&clip, &model, rate);
     }
     clip.licence = args.licence.clone().or(clip.licence);
@@ -54,5 +68,29 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         clip.kick_leg,
         clip.licence.as_deref().unwrap_or("not stated")
     );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A human's motion as BVH.
+fn human(args: &Args) -> Result<ExitCode, Failure> {
+    if !is_human_file(&args.input) {
+        return Err(Failure::input(format!(
+            "{}: expected a human's motion (.bvh, .amc) to write {}, found another file",
+            args.input.display(),
+            args.out.display()
+        )));
+    }
+    let given = [args.joint_order.is_some(), args.leg.is_some(), args.licence.is_some()];
+    if let Some((option, _)) = ROBOTS.iter().zip(given).find(|(_, given)| *given) {
+        return Err(Failure::input(format!("{option}: expected a robot's motion to write, found a .bvh")));
+    }
+    let options = HumanOptions { unit_m: args.unit, fps: args.fps, skeleton: args.skeleton.clone() };
+    let mut motion = read_human(&args.input, &options).map_err(Failure::input)?;
+    if let Some(rate) = args.rate {
+        motion = motion.resample(rate, 1.0);
+    }
+    write_whole(&args.out, bvh_text(&motion).as_bytes()).map_err(Failure::input)?;
+    let (file, bones) = (args.out.display(), motion.skeleton.bones.len());
+    println!("{file}: {} frames at {} Hz, {bones} bones", motion.frames, motion.fps);
     Ok(ExitCode::SUCCESS)
 }

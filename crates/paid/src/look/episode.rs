@@ -1,0 +1,107 @@
+//! Footage of an episode.
+
+use std::sync::Arc;
+
+use paid_eval::episodes::{Arena, Ending, Observer};
+use paid_eval::picture::Pose;
+use paid_lanes::Vec3;
+use paid_task::{EnvSample, KickEvent, ReferenceLibrary};
+
+use super::footage::{Figure, Footage, Frame};
+
+/// Records an episode, the start first, then every control step.
+pub struct Recorder {
+    library: Arc<ReferenceLibrary>,
+    frames: Vec<Frame>,
+    ball_vel: [f64; 3],
+    kick: Option<KickEvent>,
+    ending: Option<Ending>,
+}
+
+impl Recorder {
+    /// For an episode in `arena`.
+    pub fn new(arena: &Arena) -> Self {
+        Self {
+            library: Arc::clone(&arena.library),
+            frames: Vec::new(),
+            ball_vel: [0.0; 3],
+            kick: None,
+            ending: None,
+        }
+    }
+
+    /// The footage.
+    pub fn footage(self, arena: &Arena, name: String, goal_half_width_m: f64) -> Footage {
+        let mut events = Vec::new();
+        if let Some(kick) = &self.kick {
+            let side = ["left", "right"][kick.foot];
+            let body = kick.body.map_or_else(String::new, |b| format!(" ({})", arena.robot.bodies[b].name));
+            let label = if kick.correct { "the labelled foot" } else { "not the labelled foot" };
+            let speed = Vec3(kick.foot_vel).norm();
+            let text = format!("kick by the {side} foot{body}, {label}, foot {speed:.1} m/s");
+            events.push((kick.step as usize, text));
+            if let Some(vel) = kick.ball_vel_after {
+                let text = format!("ball leaves at {:.1} m/s", Vec3(vel).norm());
+                // Five control steps later, see `KickEvent`.
+                events.push((kick.step as usize + 5, text));
+            }
+        }
+        let last = self.frames.len().saturating_sub(1);
+        events.push((
+            last,
+            match self.ending {
+                Some(Ending::Failed) => "episode ended by a failure".to_owned(),
+                Some(Ending::Over) | None => "episode over".to_owned(),
+            },
+        ));
+        events.retain(|(t, _)| *t <= last);
+        Footage {
+            name,
+            model: arena.robot.clone(),
+            dt_s: arena.preset.control_dt_s(),
+            frames: self.frames,
+            ball_radius_m: arena.preset.scene.ball.then_some(arena.preset.ball_params.radius_m),
+            goal_half_width_m,
+            episode: true,
+            trail_s: f64::INFINITY,
+            human: None,
+            events,
+        }
+    }
+}
+
+impl Observer for Recorder {
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
+        let clip = &self.library.clips()[sample.motion];
+        let (bodies, joints) = (sample.bodies.len(), sample.joint_pos.len());
+        let rows = sample.frame * bodies..(sample.frame + 1) * bodies;
+        // The engines report the size of this force; it points where the ball's velocity changes to.
+        let change = Vec3(sample.ball_vel) - Vec3(self.ball_vel);
+        let along = change.scale(1.0 / change.norm().max(1e-9));
+        self.ball_vel = sample.ball_vel;
+        self.kick.clone_from(&sample.kick);
+        self.ending = ended;
+        self.frames.push(Frame {
+            pose: Pose {
+                step: sample.step,
+                pos: sample.bodies.iter().map(|b| b.pos).collect(),
+                rot: sample.bodies.iter().map(|b| b.rot).collect(),
+                ball: sample.ball_pos,
+                goal: sample.goal_pos,
+                heading: sample.heading,
+                kicked: sample.kick.is_some(),
+            },
+            ghost: Some(Figure::new(&clip.body_pos[rows.clone()], &clip.body_quat[rows])),
+            mark: sample.ball_pos,
+            mark_speed: Vec3(sample.ball_vel).norm(),
+            contact_force: sample.contact_force.clone(),
+            ball_force: along.scale(sample.ball_force).0,
+            joint_pos: sample.joint_pos.clone(),
+            reference_pos: clip.joint_pos[sample.frame * joints..(sample.frame + 1) * joints].to_vec(),
+            joint_vel: sample.joint_vel.clone(),
+            joint_torque: sample.joint_torque.clone(),
+            rewards: sample.rewards.clone(),
+        });
+        ended.is_some()
+    }
+}
