@@ -65,6 +65,13 @@ pub(crate) fn draw_ball_of_motion(
     displacement_in_start_frame(&motions[motion])
 }
 
+/// A ball of the workspace (start frame) moved towards its motion's nominal place until `reach` of the way between is left.
+/// Its nearest motion stays the same.
+pub(crate) fn drawn_in(ball: [f64; 2], facts: &MotionFacts, reach: f64) -> [f64; 2] {
+    let nominal = displacement_in_start_frame(facts);
+    [nominal[0] + reach * (ball[0] - nominal[0]), nominal[1] + reach * (ball[1] - nominal[1])]
+}
+
 /// Draws a ball from the arc around the nominal place: angle and radius of the displacement are offset uniformly.
 pub(crate) fn draw_ball(facts: &MotionFacts, preset: &BallPlacement, rng: &mut Rng) -> [f64; 2] {
     let [dx, dy] = facts.displacement;
@@ -158,6 +165,9 @@ mod tests {
             left_m: [-1.25, 1.25],
             angle_deg: 20.0,
             radius_m: 0.25,
+            spread_from: 1.0,
+            spread_at: 0.25,
+            spread_iterations: 300,
             velocity: 0.3,
             rolling_share: 0.5,
             clearance_m: 0.3,

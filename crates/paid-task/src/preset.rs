@@ -180,6 +180,17 @@ pub struct BallPlacement {
     pub angle_deg: f64,
     /// `arc`: half-width of the uniform radius offset [m].
     pub radius_m: f64,
+    /// `workspace`: share of a ball's way from its motion's nominal place that it is moved at first; 1 puts it where it was
+    /// drawn from the beginning. The share grows to 1 while the robot hits (below): a policy that can only follow its motion
+    /// meets few balls elsewhere, and learns to avoid them.
+    #[serde(default = "one")]
+    pub spread_from: f64,
+    /// The share of the episodes of an iteration that must have sent the ball towards the goal for the balls to spread.
+    #[serde(default = "spread_at")]
+    pub spread_at: f64,
+    /// Iterations with that success from the first share to 1.
+    #[serde(default = "spread_iterations")]
+    pub spread_iterations: u32,
     /// Half-width of the uniform initial velocity in x and in y [m/s].
     pub velocity: f64,
     /// Share of episodes whose ball rolls at the start; the others' lies still.
@@ -195,6 +206,18 @@ fn workspace_ahead() -> Range {
 
 fn workspace_left() -> Range {
     [-1.25, 1.25]
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn spread_at() -> f64 {
+    0.25
+}
+
+fn spread_iterations() -> u32 {
+    300
 }
 
 /// Where the goal is: uniform in a rectangle ahead of the motion's first frame (paper, section III-A).
@@ -291,6 +314,8 @@ impl TaskPreset {
             ("sampling.stop_share", self.sampling.stop_share),
             ("sampling.first_frame_share", self.sampling.first_frame_share),
             ("ball.rolling_share", self.ball.rolling_share),
+            ("ball.spread_from", self.ball.spread_from),
+            ("ball.spread_at", self.ball.spread_at),
         ];
         for (key, value) in shares {
             if !(0.0..=1.0).contains(&value) {

@@ -6,7 +6,7 @@ use paid_physics::{EnvParams, LaneState, Material, Simulator};
 
 use crate::config::TaskConfig;
 use crate::placement::{
-    clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, from_start_frame, moved_clear,
+    clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, from_start_frame, moved_clear,
     nearest_motion, nominal_ball, nominal_goal, turned,
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
@@ -84,13 +84,14 @@ impl StartContext<'_> {
         let motions = self.library.facts();
         let ball = by_workspace.then(|| {
             let by_motion = frame > 0 || (preset.sampling.miss_weight > 0.0 && rng.unit() < 0.5);
-            if !by_motion {
+            let ball = if !by_motion {
                 let ball = draw_from_workspace(&preset.ball, rng);
                 motion = nearest_motion(motions, ball);
                 ball
             } else {
                 draw_ball_of_motion(motions, motion, &preset.ball, rng)
-            }
+            };
+            drawn_in(ball, &motions[motion], self.sampler.reach(&preset.ball))
         });
         Plan { motion, frame, ball: ball.map(|xy| from_start_frame(&motions[motion], xy)) }
     }

@@ -1,6 +1,6 @@
 //! Adaptive sampling of (motion, phase bin) pairs: failures draw episodes to where they happen.
 
-use crate::preset::SamplingPreset;
+use crate::preset::{BallPlacement, SamplingPreset};
 
 /// The failure histogram and the distribution that follows from it. Shards count failures; the trainer adds them up in a
 /// fixed order, calls [`SamplerState::update`] and hands the result to every shard.
@@ -14,13 +14,28 @@ pub struct SamplerState {
     pub failures: Vec<f32>,
     /// Probability of each pair, same order; sums to 1.
     pub probabilities: Vec<f32>,
+    /// How far the balls have spread from their first share of the way to their places, 0 to 1.
+    pub spread: f32,
 }
 
 impl SamplerState {
     /// Uniform over all pairs.
     pub fn uniform(motions: usize, bins: usize) -> Self {
         let pairs = motions * bins;
-        Self { motions, bins, failures: vec![0.0; pairs], probabilities: vec![1.0 / pairs as f32; pairs] }
+        let probabilities = vec![1.0 / pairs as f32; pairs];
+        Self { motions, bins, failures: vec![0.0; pairs], probabilities, spread: 0.0 }
+    }
+
+    /// Lets the balls spread by a step if in an iteration this share of the episodes sent the ball towards the goal.
+    pub fn widen(&mut self, on_target: f64, preset: &BallPlacement) {
+        if on_target >= preset.spread_at {
+            self.spread = (self.spread + 1.0 / preset.spread_iterations.max(1) as f32).min(1.0);
+        }
+    }
+
+    /// Share of a ball's way from its motion's nominal place that it is moved now.
+    pub fn reach(&self, preset: &BallPlacement) -> f64 {
+        preset.spread_from + (1.0 - preset.spread_from) * f64::from(self.spread)
     }
 
     /// Takes the failure counts of an iteration into the average and recomputes the probabilities:
@@ -73,6 +88,7 @@ impl SamplerState {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::preset::BallRule;
 
     fn preset() -> SamplingPreset {
         SamplingPreset {
@@ -109,6 +125,34 @@ mod tests {
         assert_eq!(sampler.draw(0.74), (1, 0));
         assert_eq!(sampler.draw(0.76), (1, 1));
         assert_eq!(sampler.draw(0.999_999_99), (1, 1));
+    }
+
+    #[test]
+    fn balls_spread_while_they_are_hit_and_stay_where_they_are_while_not() {
+        let preset = BallPlacement {
+            rule: BallRule::Workspace,
+            ahead_m: [0.25, 2.25],
+            left_m: [-1.25, 1.25],
+            angle_deg: 0.0,
+            radius_m: 0.0,
+            spread_from: 0.2,
+            spread_at: 0.5,
+            spread_iterations: 4,
+            velocity: 0.0,
+            rolling_share: 0.0,
+            clearance_m: 0.3,
+        };
+        let mut sampler = SamplerState::uniform(1, 1);
+        let reach: Vec<f64> = [0.6, 0.4, 0.5, 0.9, 1.0, 1.0]
+            .iter()
+            .map(|&hits| {
+                sampler.widen(hits, &preset);
+                sampler.reach(&preset)
+            })
+            .collect();
+        for (found, expected) in reach.iter().zip([0.4, 0.4, 0.6, 0.8, 1.0, 1.0]) {
+            assert!((found - expected).abs() < 1e-6, "{reach:?}");
+        }
     }
 
     #[test]

@@ -8,7 +8,7 @@ use paid_physics::{EnvParams, LaneState, Material, Simulator};
 use crate::{EndCause, ForcedStart, KickEvent, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x01";
+const MAGIC: &[u8; 8] = b"paidtsk\x02";
 
 struct Writer(Vec<u8>);
 
@@ -260,6 +260,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         }
         w.u64(self.seed);
         w.u64(self.observations);
+        w.f64(f64::from(self.sampler.spread));
         for x in self.sampler.failures.iter().chain(&self.sampler.probabilities).chain(&self.failures) {
             w.f64(f64::from(*x));
         }
@@ -315,6 +316,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             return Err(format!("task snapshot: seed: expected {}, found {seed}", self.seed));
         }
         self.observations = r.u64()?;
+        self.sampler.spread = r.f64()? as f32;
         let sampler = &mut self.sampler;
         for x in sampler.failures.iter_mut().chain(&mut sampler.probabilities).chain(&mut self.failures) {
             *x = r.f64()? as f32;

@@ -30,6 +30,8 @@ struct Meta {
     progress: Progress,
     shards: usize,
     motions: Vec<String>,
+    /// How far the balls have spread.
+    spread: f32,
 }
 
 const META: &str = "trainer.json";
@@ -131,6 +133,9 @@ impl<E: TrainShard + 'static> Trainer<E> {
             ..Record::default()
         };
         describe(&metrics, self.preset.task.control_dt_s(), &mut record);
+        if self.preset.task.scene.ball {
+            record.metrics.push("kick/reach", self.sampler.reach(&self.preset.task.ball));
+        }
         Ok(record)
     }
 
@@ -146,6 +151,10 @@ impl<E: TrainShard + 'static> Trainer<E> {
             }
         }
         self.sampler.update(&failures, &self.preset.task.sampling);
+        if metrics.kick.episodes > 0 {
+            let on_target = metrics.kick.on_target as f64 / metrics.kick.episodes as f64;
+            self.sampler.widen(on_target, &self.preset.task.ball);
+        }
         for shard in &self.shards {
             shard.get().set_sampler(&self.sampler);
         }
@@ -162,6 +171,7 @@ impl<E: TrainShard + 'static> Trainer<E> {
             progress: self.progress.clone(),
             shards: self.shards.len(),
             motions: self.motions.clone(),
+            spread: self.sampler.spread,
         };
         let meta = serde_json::to_vec(&meta)
             .map_err(|error| TrainError::Checkpoint { path: path.to_owned(), message: error.to_string() })?;
@@ -217,6 +227,7 @@ impl<E: TrainShard + 'static> Trainer<E> {
             shard.get().restore(blob(&name)?).map_err(|error| fail(format!("{name}: {error}")))?;
         }
         self.sampler.failures = failures;
+        self.sampler.spread = meta.spread;
         self.progress = meta.progress;
         Ok(())
     }

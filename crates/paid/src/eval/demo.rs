@@ -1,9 +1,11 @@
-//! `paid demo`: a policy shoots at the goal from random places, is scored, and is filmed.
+//! `paid demo`: a policy shoots at the goal from random places, is scored, and is filmed. Without `--policy` it is the one in
+//! `policies/demo`, which was trained on the built-in kicks and is part of the program.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_eval::episodes::run_episodes;
+use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
 use paid_eval::picture::{Animation, Film, film_frame, film_strip};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
@@ -15,6 +17,11 @@ use super::subject::{Common, Subject};
 use super::{Whole, ended, to_json};
 use crate::failure::Failure;
 
+/// The policy that plays when none is given.
+const POLICY: &[u8] = include_bytes!("../../../../policies/demo/stage2.safetensors");
+/// Its name in the output folder, where it is written to be played with further.
+const POLICY_FILE: &str = "policy.safetensors";
+
 /// Pictures a second of the recording.
 const RATE_HZ: f64 = 12.5;
 /// Size of the recording [pixels].
@@ -25,9 +32,9 @@ const RECORDED_S: f64 = 4.5;
 /// Arguments of `paid demo`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder, checkpoint or ONNX file.
+    /// Run folder, checkpoint or ONNX file [default: the program's own policy, which is also written to the output folder].
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
-    policy: PathBuf,
+    policy: Option<PathBuf>,
     /// Folder of the motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
@@ -53,7 +60,11 @@ pub struct Args {
 
 /// Shoots, prints the score, writes the pictures.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let common = Common::usual(args.policy.clone(), args.motions.clone(), args.seed, args.threads);
+    let policy = match &args.policy {
+        Some(path) => path.clone(),
+        None => own_policy(&args.out)?,
+    };
+    let common = Common::usual(policy, args.motions.clone(), args.seed, args.threads);
     let mut subject = Subject::load(&common, "stage2")?;
     subject.needs_ball()?;
     let options = ShootingOptions {
@@ -96,6 +107,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         println!("pictures, recording and report: {}", args.out.display());
     }
     Ok(ended(&subject.arena.monitor))
+}
+
+/// Writes the program's own policy into `out`; its place.
+fn own_policy(out: &Path) -> Result<PathBuf, Failure> {
+    let path = out.join(POLICY_FILE);
+    write_whole(&path, POLICY).map_err(Failure::input)?;
+    Ok(path)
 }
 
 /// Plays the shots again and draws them: `shots.gif` one after the other, `shot_1.png` and so on as strips.
