@@ -1,4 +1,4 @@
-//! `paid ablate`: the paper's ablation of its third stage. Each variant is trained from one Stage I policy and judged by MuJoCo.
+//! `paid ablate`: the paper's ablation of its third stage. Each variant is trained from one policy and judged by MuJoCo.
 
 mod judge;
 mod result;
@@ -29,7 +29,7 @@ const SURFACES: [&str; 2] = ["hard", "grass"];
 /// Arguments of `paid ablate`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder or checkpoint of the Stage I policy that every variant starts from.
+    /// Run folder or checkpoint of the policy (Stage I or II) that every variant starts from.
     #[arg(long, value_name = "RUN|CHECKPOINT")]
     from: PathBuf,
     /// Folder of the motion files [default: the built-in kicks].

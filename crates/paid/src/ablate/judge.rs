@@ -117,7 +117,8 @@ impl<'a> Judge<'a> {
     }
 
     /// The arena of a surface. The ball's measured behaviour in MuJoCo's terms, which are not the training's: friction without a
-    /// distinction of sticking and sliding, a spring and damper for a restitution, damping as a viscous force.
+    /// distinction of sticking and sliding, a spring and damper for a restitution, damping as a viscous force. Of the two frictions it is
+    /// the sliding one: a kicked ball slides, and at the static one the damping of its spin would stop it before the goal.
     fn arena(&self, surface: &str) -> Result<Arena, Failure> {
         let mut task = self.preset.task.clone();
         task.scene.terrain = Terrain::Plane;
@@ -132,7 +133,7 @@ impl<'a> Judge<'a> {
         let bounce = damping_ratio(restitution(ball.material.restitution, &task.scene));
         let options = BallOptions {
             params: ball,
-            friction: [ball.material.static_friction, usual.friction[1], usual.friction[2]],
+            friction: [ball.material.dynamic_friction, usual.friction[1], usual.friction[2]],
             solref: [usual.solref[0], bounce],
             damped: true,
             ..usual
