@@ -61,9 +61,9 @@ pub struct Solver<'a> {
 const BASE: usize = 6;
 /// Longest chain of joints that is handled.
 const LONGEST: usize = 40;
-/// Levenberg-Marquardt damping: first value, and the bounds that it moves between. The least is no rounding guard: a robot never fits a
+/// Bounds of the Levenberg-Marquardt damping, which begins at the least. That is no rounding guard: a robot never fits a
 /// human, and with such residuals steps without it swing to and fro about the minimum (28 solves a frame of CMU 10_01 instead of 10).
-const DAMPING: [f64; 3] = [2.0, 2.0, 1e8];
+const DAMPING: [f64; 2] = [2.0, 1e8];
 /// Damping up to which a small gain says something about the minimum; after refused steps it is beyond.
 const FREE: f64 = 30.0;
 /// How far beyond its bound an angle may be by rounding alone [rad].
@@ -164,7 +164,7 @@ impl<'a> Solver<'a> {
                 if small_gains == 2 {
                     break;
                 }
-                mu = (0.2 * mu).max(DAMPING[1]);
+                mu = (0.2 * mu).max(DAMPING[0]);
                 self.fill(&poses, goals, stage);
             } else {
                 // Bounds that the pose was outside of may have cost more than the step gained: take it once.
@@ -175,7 +175,7 @@ impl<'a> Solver<'a> {
                     continue;
                 }
                 mu = (10.0 * mu).max(1.0);
-                if mu > DAMPING[2] {
+                if mu > DAMPING[1] {
                     break;
                 }
             }

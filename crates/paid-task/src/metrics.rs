@@ -109,6 +109,13 @@ fn ratio(sum: f64, count: u64) -> f64 {
     if count == 0 { 0.0 } else { sum / count as f64 }
 }
 
+impl KickStatistics {
+    /// Share of the episodes whose ball was on target; 0 without episodes.
+    pub fn on_target_share(&self) -> f64 {
+        ratio(self.on_target as f64, self.episodes)
+    }
+}
+
 impl TaskMetrics {
     /// Adds another shard's or another iteration's sums. Merge in a fixed order for repeatable rounding.
     pub fn merge(&mut self, other: &Self) {
@@ -165,7 +172,7 @@ impl TaskMetrics {
         out.push(("kick/ball_speed".into(), ratio(kick.ball_speed_sum, kick.contacts)));
         out.push(("kick/ball_cosine".into(), ratio(kick.ball_cosine_sum, kick.contacts)));
         out.push(("kick/goal".into(), ratio(kick.goals as f64, kick.episodes)));
-        out.push(("kick/on_target".into(), ratio(kick.on_target as f64, kick.episodes)));
+        out.push(("kick/on_target".into(), kick.on_target_share()));
         out
     }
 }

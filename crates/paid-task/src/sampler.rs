@@ -88,7 +88,7 @@ impl SamplerState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::preset::BallRule;
+    use crate::TaskPreset;
 
     fn preset() -> SamplingPreset {
         SamplingPreset {
@@ -129,19 +129,8 @@ mod tests {
 
     #[test]
     fn balls_spread_while_they_are_hit_and_stay_where_they_are_while_not() {
-        let preset = BallPlacement {
-            rule: BallRule::Workspace,
-            ahead_m: [0.25, 2.25],
-            left_m: [-1.25, 1.25],
-            angle_deg: 0.0,
-            radius_m: 0.0,
-            spread_from: 0.2,
-            spread_at: 0.5,
-            spread_iterations: 4,
-            velocity: 0.0,
-            rolling_share: 0.0,
-            clearance_m: 0.3,
-        };
+        let stage2 = TaskPreset::builtin("stage2").expect("a preset").ball;
+        let preset = BallPlacement { spread_from: 0.2, spread_at: 0.5, spread_iterations: 4, ..stage2 };
         let mut sampler = SamplerState::uniform(1, 1);
         let reach: Vec<f64> = [0.6, 0.4, 0.5, 0.9, 1.0, 1.0]
             .iter()

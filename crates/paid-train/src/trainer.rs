@@ -152,8 +152,7 @@ impl<E: TrainShard + 'static> Trainer<E> {
         }
         self.sampler.update(&failures, &self.preset.task.sampling);
         if metrics.kick.episodes > 0 {
-            let on_target = metrics.kick.on_target as f64 / metrics.kick.episodes as f64;
-            self.sampler.widen(on_target, &self.preset.task.ball);
+            self.sampler.widen(metrics.kick.on_target_share(), &self.preset.task.ball);
         }
         for shard in &self.shards {
             shard.get().set_sampler(&self.sampler);

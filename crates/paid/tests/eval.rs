@@ -5,19 +5,9 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{paid, refuses, small, succeeds, write_motions};
+use common::{folder, paid, refuses, succeeds};
 use paid_mujoco::Library;
 use serde_json::Value;
-
-/// A folder with motions and a policy of two iterations in `run`.
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("folder");
-    write_motions(folder.path());
-    let train =
-        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
-    succeeds(&paid(folder.path(), &train));
-    folder
-}
 
 fn json(text: &str) -> Value {
     serde_json::from_str(text.trim()).unwrap_or_else(|error| panic!("{error}: {text}"))

@@ -5,17 +5,7 @@ mod common;
 use std::fs;
 use std::path::Path;
 
-use common::{paid, refuses, small, succeeds, write_motions};
-
-/// A folder with motions and a policy of two iterations in `run`.
-fn folder() -> tempfile::TempDir {
-    let folder = tempfile::tempdir().expect("folder");
-    write_motions(folder.path());
-    let train =
-        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
-    succeeds(&paid(folder.path(), &train));
-    folder
-}
+use common::{folder, paid, refuses, succeeds};
 
 /// Plays half a second of `run` with a ball.
 fn play(folder: &Path, more: &[&str]) -> std::process::Output {

@@ -46,9 +46,10 @@ impl Film {
     }
 }
 
-impl Observer for Film {
-    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
-        self.poses.push(Pose {
+impl Pose {
+    /// What a sample shows.
+    pub fn of(sample: &EnvSample) -> Self {
+        Self {
             step: sample.step,
             pos: sample.bodies.iter().map(|b| b.pos).collect(),
             rot: sample.bodies.iter().map(|b| b.rot).collect(),
@@ -56,7 +57,13 @@ impl Observer for Film {
             goal: sample.goal_pos,
             heading: sample.heading,
             kicked: sample.kick.is_some(),
-        });
+        }
+    }
+}
+
+impl Observer for Film {
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
+        self.poses.push(Pose::of(sample));
         ended.is_some()
     }
 }

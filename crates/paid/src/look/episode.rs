@@ -82,15 +82,7 @@ impl Observer for Recorder {
         self.kick.clone_from(&sample.kick);
         self.ending = ended;
         self.frames.push(Frame {
-            pose: Pose {
-                step: sample.step,
-                pos: sample.bodies.iter().map(|b| b.pos).collect(),
-                rot: sample.bodies.iter().map(|b| b.rot).collect(),
-                ball: sample.ball_pos,
-                goal: sample.goal_pos,
-                heading: sample.heading,
-                kicked: sample.kick.is_some(),
-            },
+            pose: Pose::of(sample),
             ghost: Some(Figure::new(&clip.body_pos[rows.clone()], &clip.body_quat[rows])),
             mark: sample.ball_pos,
             mark_speed: Vec3(sample.ball_vel).norm(),

@@ -118,3 +118,13 @@ pub const SMALL: [&str; 12] = [
 pub fn small<'a>(args: &[&'a str]) -> Vec<&'a str> {
     [args, &SMALL].concat()
 }
+
+/// A folder with motions and a policy of two iterations in `run`.
+pub fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let train =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
+    succeeds(&paid(folder.path(), &train));
+    folder
+}
