@@ -129,7 +129,7 @@ mod rerun_file {
     fn a_motion_is_recorded_and_wrong_targets_are_refused() {
         // Motions of our own: making the built-in ones takes long without optimisation.
         let folder = tempfile::tempdir().expect("folder");
-        write_motions(folder.path());
+        common::write_motions(folder.path());
         succeeds(&paid(folder.path(), &["play", "motions", "--rerun", "kick.rrd"]));
         let rows = rows(&folder.path().join("kick.rrd"));
         assert!(rows["/world/trail"] > 50 && rows["/plots/angle/left_knee_joint/robot"] > 50, "{rows:?}");
