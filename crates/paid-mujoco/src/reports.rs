@@ -5,8 +5,8 @@ use crate::world::World;
 /// Numbers of bodies in MuJoCo; the world is 0 and the robot's body `b` is `b + 1`.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactReport {
-    /// Net force on each robot body, largest magnitude so far [N].
-    pub body: Vec<f64>,
+    /// Net force on each robot body, world axes, the largest so far [N].
+    pub body: Vec<[f64; 3]>,
     /// Net force of the robot on the ball, largest magnitude so far [N].
     pub ball_robot: f64,
     /// Net force of the ground on the ball, largest magnitude so far [N].
@@ -31,7 +31,7 @@ impl ContactReport {
     /// For a robot of `bodies` bodies.
     pub(crate) fn new(bodies: usize) -> Self {
         Self {
-            body: vec![0.0; bodies],
+            body: vec![[0.0; 3]; bodies],
             ball_robot: 0.0,
             ball_ground: 0.0,
             touched_by: None,
@@ -42,7 +42,7 @@ impl ContactReport {
 
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        self.body.fill(0.0);
+        self.body.fill([0.0; 3]);
         (self.ball_robot, self.ball_ground, self.touched_by) = (0.0, 0.0, None);
     }
 
@@ -71,7 +71,9 @@ impl ContactReport {
             }
         }
         for (largest, net) in self.body.iter_mut().zip(&self.net) {
-            *largest = largest.max(norm(*net));
+            if norm(*net) > norm(*largest) {
+                *largest = *net;
+            }
         }
         self.ball_ground = self.ball_ground.max(norm(ball_ground));
         if norm(ball_net) > self.ball_robot {

@@ -188,7 +188,7 @@ fn empty_state(model: &RobotModel) -> GroupState<f64> {
         joint_vel: vec![0.0; joints],
         joint_torque: vec![0.0; joints],
         bodies: vec![body; bodies],
-        contact_force: vec![0.0; bodies],
+        contact_force: vec![Vec3::zero(); bodies],
         ball: BallState {
             pos: zero,
             vel: zero,
@@ -300,7 +300,9 @@ impl Simulator<f64> for MujocoSim {
             let com_vel = Vec3(ang).cross_add(com - pos, Vec3(lin));
             *out = BodyState { pos, rot, lin_vel: Vec3(lin), com_vel, ang_vel: Vec3(ang) };
         }
-        lane.state.contact_force.copy_from_slice(&lane.report.body);
+        for (force, report) in lane.state.contact_force.iter_mut().zip(&lane.report.body) {
+            *force = Vec3(*report);
+        }
         lane.state.ball = BallState {
             pos: Vec3(public.ball_pos),
             vel: Vec3(public.ball_vel),

@@ -146,8 +146,8 @@ fn a_resting_robot_presses_its_weight_on_its_feet() {
             sim.step(0, &[0.0, 0.0]);
         }
         let state = sim.state(0);
-        close(state.contact_force[1], 5.5 * 9.81, 0.5);
-        assert_eq!(state.contact_force[0], 0.0);
+        close(state.contact_force[1].z(), 5.5 * 9.81, 0.5);
+        assert_eq!(state.contact_force[0].0, [0.0; 3]);
         close(state.ball.ground_force, 0.43 * 9.81, 0.05);
         assert_eq!((state.ball.robot_force, state.ball.touched_by), (0.0, -1.0));
         close(state.ball.pos.z(), 0.11, 0.002);
@@ -195,7 +195,9 @@ fn a_saved_environment_continues_bit_for_bit() {
         sim.step(1, &[-0.3, 0.2]);
     }
     assert_eq!(sim.save_lane(1, 0), end);
-    assert_eq!(sim.state(0).contact_force, sim.state(1).contact_force);
+    let forces =
+        |group: usize| sim.state(group).contact_force.iter().map(|force| force.0).collect::<Vec<_>>();
+    assert_eq!(forces(0), forces(1));
 }
 
 #[test]

@@ -48,8 +48,8 @@ pub struct GroupState<V> {
     pub joint_torque: Vec<V>,
     /// Bodies; index 0 is the base.
     pub bodies: Vec<BodyState<V>>,
-    /// Magnitude of the net contact force on each body (ground, ball, other bodies), largest over the last control step [N].
-    pub contact_force: Vec<V>,
+    /// Net contact force on each body (ground, ball, other bodies), world axes, where it was largest in the last control step [N].
+    pub contact_force: Vec<Vec3<V>>,
     /// The ball.
     pub ball: BallState<V>,
 }

@@ -7,6 +7,7 @@
 //!
 //! The method and the tables are those of GMR (General Motion Retargeting, arXiv 2510.02252); the solver is our own.
 
+mod amc_text;
 mod asf;
 mod boxed;
 mod bvh;
@@ -16,21 +17,26 @@ mod files;
 mod goals;
 mod human;
 mod ik;
+mod local;
 mod retarget;
 mod roles;
 mod skeleton;
 mod table;
+#[cfg(test)]
+mod testing;
 mod text;
 
+pub use amc_text::amc_texts;
 pub use asf::{parse_amc, parse_asf};
 pub use boxed::BoxedSystem;
 pub use bvh::parse_bvh;
-pub use bvh_text::{BVH_UNIT_M, bvh_text};
+pub use bvh_text::bvh_text;
 pub use error::RetargetError;
 pub use files::{HumanOptions, is_human_file, read_human};
 pub use goals::{Goal, Goals};
 pub use human::HumanMotion;
 pub use ik::{Pose, SolveLimits, Solved, Solver};
+pub use local::TEXT_UNIT_M;
 pub use retarget::{Report, RetargetOptions, Retargeted, TimeScale, retarget};
 pub use roles::{Naming, Role, RoleSource};
 pub use skeleton::{Bone, BonePose, Skeleton};

@@ -118,8 +118,8 @@ pub struct EnvSample {
     pub joint_vel: Vec<f64>,
     /// Actuator torques, model order [N m].
     pub joint_torque: Vec<f64>,
-    /// Net contact force on each body, model order [N].
-    pub contact_force: Vec<f64>,
+    /// Net contact force on each body, model order, world axes [N].
+    pub contact_force: Vec<[f64; 3]>,
     /// Ball centre [m].
     pub ball_pos: [f64; 3],
     /// Ball velocity [m/s].

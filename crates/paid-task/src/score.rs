@@ -232,7 +232,7 @@ fn clean_terms<V: Real>(
         limit += outside(state.joint_pos[j], lo, hi);
     }
     for &b in &config.undesired {
-        contacts += touches(state.contact_force[b], preset.undesired_contact.force_n);
+        contacts += touches(state.contact_force[b].norm(), preset.undesired_contact.force_n);
     }
     terms[13] = rate.min(V::c(preset.action_rate.clip));
     terms[14] = limit;

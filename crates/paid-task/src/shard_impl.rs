@@ -144,7 +144,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             joint_pos: numbers(&state.joint_pos),
             joint_vel: numbers(&state.joint_vel),
             joint_torque: numbers(&state.joint_torque),
-            contact_force: numbers(&state.contact_force),
+            contact_force: state.contact_force.iter().map(|force| force.lane(lane)).collect(),
             ball_pos: state.ball.pos.lane(lane),
             ball_vel: state.ball.vel.lane(lane),
             ball_force: state.ball.robot_force.lane(lane),

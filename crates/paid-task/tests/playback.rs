@@ -106,7 +106,7 @@ impl Playback {
                 joint_vel: joints.clone(),
                 joint_torque: joints,
                 bodies: vec![body; robot.bodies.len()],
-                contact_force: vec![0.0; robot.bodies.len()],
+                contact_force: vec![Vec3::zero(); robot.bodies.len()],
                 ball,
             },
         }

@@ -111,6 +111,12 @@ fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     assert!(text.contains("again.bvh: 108 frames at 50 Hz, 20 bones"), "{text}");
     let text = succeeds(&paid(folder.path(), &["motion", "retarget", "again.bvh", "--out", "again.npz"]));
     assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
+    // And as AMC, with its skeleton beside it.
+    let text = succeeds(&paid(folder.path(), &["motion", "convert", "again.bvh", "--out", "third.amc"]));
+    assert!(text.contains("third.amc: 108 frames at 50 Hz, 20 bones"), "{text}");
+    let args = ["motion", "retarget", "third.amc", "--fps", "50", "--out", "third.npz"];
+    let text = succeeds(&paid(folder.path(), &args));
+    assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
     // Refusals.
     let error = refuses(&paid(folder.path(), &["motion", "convert", "kick.npz", "--out", "kick2.bvh"]));
     assert!(error.contains("kick.npz: expected a human's motion"), "{error}");

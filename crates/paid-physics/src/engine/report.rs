@@ -33,7 +33,7 @@ pub(crate) fn empty<V: Real>(joints: usize) -> GroupState<V> {
         joint_vel: vec![z; joints],
         joint_torque: vec![z; joints],
         bodies: vec![body; joints + 1],
-        contact_force: vec![z; joints + 1],
+        contact_force: vec![Vec3::zero(); joints + 1],
         ball,
     }
 }
@@ -99,7 +99,7 @@ pub(crate) fn torques<V: Real>(plan: &Plan<V::Scalar>, g: &mut Group<V>, targets
 #[inline(always)]
 pub(crate) fn start<V: Real>(g: &mut Group<V>) {
     for force in &mut g.state.contact_force {
-        *force = V::zero();
+        *force = Vec3::zero();
     }
     let ball = &mut g.state.ball;
     ball.robot_force = V::zero();
@@ -112,13 +112,14 @@ pub(crate) fn start<V: Real>(g: &mut Group<V>) {
 pub(crate) fn forces<V: Real>(g: &mut Group<V>, w: &Work<V>) {
     for b in 0..w.force.len() {
         let contact = &mut g.state.contact_force[b];
-        *contact = contact.max(w.force[b].norm());
+        *contact = Vec3::select(w.force[b].norm2().gt(contact.norm2()), w.force[b], *contact);
     }
 }
 
 /// Clears the contact reports of reset lanes.
 pub(crate) fn clear_lane<V: Real>(state: &mut GroupState<V>, lane: usize) {
-    for x in state.contact_force.iter_mut().chain(&mut state.joint_torque) {
+    let forces = state.contact_force.iter_mut().flat_map(|force| &mut force.0);
+    for x in forces.chain(&mut state.joint_torque) {
         x.set_lane(lane, 0.0);
     }
     state.ball.robot_force.set_lane(lane, 0.0);

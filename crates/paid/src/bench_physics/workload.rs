@@ -75,7 +75,7 @@ impl Means {
     pub fn take<V: paid_lanes::Real>(&mut self, state: &GroupState<V>, feet: [usize; 2]) {
         for lane in 0..V::LANES {
             for foot in feet {
-                if state.contact_force[foot].lane(lane) > 1.0 {
+                if state.contact_force[foot].norm().lane(lane) > 1.0 {
                     self.contacts += 0.5;
                 }
             }

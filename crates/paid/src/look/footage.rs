@@ -40,8 +40,8 @@ pub struct Frame {
     pub mark: [f64; 3],
     /// Its speed [m/s].
     pub mark_speed: f64,
-    /// Size of the net contact force on each body [N].
-    pub contact_force: Vec<f64>,
+    /// Net contact force on each body, world axes [N].
+    pub contact_force: Vec<[f64; 3]>,
     /// Force of the robot on the ball [N].
     pub ball_force: [f64; 3],
     /// Joint angles [rad].
@@ -57,12 +57,11 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Forces as arrows: where, and how much [N]. Engines report the size of a body's contact force, so that it is drawn upwards, as
-    /// a foot on the ground feels it; the force on the ball has a direction.
+    /// Forces as arrows: where, and how much [N].
     pub fn arrows(&self) -> Vec<([f64; 3], [f64; 3])> {
         let bodies = self.pose.pos.iter().zip(&self.contact_force);
         let mut arrows: Vec<_> =
-            bodies.filter(|(_, f)| **f >= LEAST_FORCE_N).map(|(at, f)| (*at, [0.0, 0.0, *f])).collect();
+            bodies.filter(|(_, f)| Vec3(**f).norm() >= LEAST_FORCE_N).map(|(at, f)| (*at, *f)).collect();
         if Vec3(self.ball_force).norm() >= LEAST_FORCE_N {
             arrows.push((self.pose.ball, self.ball_force));
         }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use paid_eval::file::write_whole;
 use paid_motion::{JointOrder, KickLeg, ReadOptions, read_motion, resample, write_motion};
-use paid_retarget::{HumanOptions, bvh_text, is_human_file, read_human};
+use paid_retarget::{HumanOptions, amc_texts, bvh_text, is_human_file, read_human};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -18,7 +18,7 @@ const ROBOTS: [&str; 3] = ["--joint-order", "--leg", "--licence"];
 pub struct Args {
     /// Motion file of the robot (.npz, .csv, GMR's .pkl), or of a human (.bvh, .amc).
     input: PathBuf,
-    /// File to write; its name decides the format: .npz or .csv for the robot, .bvh for a human.
+    /// File to write; its name decides the format: .npz or .csv for the robot, .bvh or .amc (with its .asf beside it) for a human.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Frames a second of a file that does not state them: CSV, AMC [default: 120].
@@ -49,8 +49,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(rate) = args.rate.filter(|rate| !(1.0..=2000.0).contains(rate)) {
         return Err(Failure::input(format!("--rate: expected 1 to 2000 Hz, found {rate}")));
     }
-    if args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case("bvh")) {
-        return human(args);
+    for (extension, format) in [("bvh", HumanFormat::Bvh), ("amc", HumanFormat::Amc)] {
+        if args.out.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension)) {
+            return human(args, format);
+        }
     }
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let options = ReadOptions { fps: args.fps, kick_leg: args.leg, joint_order: args.joint_order };
@@ -71,8 +73,15 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// A human's motion as BVH.
-fn human(args: &Args) -> Result<ExitCode, Failure> {
+/// Formats of human motion.
+#[derive(Clone, Copy)]
+enum HumanFormat {
+    Bvh,
+    Amc,
+}
+
+/// A human's motion in a format of human motion.
+fn human(args: &Args, format: HumanFormat) -> Result<ExitCode, Failure> {
     if !is_human_file(&args.input) {
         return Err(Failure::input(format!(
             "{}: expected a human's motion (.bvh, .amc) to write {}, found another file",
@@ -82,14 +91,25 @@ fn human(args: &Args) -> Result<ExitCode, Failure> {
     }
     let given = [args.joint_order.is_some(), args.leg.is_some(), args.licence.is_some()];
     if let Some((option, _)) = ROBOTS.iter().zip(given).find(|(_, given)| *given) {
-        return Err(Failure::input(format!("{option}: expected a robot's motion to write, found a .bvh")));
+        return Err(Failure::input(format!(
+            "{option}: expected a robot's motion to write, found {}",
+            args.out.display()
+        )));
     }
     let options = HumanOptions { unit_m: args.unit, fps: args.fps, skeleton: args.skeleton.clone() };
     let mut motion = read_human(&args.input, &options).map_err(Failure::input)?;
     if let Some(rate) = args.rate {
         motion = motion.resample(rate, 1.0);
     }
-    write_whole(&args.out, bvh_text(&motion).as_bytes()).map_err(Failure::input)?;
+    match format {
+        HumanFormat::Bvh => write_whole(&args.out, bvh_text(&motion).as_bytes()),
+        HumanFormat::Amc => {
+            let [skeleton, text] = amc_texts(&motion);
+            write_whole(&args.out.with_extension("asf"), skeleton.as_bytes())
+                .and_then(|()| write_whole(&args.out, text.as_bytes()))
+        }
+    }
+    .map_err(Failure::input)?;
     let (file, bones) = (args.out.display(), motion.skeleton.bones.len());
     println!("{file}: {} frames at {} Hz, {bones} bones", motion.frames, motion.fps);
     Ok(ExitCode::SUCCESS)

@@ -17,6 +17,7 @@
 //! The time lines are `step` (frames) and `time` [s].
 
 use paid_eval::picture::{Bodies, FORCE_SCALE_M_PER_N};
+use paid_lanes::Vec3;
 use paid_task::REWARD_NAMES;
 use rerun::blueprint::components::PanelState;
 use rerun::blueprint::{
@@ -225,7 +226,7 @@ fn plots(rec: &RecordingStream, footage: &Footage) -> Done {
     }
     for (b, body) in footage.model.bodies.iter().enumerate() {
         let path = format!("/plots/force/{}", body.name);
-        series(path, |f, b| f.contact_force.get(b).copied(), b, LEAST_FORCE_N)?;
+        series(path, |f, b| f.contact_force.get(b).map(|&force| Vec3(force).norm()), b, LEAST_FORCE_N)?;
     }
     if footage.ball_radius_m.is_some() || !footage.episode {
         series("/plots/mark".to_owned(), |f, _| Some(f.mark_speed), 0, -1.0)?;
