@@ -105,6 +105,11 @@ pub struct PpoConfig {
     pub min_std: f64,
     /// Largest standard deviation.
     pub max_std: f64,
+    /// What the largest standard deviation has fallen to at the end of a run: exploration first, precision at last. Without it
+    /// `max_std` holds throughout.
+    pub final_std: Option<f64>,
+    /// Share of a run after which it begins to fall, by the same factor each iteration.
+    pub anneal_from: f64,
     /// Environments that go through the networks together, and the unit that minibatches are drawn in.
     pub block: usize,
     /// Environments of a sequence block, the unit of minibatches with memory.
@@ -134,10 +139,21 @@ impl Default for PpoConfig {
             initial_std: 0.4,
             min_std: 0.01,
             max_std: 10.0,
+            final_std: None,
+            anneal_from: 0.5,
             block: 256,
             sequence_block: 64,
             slices: 8,
         }
+    }
+}
+
+impl PpoConfig {
+    /// The largest standard deviation when `share` (0 to 1) of a run is over.
+    pub fn std_limit(&self, share: f64) -> f64 {
+        let Some(last) = self.final_std else { return self.max_std };
+        let done = ((share - self.anneal_from) / (1.0 - self.anneal_from)).clamp(0.0, 1.0);
+        self.max_std * (last / self.max_std).powf(done)
     }
 }
 
@@ -209,6 +225,11 @@ impl LearnConfig {
         ));
         let stds = p.max_std.is_finite() && p.max_std >= p.min_std;
         rules.push(("ppo.max_std", stds, "at least ppo.min_std", p.max_std.to_string()));
+        let last = p.final_std.unwrap_or(p.max_std);
+        let ends = (p.min_std..=p.max_std).contains(&last);
+        rules.push(("ppo.final_std", ends, "between ppo.min_std and ppo.max_std", last.to_string()));
+        let from = (0.0..1.0).contains(&p.anneal_from);
+        rules.push(("ppo.anneal_from", from, "0 or more and less than 1", p.anneal_from.to_string()));
         let std = (p.min_std..=p.max_std).contains(&p.initial_std);
         rules.push((
             "ppo.initial_std",
@@ -235,5 +256,33 @@ impl LearnConfig {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_of_the_noise_falls_by_one_factor_after_its_share() {
+        let mut ppo = PpoConfig { max_std: 0.4, ..PpoConfig::default() };
+        assert_eq!([0.0, 1.0].map(|share| ppo.std_limit(share)), [0.4, 0.4], "without an end");
+        (ppo.final_std, ppo.anneal_from) = (Some(0.1), 0.5);
+        for (share, limit) in [(0.0, 0.4), (0.5, 0.4), (0.75, 0.2), (1.0, 0.1), (1.5, 0.1)] {
+            assert!((ppo.std_limit(share) - limit).abs() < 1e-12, "{share}: {}", ppo.std_limit(share));
+        }
+    }
+
+    #[test]
+    fn an_end_of_the_noise_outside_its_bounds_is_refused() {
+        let refused = |change: fn(&mut PpoConfig)| {
+            let mut config = LearnConfig::default();
+            change(&mut config.ppo);
+            config.check().expect_err("a fault").to_string()
+        };
+        let text = refused(|ppo| ppo.final_std = Some(20.0));
+        assert_eq!(text, "ppo.final_std: expected between ppo.min_std and ppo.max_std, found 20");
+        let text = refused(|ppo| ppo.anneal_from = 1.0);
+        assert_eq!(text, "ppo.anneal_from: expected 0 or more and less than 1, found 1");
     }
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use paid_lanes::rng::Rng;
 
-use crate::config::{ConfigError, LearnConfig};
+use crate::config::{ConfigError, LearnConfig, PpoConfig};
 use crate::env::VecEnv;
 use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, entropy};
@@ -25,6 +25,8 @@ const SHUFFLE_STREAM: u32 = 0x7368_7566;
 #[derive(Clone, Debug)]
 pub struct Learner {
     pub(crate) config: LearnConfig,
+    /// The largest standard deviation now.
+    std_limit: f64,
     pub(crate) seed: u64,
     pub(crate) actor: Model,
     pub(crate) critic: Model,
@@ -112,6 +114,7 @@ impl Learner {
         let schedule = fresh_schedule(config, seed);
         Ok(Self {
             config: config.clone(),
+            std_limit: config.ppo.max_std,
             seed,
             actor,
             critic,
@@ -241,6 +244,12 @@ impl Learner {
         Ok(stats)
     }
 
+    /// Sets the largest standard deviation to what holds when `share` (0 to 1) of a run is over
+    /// ([`crate::PpoConfig::std_limit`]). It takes effect in the next update; a new learner is at 0.
+    pub fn anneal(&mut self, share: f64) {
+        self.std_limit = self.config.ppo.std_limit(share);
+    }
+
     /// Updates actor and critic from the last horizon.
     pub fn update(&mut self, threads: usize) -> UpdateStats {
         self.prepare_workers(threads);
@@ -248,8 +257,9 @@ impl Learner {
             return UpdateStats::default();
         }
         self.iteration += 1;
+        let ppo = PpoConfig { max_std: self.std_limit, ..self.config.ppo.clone() };
         update(
-            &self.config.ppo,
+            &ppo,
             (&mut self.actor, &mut self.critic),
             &mut self.schedule,
             &self.shards,

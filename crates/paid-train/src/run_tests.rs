@@ -128,7 +128,8 @@ fn run(out: &Path, preset: &RunPreset, resume: bool, stop_after: u64) -> Outcome
 #[test]
 fn a_stopped_run_saves_and_its_continuation_equals_an_uninterrupted_run() {
     let folder = tempfile::tempdir().expect("folder");
-    let preset = Toy::preset(&["run.keep_checkpoints=2"]);
+    let noise = ["learn.ppo.max_std=0.4", "learn.ppo.final_std=0.1"];
+    let preset = Toy::preset(&[&["run.keep_checkpoints=2"], &noise[..]].concat());
     let (straight, stopped) = (folder.path().join("straight"), folder.path().join("stopped"));
     let whole = run(&straight, &preset, false, u64::MAX);
     assert_eq!((whole.end, whole.iteration, whole.samples), (End::Done, 6, 6 * 64 * 24));
@@ -146,6 +147,11 @@ fn a_stopped_run_saves_and_its_continuation_equals_an_uninterrupted_run() {
         checkpoint.policy().expect("policy").params
     };
     assert_eq!(policy(&whole), policy(&second));
+    let checkpoint = paid_learn::Checkpoint::load(&whole.checkpoint).expect("reads");
+    let std = checkpoint.policy().expect("policy").std;
+    // Five of six iterations were over when the last one began: two thirds of the way from 0.4 to 0.1.
+    let limit = 0.4 * 0.25_f32.powf(2.0 / 3.0);
+    assert!(std.iter().all(|std| *std < 1.001 * limit), "{std:?}, {limit}");
     let lines = fs::read_to_string(stopped.join(METRICS_FILE)).expect("metrics");
     let iterations: Vec<u64> = lines
         .lines()

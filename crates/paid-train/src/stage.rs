@@ -119,9 +119,11 @@ pub(crate) fn run_iterations<E: TrainShard + 'static>(
         if stop.load(Ordering::SeqCst) {
             break End::Stopped;
         }
-        if limit_s.is_some_and(|limit| start.elapsed().as_secs_f64() >= limit) {
+        let time_share = limit_s.map_or(0.0, |limit| start.elapsed().as_secs_f64() / limit);
+        if time_share >= 1.0 {
             break End::TimeUp;
         }
+        trainer.anneal(time_share.max(done as f64 / config.iterations as f64));
         let mut record = trainer.iterate(job.threads)?;
         let spent = start.elapsed().as_secs_f64();
         let per_iteration = spent / (record.iteration - first) as f64;

@@ -90,6 +90,11 @@ impl<E: TrainShard + 'static> Trainer<E> {
         self.envs.iter().map(|env| env.num_envs()).sum()
     }
 
+    /// Tells the learner which share of the run is over (0 to 1); its noise may depend on it.
+    pub fn anneal(&mut self, share: f64) {
+        self.learner.anneal(share);
+    }
+
     /// One rollout, one update, one update of the sampler.
     ///
     /// # Errors
