@@ -165,3 +165,32 @@ fn weights_that_are_not_finite_are_refused() {
     let mut env: Vec<Box<dyn VecEnv>> = vec![Box::new(PointMass::new(16, 0))];
     learner.iterate(&mut env, 1).unwrap();
 }
+
+#[test]
+fn the_mean_of_two_checkpoints_has_the_mean_of_their_weights() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut learner = Learner::new(2, 2, 1, &config(NetworkKind::Lstm, &[8]), 4).unwrap();
+    let mut envs = recalls();
+    let mut saved = Vec::new();
+    for k in 0..2 {
+        learner.iterate(&mut envs, 2).unwrap();
+        let path = folder.path().join(format!("{k}.safetensors"));
+        learner.save(&path, &[("preset", b"x")]).unwrap();
+        saved.push(Checkpoint::load(&path).unwrap());
+    }
+    let mean = saved[1].mean_with(&saved[..1]).unwrap();
+    assert_eq!(mean.blob("preset"), Some(&b"x"[..]));
+    let [a, b, m] = [&saved[0], &saved[1], &mean].map(|checkpoint| checkpoint.policy().unwrap());
+    for ((a, b), m) in a.params.iter().zip(&b.params).zip(&m.params) {
+        assert!((0.5 * (a + b) - m).abs() <= 1e-7 * (1.0 + m.abs()), "{a}, {b}: {m}");
+    }
+    assert!(a.params != b.params && (0.5 * (a.std[0].ln() + b.std[0].ln()) - m.std[0].ln()).abs() < 1e-6);
+    // A mean can be started from, not resumed; another architecture is refused.
+    learner.load_weights(&mean).unwrap();
+    assert!(learner.restore(&mean).is_err());
+    let other = Learner::new(2, 2, 1, &config(NetworkKind::Lstm, &[9]), 4).unwrap();
+    let path = folder.path().join("other.safetensors");
+    other.save(&path, &[]).unwrap();
+    let error = mean.mean_with(&[Checkpoint::load(&path).unwrap()]).unwrap_err().to_string();
+    assert!(error.contains("other.safetensors: checkpoint of another architecture"), "{error}");
+}

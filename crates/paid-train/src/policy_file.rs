@@ -11,7 +11,7 @@ use paid_onnx::{
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::ObservationLayout;
 
-use crate::folder::latest_checkpoint;
+use crate::folder::{checkpoints, latest_checkpoint};
 use crate::setup::load_robot;
 use crate::trainer::PRESET;
 use crate::{RunPreset, TrainError};
@@ -83,6 +83,16 @@ pub struct TrainedPolicy {
     pub spec: RobotSpec,
     /// Networks and normaliser.
     pub policy: Policy,
+    /// The checkpoints whose mean it is, oldest first.
+    sources: Vec<PathBuf>,
+}
+
+/// The newest of some checkpoints, the last, with the mean of their weights.
+fn read_mean(sources: &[PathBuf]) -> Result<Checkpoint, TrainError> {
+    let mut all = sources.iter().map(|path| Checkpoint::load(path)).collect::<Result<Vec<_>, _>>()?;
+    let newest =
+        all.pop().ok_or_else(|| TrainError::Setup("expected a checkpoint, found none".to_owned()))?;
+    Ok(if all.is_empty() { newest } else { newest.mean_with(&all)? })
 }
 
 impl TrainedPolicy {
@@ -91,9 +101,26 @@ impl TrainedPolicy {
     /// # Errors
     /// If there is none, it is damaged, holds no preset, or its sizes are not those of its preset's robot.
     pub fn load(run: &Path) -> Result<Self, TrainError> {
-        let path = latest_checkpoint(run)?;
+        Self::of(vec![latest_checkpoint(run)?])
+    }
+
+    /// The mean of the weights of the newest `count` checkpoints of a run folder (at least one).
+    ///
+    /// # Errors
+    /// If there are fewer, or as [`TrainedPolicy::load`].
+    pub fn load_mean(run: &Path, count: usize) -> Result<Self, TrainError> {
+        let mut all = checkpoints(run)?;
+        if count == 0 || all.len() < count {
+            let message = format!("expected at least {} checkpoints, found {}", count.max(1), all.len());
+            return Err(TrainError::Folder { path: run.to_owned(), message });
+        }
+        Self::of(all.split_off(all.len() - count).into_iter().map(|(_, path)| path).collect())
+    }
+
+    fn of(sources: Vec<PathBuf>) -> Result<Self, TrainError> {
+        let checkpoint = read_mean(&sources)?;
+        let path = checkpoint.path().to_owned();
         let fail = |message: String| TrainError::Checkpoint { path: path.clone(), message };
-        let checkpoint = Checkpoint::load(&path)?;
         let text = checkpoint
             .blob(PRESET)
             .ok_or_else(|| fail(format!("expected an entry '{PRESET}' (a full checkpoint), found none")))?;
@@ -109,7 +136,7 @@ impl TrainedPolicy {
                 expected.0, expected.1, spec.name, found.0, found.1
             )));
         }
-        Ok(Self { checkpoint: path, preset, model, spec, policy })
+        Ok(Self { checkpoint: path, preset, model, spec, policy, sources })
     }
 
     /// The contract of the policy's file; `licence` are the terms of the motions that it was trained on.
@@ -145,7 +172,7 @@ impl TrainedPolicy {
     /// If the file cannot be written; an earlier file stays whole.
     pub fn write_checkpoint(&self, path: &Path) -> Result<(), TrainError> {
         let preset = self.preset.to_toml()?;
-        Checkpoint::load(&self.checkpoint)?.save_weights(path, &[(PRESET, preset.as_bytes())])?;
+        read_mean(&self.sources)?.save_weights(path, &[(PRESET, preset.as_bytes())])?;
         Ok(())
     }
 
@@ -241,7 +268,7 @@ mod tests {
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
         let preset = RunPreset::resolve("stage1", &[]).expect("built in");
-        TrainedPolicy { checkpoint: "runs/x".into(), preset, model, spec, policy }
+        TrainedPolicy { checkpoint: "runs/x".into(), preset, model, spec, policy, sources: Vec::new() }
     }
 
     #[test]

@@ -23,6 +23,9 @@ pub struct Args {
     /// evaluated and started from, not resumed.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
+    /// Take the mean of the weights of the run folder's newest N checkpoints.
+    #[arg(long, value_name = "N")]
+    average: Option<usize>,
     /// Embed this motion file (.npz) as outputs at `time_step`; the policy file then inherits the motion's licence.
     #[arg(long, value_name = "CLIP")]
     with_reference: Option<PathBuf>,
@@ -48,7 +51,11 @@ struct Written<'a> {
 
 /// Writes the file and reads it back.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
-    let trained = TrainedPolicy::load(&args.run).map_err(Failure::input)?;
+    let trained = match args.average {
+        Some(count) => TrainedPolicy::load_mean(&args.run, count),
+        None => TrainedPolicy::load(&args.run),
+    }
+    .map_err(Failure::input)?;
     if let Some(path) = &args.checkpoint {
         trained.write_checkpoint(path).map_err(Failure::input)?;
     }

@@ -20,6 +20,16 @@ pub struct Tensor {
     pub data: Vec<u8>,
 }
 
+impl Tensor {
+    /// Replaces the elements, in the tensor's precision.
+    pub fn set_numbers(&mut self, values: impl Iterator<Item = f64>) {
+        self.data = match self.dtype {
+            Dtype::F64 => values.flat_map(f64::to_le_bytes).collect(),
+            _ => values.flat_map(|x| (x as f32).to_le_bytes()).collect(),
+        };
+    }
+}
+
 /// All tensors and metadata of a file.
 #[derive(Clone, Debug, Default)]
 pub struct TensorFile {
@@ -67,6 +77,17 @@ impl TensorFile {
     numbers!(f32s, put_f32s, f32, Dtype::F32);
     numbers!(f64s, put_f64s, f64, Dtype::F64);
     numbers!(u64s, put_u64s, u64, Dtype::U64);
+
+    /// Elements of a tensor of single or double precision, as [`TensorFile::f32s`] and [`TensorFile::f64s`].
+    ///
+    /// # Errors
+    /// Naming the tensor, what was expected and what was found.
+    pub fn numbers(&self, name: &str, shape: &[usize]) -> Result<Vec<f64>, CheckpointError> {
+        if self.tensors.get(name).is_some_and(|tensor| tensor.dtype == Dtype::F64) {
+            return self.f64s(name, shape);
+        }
+        Ok(self.f32s(name, shape)?.into_iter().map(f64::from).collect())
+    }
 
     /// Adds bytes.
     pub fn put_bytes(&mut self, name: impl Into<String>, bytes: &[u8]) {

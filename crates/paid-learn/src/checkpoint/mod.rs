@@ -59,6 +59,9 @@ pub enum CheckpointError {
     },
 }
 
+/// Beginnings of the names of what a policy and its critic are; the rest is for resuming.
+const WEIGHTS: [&str; 3] = ["actor.", "critic.", "normalizer."];
+
 /// Shape of the learner that wrote a checkpoint.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -135,6 +138,27 @@ impl Checkpoint {
         Ok(Policy { net, params, normalizer, std })
     }
 
+    /// The same with the mean of its own and `others`' weights and normalisers: late in a training it is often better than any
+    /// of them. What is for resuming is left out.
+    ///
+    /// # Errors
+    /// If a tensor of another checkpoint is missing, has another shape or is not finite.
+    pub fn mean_with(&self, others: &[Self]) -> Result<Self, CheckpointError> {
+        let mut mean = self.clone();
+        mean.file.tensors.retain(|name, _| name.starts_with("blob.") || is_weight(name));
+        let count = (others.len() + 1) as f64;
+        for (name, tensor) in mean.file.tensors.iter_mut().filter(|(name, _)| is_weight(name)) {
+            let mut sum = self.file.numbers(name, &tensor.shape)?;
+            for other in others {
+                for (sum, x) in sum.iter_mut().zip(other.file.numbers(name, &tensor.shape)?) {
+                    *sum += x;
+                }
+            }
+            tensor.set_numbers(sum.iter().map(|x| x / count));
+        }
+        Ok(mean)
+    }
+
     /// Writes weights and normalisers with the caller's `blobs` and nothing else: enough for evaluation, export and
     /// [`crate::Learner::load_weights`], not for resuming. States of environments, which come from motions, stay behind.
     ///
@@ -142,8 +166,7 @@ impl Checkpoint {
     /// If a tensor does not fit the metadata or the file system refuses.
     pub fn save_weights(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
         self.policy()?;
-        let kept = ["actor.", "critic.", "normalizer."];
-        let tensors = self.file.tensors.iter().filter(|(name, _)| kept.iter().any(|k| name.starts_with(k)));
+        let tensors = self.file.tensors.iter().filter(|(name, _)| is_weight(name));
         let mut file = TensorFile {
             path: path.to_owned(),
             tensors: tensors.map(|(name, tensor)| (name.clone(), tensor.clone())).collect(),
@@ -170,4 +193,8 @@ impl Checkpoint {
         let count = self.file.f64s(&format!("normalizer.{name}.count"), &[1])?[0];
         Ok(Normalizer::from_moments(Moments { count, mean, m2 }))
     }
+}
+
+fn is_weight(name: &str) -> bool {
+    WEIGHTS.iter().any(|prefix| name.starts_with(prefix))
 }
