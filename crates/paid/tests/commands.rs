@@ -4,7 +4,7 @@ mod common;
 
 use std::fs;
 
-use common::{SMALL, paid, small, succeeds, write_motions};
+use common::{SMALL, paid, refuses, small, succeeds, write_motions};
 use paid_learn::Checkpoint;
 use paid_onnx::OnnxPolicy;
 use serde_json::Value;
