@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use paid_lanes::{Quat, Vec3};
 
 use crate::HumanMotion;
-use crate::local::{CONSTANT_CM, children, local_cm, never_turns, turn_angles};
+use crate::local::{children, constant_cm, local_cm, never_turns, turn_angles};
 
 /// How a bone is written.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,18 +121,13 @@ impl Writer<'_> {
     }
 
     fn shape(&self, i: usize) -> Shape {
-        let constant = |place: &dyn Fn(usize) -> [f64; 3]| {
-            let first = place(0);
-            let still = |t| (Vec3(place(t)) - Vec3(first)).norm() <= CONSTANT_CM;
-            (1..self.motion.frames).all(still).then_some(first)
-        };
         let in_parent = |t: usize| local_cm(self.motion, i, t).0;
         let own = |t: usize| {
             let (place, turn) = local_cm(self.motion, i, t);
             turn.conj().rotate(Vec3(place)).0
         };
-        let head = || constant(&in_parent).map(Shape::Head);
-        constant(&own).map(Shape::Tail).or_else(head).unwrap_or(Shape::Moves)
+        let head = || constant_cm(self.motion.frames, in_parent).map(Shape::Head);
+        constant_cm(self.motion.frames, own).map(Shape::Tail).or_else(head).unwrap_or(Shape::Moves)
     }
 }
 

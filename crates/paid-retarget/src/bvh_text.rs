@@ -2,10 +2,8 @@
 
 use std::fmt::Write as _;
 
-use paid_lanes::Vec3;
-
 use crate::HumanMotion;
-use crate::local::{CONSTANT_CM, children, local_cm, never_turns, turn_angles};
+use crate::local::{children, constant_cm, local_cm, never_turns, turn_angles};
 
 /// The text of a BVH file of `motion`: y up, centimetres, rotation channels Z, X, Y.
 ///
@@ -45,16 +43,14 @@ struct Writer<'a> {
 
 impl<'a> Writer<'a> {
     fn new(motion: &'a HumanMotion) -> Self {
-        let count = motion.skeleton.bones.len();
-        let mut writer = Self { motion, offsets: Vec::new(), moves: vec![true; count] };
-        writer.offsets = (0..count).map(|i| local_cm(motion, i, 0).0).collect();
-        for (i, bone) in motion.skeleton.bones.iter().enumerate() {
-            let first = Vec3(writer.offsets[i]);
-            let moved = |t: usize| (Vec3(local_cm(motion, i, t).0) - first).norm() > CONSTANT_CM;
-            // A root always moves: readers expect its six channels.
-            writer.moves[i] = bone.parent.is_none() || (1..motion.frames).any(moved);
-        }
-        writer
+        let bones = motion.skeleton.bones.iter().enumerate();
+        // A root always moves: readers expect its six channels.
+        let moves = bones.map(|(i, bone)| {
+            bone.parent.is_none() || constant_cm(motion.frames, |t| local_cm(motion, i, t).0).is_none()
+        });
+        let moves = moves.collect();
+        let offsets = (0..motion.skeleton.bones.len()).map(|i| local_cm(motion, i, 0).0).collect();
+        Self { motion, offsets, moves }
     }
 
     /// True if nothing would be lost by an `End Site`.

@@ -10,7 +10,7 @@ use crate::skeleton::about;
 /// Metres of a unit of length in the texts that are written: the centimetre, as in nearly every BVH.
 pub const TEXT_UNIT_M: f64 = 0.01;
 /// A place that changes by less over a motion is constant [cm].
-pub(crate) const CONSTANT_CM: f64 = 1e-5;
+const CONSTANT_CM: f64 = 1e-5;
 
 /// The bones that hang on `parent`; the roots with `None`.
 pub(crate) fn children(motion: &HumanMotion, parent: Option<usize>) -> impl Iterator<Item = usize> + '_ {
@@ -29,6 +29,13 @@ pub(crate) fn local_cm(motion: &HumanMotion, i: usize, t: usize) -> ([f64; 3], Q
     let back = axes.conj();
     let place = back.rotate(Vec3(pos[i]) - from).scale(1.0 / TEXT_UNIT_M);
     (place.0, back.mul(Quat(quat[i])).normalize())
+}
+
+/// The place [cm] of the first of `frames` frames, if it is that of all.
+pub(crate) fn constant_cm(frames: usize, place: impl Fn(usize) -> [f64; 3]) -> Option<[f64; 3]> {
+    let first = place(0);
+    let still = |t| (Vec3(place(t)) - Vec3(first)).norm() <= CONSTANT_CM;
+    (1..frames).all(still).then_some(first)
 }
 
 /// True if bone `i` keeps its parent's axes in every frame.

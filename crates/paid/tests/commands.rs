@@ -92,9 +92,10 @@ fn a_trained_policy_is_exported_and_acts() {
     assert_eq!(actions, same);
     assert!(actions.iter().all(|a| a.is_finite()) && actions.iter().any(|a| *a != 0.0), "{actions:?}");
 
-    // The small checkpoint acts as the whole one does, and holds nothing of the motions.
     let error = refuses(&paid(folder.path(), &["export", "run", "--average", "99"]));
     assert!(error.contains("run: expected at least 99 checkpoints, found"), "{error}");
+
+    // The small checkpoint acts as the whole one does, and holds nothing of the motions.
     let args = ["export", "run", "--out", "again.onnx", "--checkpoint", "small.safetensors"];
     succeeds(&paid(folder.path(), &args));
     let small = Checkpoint::load(&folder.path().join("small.safetensors")).expect("a checkpoint");
