@@ -127,7 +127,8 @@ pub struct KickPreset {
 
 /// All reward terms; `weight = 0` switches one off. Every term is multiplied by its weight and by the control period.
 ///
-/// The 19 terms of the paper's table, then three of this project's (`kick_foot_vel`, `feet_vel`, `kick_foot_pos`).
+/// The 19 terms of the paper's table, then four of this project's (`kick_foot_vel`, `feet_vel`, `kick_foot_pos`,
+/// `hand_pos`).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RewardPreset {
@@ -180,10 +181,19 @@ pub struct RewardPreset {
     pub feet_vel: Kernel,
     /// Yaw-aligned position of the labelled kicking foot [m] (ours; off by default).
     pub kick_foot_pos: Kernel,
+    /// Yaw-aligned positions of the end effectors that are not feet [m] (ours; off by default). Once the feet are in place, the arms
+    /// hold most of what is left of the mean error over the bodies.
+    #[serde(default = "off")]
+    pub hand_pos: Kernel,
+}
+
+/// A kernel that pays nothing, for presets written before it existed.
+fn off() -> Kernel {
+    Kernel { weight: 0.0, sigma: 0.1 }
 }
 
 /// Number of reward terms.
-pub const REWARD_TERMS: usize = 22;
+pub const REWARD_TERMS: usize = 23;
 
 /// Names of the reward terms: the keys under `rewards`, in the order of [`RewardPreset::weights`].
 pub const REWARD_NAMES: [&str; REWARD_TERMS] = [
@@ -209,6 +219,7 @@ pub const REWARD_NAMES: [&str; REWARD_TERMS] = [
     "kick_foot_vel",
     "feet_vel",
     "kick_foot_pos",
+    "hand_pos",
 ];
 
 impl RewardPreset {
@@ -237,6 +248,7 @@ impl RewardPreset {
             self.kick_foot_vel.weight,
             self.feet_vel.weight,
             self.kick_foot_pos.weight,
+            self.hand_pos.weight,
         ]
     }
 
@@ -267,6 +279,7 @@ impl RewardPreset {
             ("kick_foot_vel.sigma", self.kick_foot_vel.sigma),
             ("feet_vel.sigma", self.feet_vel.sigma),
             ("kick_foot_pos.sigma", self.kick_foot_pos.sigma),
+            ("hand_pos.sigma", self.hand_pos.sigma),
         ];
         for (name, value) in widths {
             if !(value > 0.0 && value.is_finite()) {

@@ -123,7 +123,7 @@ fn foot<'a, V: Real>(
     &state.bodies[config.followed[config.feet[side]]]
 }
 
-/// Terms 0 to 6 and 19 to 21, and the logged errors.
+/// Terms 0 to 6 and 19 to 22, and the logged errors.
 #[inline(always)]
 fn tracking_terms<V: Real>(
     config: &TaskConfig,
@@ -185,6 +185,12 @@ fn tracking_terms<V: Real>(
     }
     terms[6] = foot_pos.value();
     terms[20] = feet_vel.value();
+    let mut hand_pos = KernelMean::new(preset.body_kernel, preset.hand_pos.sigma);
+    for &i in config.end_effectors.iter().filter(|i| !config.feet.contains(i)) {
+        let target = aligned_position(&turn, anchor.pos, target_pos, reference.pos(i));
+        hand_pos.add((state.bodies[config.followed[i]].pos - target).norm2());
+    }
+    terms[22] = hand_pos.value();
     let is_right = group.kick.label.gt(V::zero());
     terms[19] = gaussian(V::select(is_right, vel2[1], vel2[0]), preset.kick_foot_vel.sigma);
     terms[21] = gaussian(V::select(is_right, pos2[1], pos2[0]), preset.kick_foot_pos.sigma);

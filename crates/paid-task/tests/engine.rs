@@ -323,6 +323,7 @@ fn every_option_at_once_stays_finite() {
         "rewards.kick_foot_vel.weight=1",
         "rewards.feet_vel.weight=1",
         "rewards.kick_foot_pos.weight=1",
+        "rewards.hand_pos.weight=1",
         "rewards.ball_prox.from=base",
         "scene.terrain={kind=\"rough\", amplitude_m=0.02, step_m=0.02, cell_m=0.1, size=64, seed=3}",
     ];
@@ -334,7 +335,7 @@ fn every_option_at_once_stays_finite() {
     assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
     let metrics = run_agent(shard.as_mut(), Agent::Random, 200, 2).expect("finite");
     assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
-    for name in ["kick_foot_vel", "feet_vel", "kick_foot_pos"] {
+    for name in ["kick_foot_vel", "feet_vel", "kick_foot_pos", "hand_pos"] {
         assert!(get(&metrics, &format!("reward/{name}")) > 0.0, "{name}");
     }
 }
