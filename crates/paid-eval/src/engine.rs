@@ -1,6 +1,7 @@
 //! Who simulates the trials: the engine that trains, or the referee.
 
 use paid_mujoco::{Cone, FootShapes, MujocoSim, PdControl, SceneOptions};
+use paid_physics::BallParams;
 use paid_task::{Task, TaskPreset, TaskShard, build_shard};
 use serde::Serialize;
 
@@ -118,6 +119,17 @@ impl Arena {
         }
     }
 
+    /// The ball as the engine moves it: MuJoCo's rolls undamped unless its scene says otherwise.
+    pub(crate) fn ball(&self) -> BallParams {
+        let params = self.preset.ball_params;
+        match &self.engine {
+            Engine::Mujoco(scene) if !scene.ball.unwrap_or_default().damped => {
+                BallParams { linear_damping: 0.0, angular_damping: 0.0, ..params }
+            }
+            _ => params,
+        }
+    }
+
     /// Environments `first_env..first_env + num_envs` of the task on the arena's engine.
     pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
         let scene = match &self.engine {
@@ -136,21 +148,21 @@ impl Arena {
             }
             Engine::Mujoco(scene) => scene,
         };
-        self.preset.validate()?;
+        let preset = TaskPreset { ball_params: self.ball(), ..self.preset.clone() };
+        preset.validate()?;
         let mut scene = (**scene).clone();
         scene.gravity = self.preset.scene.gravity;
         scene.self_collision &= self.preset.scene.self_collision;
         scene.ball = if self.preset.scene.ball {
             let surface = scene.ball.unwrap_or_default();
-            Some(paid_mujoco::BallOptions { params: self.preset.ball_params, ..surface })
+            Some(paid_mujoco::BallOptions { params: preset.ball_params, ..surface })
         } else {
             None
         };
         let control =
             self.spec.resolve(&self.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
         let sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
-        let task =
-            Task::new(sim, &self.robot, &self.spec, &self.library, &self.preset, first_env, self.seed)?;
+        let task = Task::new(sim, &self.robot, &self.spec, &self.library, &preset, first_env, self.seed)?;
         Ok(Box::new(task))
     }
 }

@@ -46,7 +46,7 @@ fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
 }
 
 fn zero(arena: &Arena) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
-    let layout = ObservationLayout::new(&arena.spec);
+    let layout = ObservationLayout::new(&arena.spec, false);
     let obs_dim = layout.policy.iter().map(|t| t.size).sum();
     let action_dim = arena.spec.policy_joint_order.len();
     move || Ok(Box::new(ZeroPolicy { obs_dim, action_dim }) as Box<dyn Policy>)
@@ -112,13 +112,13 @@ fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
         }
         assert!(t.displacement[0].hypot(t.displacement[1]) <= 0.5);
         assert!(!placement.overlaps(t.motion, t.ball));
-        assert_eq!(t.motion, placement.nearest(t.ball));
+        assert_eq!(t.motion, placement.motion(t.ball, t.ball_velocity));
     }
     let robot = ShootingOptions { trials: 1, variant: Variant::Robot, ..ShootingOptions::default() };
     assert!(plan(&arena, &robot).expect("plans").iter().all(|t| t.ball == t.place && t.goal == [5.0, 0.0]));
     // The ball does not fit under the feet; and motion 001 goes 0.82 m straight ahead.
     assert!(placement.overlaps(0, [0.0, 0.1]) && placement.overlaps(0, [0.0, -0.1]));
-    assert_eq!(placement.nearest([0.82, 0.0]), 0);
+    assert_eq!(placement.motion([0.82, 0.0], [0.0; 2]), 0);
 }
 
 #[test]

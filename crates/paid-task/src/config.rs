@@ -81,7 +81,7 @@ impl TaskConfig {
             waist.push(joint.ok_or_else(|| TaskError::Name { role: "waist joint", name: name.clone() })?);
         }
         let config = Self {
-            layout: ObservationLayout::new(spec),
+            layout: ObservationLayout::new(spec, preset.observations.lead_ball),
             to_model,
             tracked: spec.tracked_bodies.len(),
             anchor: place("anchor body", &spec.anchor_body)?,

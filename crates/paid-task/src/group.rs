@@ -27,6 +27,10 @@ pub(crate) struct GroupTask<V> {
     pub goal: Vec3<V>,
     /// Cosine and sine of the motion's initial heading.
     pub heading: [V; 2],
+    /// Time from the reference's frame to its strike, negative after it [s]; follows from motion and frame.
+    pub to_strike_s: V,
+    /// What a rolling ball's velocity is multiplied by for its way until the reference strikes [s]; follows from motion and frame.
+    pub lead_s: V,
     /// The ball's story.
     pub kick: KickState<V>,
     /// The perceived ball.
@@ -55,6 +59,8 @@ impl<V: Real> GroupTask<V> {
             joint_offset: zeros,
             goal: Vec3::zero(),
             heading: [V::one(), V::zero()],
+            to_strike_s: V::zero(),
+            lead_s: V::zero(),
             kick: KickState::new(),
             perception: Perception::new(),
             pictures: Pictures::new(config),
@@ -66,7 +72,7 @@ impl<V: Real> GroupTask<V> {
         }
     }
 
-    /// Every number but the reference (which follows from motion and frame) and the reward terms (which nothing depends on), for
+    /// Every number but the reference and the times to its strike (which follow from motion and frame) and the reward terms (which nothing depends on), for
     /// saving.
     pub(crate) fn fields(&mut self) -> Vec<&mut V> {
         let mut fields: Vec<&mut V> = Vec::new();

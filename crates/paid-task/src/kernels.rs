@@ -6,7 +6,7 @@ use paid_physics::GroupState;
 use crate::ReferenceLibrary;
 use crate::config::TaskConfig;
 use crate::group::{GroupTask, load_f32, store_f32};
-use crate::observe::{Draw, Rows, Seen, in_base, observe_critic, observe_policy};
+use crate::observe::{Draw, Rows, Seen, expected_ball, in_base, observe_critic, observe_policy};
 use crate::reference::MAX_LANES;
 use crate::score::{Score, Sums, score};
 
@@ -49,7 +49,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
         let seen = match self.seen {
             Some(seen) => seen,
             None => Seen {
-                ball: in_base(self.state, self.state.ball.pos),
+                ball: in_base(self.state, expected_ball(self.state, self.group)),
                 goal: in_base(self.state, self.group.goal),
             },
         };

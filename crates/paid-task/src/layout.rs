@@ -23,6 +23,9 @@ pub struct ObservationTerm {
     pub scale: f64,
 }
 
+/// Name of the ball's term where the policy sees a rolling ball where it will be.
+pub const LED_BALL: &str = "ball_at_strike";
+
 /// Terms of the policy's and the critic's observation, in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -55,7 +58,10 @@ fn terms(list: &[(&str, usize, &str, &str, &str)]) -> Vec<ObservationTerm> {
 impl ObservationLayout {
     /// The layout for a robot: policy 160 and critic 292 numbers for 29 joints and 14 tracked bodies. Joint vectors are in
     /// the policy's joint order; `base` is body 0, `anchor` the robot's anchor body.
-    pub fn new(spec: &RobotSpec) -> Self {
+    ///
+    /// With `lead_ball` ([`crate::ObservationPreset::lead_ball`]) the ball's term is called `ball_at_strike`.
+    pub fn new(spec: &RobotSpec, lead_ball: bool) -> Self {
+        let ball = if lead_ball { LED_BALL } else { "ball_pos" };
         let joints = spec.policy_joint_order.len();
         let bodies = spec.tracked_bodies.len();
         let rotation = "first two columns of the rotation, row by row";
@@ -69,7 +75,7 @@ impl ObservationLayout {
                 ("joint_pos_rel", joints, "joints", "joint", "rad"),
                 ("joint_vel", joints, "joints", "joint", "rad/s"),
                 ("last_action", joints, "joints", "joint", ""),
-                ("ball_pos", 3, "x,y,z", "base", "m"),
+                (ball, 3, "x,y,z", "base", "m"),
                 ("goal_pos", 3, "x,y,z", "base", "m"),
             ]),
             critic: terms(&[
@@ -84,7 +90,7 @@ impl ObservationLayout {
                 ("joint_pos_rel", joints, "joints", "joint", "rad"),
                 ("joint_vel", joints, "joints", "joint", "rad/s"),
                 ("last_action", joints, "joints", "joint", ""),
-                ("ball_pos", 3, "x,y,z", "base", "m"),
+                (ball, 3, "x,y,z", "base", "m"),
                 ("goal_pos", 3, "x,y,z", "base", "m"),
             ]),
         }

@@ -12,6 +12,7 @@ mod kernels;
 mod kick;
 mod late;
 mod layout;
+mod lead;
 mod library;
 mod metrics;
 mod noise;
@@ -36,14 +37,15 @@ mod terms;
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
 pub use error::TaskError;
 pub use eval_control::{BodySample, EnvSample, EvalControl, EvalOptions, ForcedStart, KickEvent};
-pub use layout::{ObservationLayout, ObservationTerm};
+pub use layout::{LED_BALL, ObservationLayout, ObservationTerm};
+pub use lead::roll_decay;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary};
 pub use metrics::{END_CAUSES, END_NAMES, EndCause, KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use overrides::{OverrideError, apply_override};
-pub use placement::nearest_motion;
+pub use placement::{RollingBall, motion_for, nearest_motion};
 pub use preset::TaskPreset;
 pub use reward_preset::{
-    BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset,
+    BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset, StrikeKernel,
 };
 pub use sampler::SamplerState;
 pub use shard::{TaskShard, build_engine, build_shard};

@@ -5,8 +5,8 @@ use paid_physics::GroupState;
 
 use crate::config::TaskConfig;
 use crate::group::{GroupTask, store_f32};
-use crate::noise;
 use crate::score::projected_gravity;
+use crate::{lead, noise};
 
 /// Purpose of the noise stream among an environment's random numbers.
 pub(crate) const NOISE_STREAM: u32 = 2;
@@ -94,6 +94,12 @@ pub(crate) fn in_base<V: Real>(state: &GroupState<V>, point: Vec3<V>) -> Vec3<V>
     base.rot.tr_mul_vec(point - base.pos)
 }
 
+/// The ball where it will be when the reference strikes; where it is if the preset has no lead (then `lead_s` is 0).
+#[inline(always)]
+pub(crate) fn expected_ball<V: Real>(state: &GroupState<V>, group: &GroupTask<V>) -> Vec3<V> {
+    state.ball.pos + lead::way(state.ball.vel, group.lead_s)
+}
+
 /// Writes the policy's observation.
 #[inline(always)]
 pub(crate) fn observe_policy<V: Real>(
@@ -176,7 +182,7 @@ pub(crate) fn observe_critic<V: Real>(
     for j in 0..joints {
         rows.push(group.action[j]);
     }
-    rows.push_vec(in_base(state, state.ball.pos));
+    rows.push_vec(in_base(state, expected_ball(state, group)));
     rows.push_vec(in_base(state, group.goal));
 }
 

@@ -3,6 +3,7 @@
 use paid_lanes::rng::Rng;
 
 use crate::MotionFacts;
+use crate::lead::way_s;
 use crate::preset::{BallPlacement, GoalPreset};
 
 /// A point given in a motion's start frame (origin: anchor at frame 0, x along its heading, y left), in the world [m].
@@ -33,9 +34,41 @@ fn displacement_in_start_frame(facts: &MotionFacts) -> [f64; 2] {
 /// # Panics
 /// If there are no motions.
 pub fn nearest_motion(motions: &[MotionFacts], xy: [f64; 2]) -> usize {
+    nearest(motions, |_| xy)
+}
+
+/// A ball in the start frame when the robot begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RollingBall {
+    /// Centre [m].
+    pub place: [f64; 2],
+    /// Velocity [m/s].
+    pub velocity: [f64; 2],
+    /// Rate at which it slows down [1/s], see [`crate::roll_decay`].
+    pub decay: f64,
+}
+
+impl RollingBall {
+    /// Where it will be when a motion strikes, having begun at `frame`, start frame [m].
+    pub(crate) fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
+        let lead_s = way_s(facts.strike_frame.saturating_sub(frame) as f64 * dt_s, self.decay);
+        [0, 1].map(|k| self.place[k] + lead_s * self.velocity[k])
+    }
+}
+
+/// The motion whose anchor displacement is nearest to where the ball will be when that motion strikes; the first of equals. `dt_s` is
+/// the time between two frames.
+///
+/// # Panics
+/// If there are no motions.
+pub fn motion_for(motions: &[MotionFacts], ball: &RollingBall, dt_s: f64) -> usize {
+    nearest(motions, |facts| ball.at_strike(facts, 0, dt_s))
+}
+
+fn nearest(motions: &[MotionFacts], place: impl Fn(&MotionFacts) -> [f64; 2]) -> usize {
     let distance = |facts: &MotionFacts| {
-        let [x, y] = displacement_in_start_frame(facts);
-        (x - xy[0]).hypot(y - xy[1])
+        let ([x, y], [to_x, to_y]) = (displacement_in_start_frame(facts), place(facts));
+        (x - to_x).hypot(y - to_y)
     };
     (1..motions.len())
         .fold(0, |best, i| if distance(&motions[i]) < distance(&motions[best]) { i } else { best })
@@ -209,6 +242,22 @@ mod tests {
         // No place of the workspace belongs to the second of two equal motions.
         let ball = draw_ball_of_motion(&[facts(), facts()], 1, &arc(), &mut rng);
         assert!((ball[0] - 0.8).abs() < 1e-12 && ball[1].abs() < 1e-12, "{ball:?}");
+    }
+
+    #[test]
+    fn a_rolling_ball_belongs_to_the_motion_that_meets_it() {
+        // Both at 0.02 s a frame: 1.4 s to the first one's strike, 0.5 s to the second one's.
+        let early = MotionFacts { displacement: [0.6, -0.8], strike_frame: 25, ..facts() };
+        let motions = [facts(), early];
+        // Ahead is -y, left is +x: the second motion ends 0.6 m to the left of the first one.
+        let ball = |velocity, decay| RollingBall { place: [0.8, 0.2], velocity, decay };
+        assert_eq!(motion_for(&motions, &ball([0.0; 2], 0.0), 0.02), 0);
+        assert_eq!(motion_for(&motions, &ball([0.0, 0.3], 0.0), 0.02), 1);
+        // 0.2 + 0.3 * 1.4 = 0.62 at the first one's strike, 0.35 at the second one's.
+        assert!((ball([0.0, 0.3], 0.0).at_strike(&motions[0], 0, 0.02)[1] - 0.62).abs() < 1e-12);
+        assert!((ball([0.0, 0.3], 0.0).at_strike(&motions[0], 60, 0.02)[1] - 0.26).abs() < 1e-12);
+        // One that stops at once stays where it is.
+        assert_eq!(motion_for(&motions, &ball([0.0, 0.3], 50.0), 0.02), 0);
     }
 
     #[test]

@@ -68,6 +68,10 @@ pub struct ObservationPreset {
     pub noise: NoisePreset,
     /// Errors of ball and goal perception.
     pub perception: PerceptionPreset,
+    /// True: the policy sees a rolling ball where it will be when the reference strikes, as a tracker that knows its velocity and how
+    /// fast balls slow down expects it; motions are chosen by that place too. Paper: the ball as it is, and a recurrent policy.
+    #[serde(default)]
+    pub lead_ball: bool,
 }
 
 /// Limits of tracking; a non-positive limit switches a check off.

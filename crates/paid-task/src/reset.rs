@@ -5,9 +5,10 @@ use paid_lanes::{Quat, Vec3};
 use paid_physics::{EnvParams, LaneState, Material, Simulator};
 
 use crate::config::TaskConfig;
+use crate::lead::roll_decay;
 use crate::placement::{
-    clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, from_start_frame, moved_clear,
-    nearest_motion, nominal_ball, nominal_goal, turned,
+    RollingBall, clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, from_start_frame,
+    moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
 use crate::{ForcedStart, ReferenceLibrary, SamplerState};
@@ -214,7 +215,8 @@ impl StartContext<'_> {
             state.base_pos[2] += lift;
         }
         let radius = params.ball.radius_m;
-        let (ball, velocity) = self.ball(motion, planned, &[feet[0].place, feet[1].place], rng);
+        let feet = [feet[0].place, feet[1].place];
+        let (ball, velocity) = self.ball([motion, frame], planned, &params.ball, &feet, rng);
         state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
         if !self.config.preset.scene.ball {
             // A marker: at its height above the plane, whatever the terrain below.
@@ -233,11 +235,13 @@ impl StartContext<'_> {
         Start { motion, frame, params, delays, state, joint_offset, goal: [goal[0], goal[1], radius] }
     }
 
-    /// Ball place and velocity (x, y), world.
+    /// Ball place and velocity (x, y), world. Where the policy sees rolling balls ahead of time, the place is where the ball will be
+    /// when the motion strikes.
     fn ball(
         &self,
-        motion: usize,
+        [motion, frame]: [usize; 2],
         planned: Option<[f64; 2]>,
+        params: &paid_physics::BallParams,
         feet: &[[f64; 2]; 2],
         rng: &mut Rng,
     ) -> ([f64; 2], [f64; 2]) {
@@ -256,7 +260,13 @@ impl StartContext<'_> {
         };
         let rolls = rng.unit() < preset.rolling_share;
         let speed = if rolls { preset.velocity } else { 0.0 };
-        (place, [rng.uniform(-speed, speed), rng.uniform(-speed, speed)])
+        let velocity = [rng.uniform(-speed, speed), rng.uniform(-speed, speed)];
+        if !(rolls && self.config.preset.observations.lead_ball) {
+            return (place, velocity);
+        }
+        let back = RollingBall { place, velocity: velocity.map(|v| -v), decay: roll_decay(params) };
+        let start = back.at_strike(facts, frame, self.config.dt_s);
+        (moved_clear(start, facts.displacement, preset.clearance_m, feet), velocity)
     }
 
     /// The reference's state at a frame, displaced and with noise; and, for both feet, place and direction (x, y).

@@ -44,6 +44,19 @@ pub struct Kernel {
     pub sigma: f64,
 }
 
+/// A kernel on the kicking foot, over the whole motion or around its strike.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StrikeKernel {
+    /// Weight; zero switches the term off.
+    pub weight: f64,
+    /// Width, in the unit of the error.
+    pub sigma: f64,
+    /// The term pays within this time of the reference's strike, before and after it [s]; 0: over the whole motion.
+    #[serde(default)]
+    pub around_s: f64,
+}
+
 /// The body position kernel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -176,11 +189,11 @@ pub struct RewardPreset {
     pub upright: Plain,
     /// Centre-of-mass velocity of the labelled kicking foot [m/s] (ours; off by default). The mean over all bodies gives one ankle
     /// 1/14 of the pull that the action rate costs at the strike.
-    pub kick_foot_vel: Kernel,
+    pub kick_foot_vel: StrikeKernel,
     /// Centre-of-mass velocity of both feet [m/s] (ours; off by default).
     pub feet_vel: Kernel,
     /// Yaw-aligned position of the labelled kicking foot [m] (ours; off by default).
-    pub kick_foot_pos: Kernel,
+    pub kick_foot_pos: StrikeKernel,
     /// Yaw-aligned positions of the end effectors that are not feet [m] (ours; off by default). Once the feet are in place, the arms
     /// hold most of what is left of the mean error over the bodies.
     #[serde(default = "off")]
@@ -284,6 +297,14 @@ impl RewardPreset {
         for (name, value) in widths {
             if !(value > 0.0 && value.is_finite()) {
                 return Err(value_error(&format!("rewards.{name}"), "a positive number", value.to_string()));
+            }
+        }
+        for (name, value) in [
+            ("kick_foot_vel.around_s", self.kick_foot_vel.around_s),
+            ("kick_foot_pos.around_s", self.kick_foot_pos.around_s),
+        ] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(value_error(&format!("rewards.{name}"), "zero or more", value.to_string()));
             }
         }
         Ok(())

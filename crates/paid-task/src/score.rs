@@ -8,7 +8,9 @@ use crate::group::GroupTask;
 use crate::kick::is_set;
 use crate::terms::regularization::{foot_separation, outside, squared_change, tilt, touches};
 use crate::terms::soccer::{alignment, planar_speed, proximity, side_kick, speed_share, vertical_speed};
-use crate::terms::tracking::{KernelMean, aligned_position, gaussian, orientation_error, yaw_alignment};
+use crate::terms::tracking::{
+    KernelMean, aligned_position, around_strike, gaussian, orientation_error, yaw_alignment,
+};
 use crate::{ProximityPoint, REWARD_TERMS, TRACKING_NAMES};
 
 /// Sums over steps and groups, a lane each.
@@ -192,8 +194,10 @@ fn tracking_terms<V: Real>(
     }
     terms[22] = hand_pos.value();
     let is_right = group.kick.label.gt(V::zero());
-    terms[19] = gaussian(V::select(is_right, vel2[1], vel2[0]), preset.kick_foot_vel.sigma);
-    terms[21] = gaussian(V::select(is_right, pos2[1], pos2[0]), preset.kick_foot_pos.sigma);
+    terms[19] =
+        around_strike(V::select(is_right, vel2[1], vel2[0]), group.to_strike_s, &preset.kick_foot_vel);
+    terms[21] =
+        around_strike(V::select(is_right, pos2[1], pos2[0]), group.to_strike_s, &preset.kick_foot_pos);
     let kicking = Vec3::select(is_right, foot(config, state, 1).com_vel, foot(config, state, 0).com_vel);
     let wanted = Vec3::select(is_right, reference.com_vel(config.feet[1]), reference.com_vel(config.feet[0]));
     group.foot_peak = kicking.norm().max(group.foot_peak);

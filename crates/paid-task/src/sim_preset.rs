@@ -26,6 +26,10 @@ pub struct PerceptionPreset {
     pub c_vel: f64,
     /// Divisor of the object's distance.
     pub c_dist: f64,
+    /// Deviation of the Gaussian noise on each horizontal component of the ball's velocity, with `gaussian`; it matters where the policy
+    /// sees the ball ahead of time ([`crate::ObservationPreset::lead_ball`]) [m/s].
+    #[serde(default = "centimetres_per_second")]
+    pub ball_velocity_m_s: f64,
     /// Age of what is seen [s], drawn for each episode and rounded to control steps: a position of then, in the base frame
     /// of then.
     #[serde(default)]
@@ -97,6 +101,7 @@ impl PerceptionPreset {
         for (name, value, limits, expected) in [
             ("c_vel", self.c_vel, [f64::MIN_POSITIVE, f64::MAX], "a positive number"),
             ("c_dist", self.c_dist, [f64::MIN_POSITIVE, f64::MAX], "a positive number"),
+            ("ball_velocity_m_s", self.ball_velocity_m_s, [0.0, f64::MAX], "zero or more"),
             ("latency_s.0", self.latency_s[0], [0.0, 1.0], "0 to 1 s"),
             ("latency_s.1", self.latency_s[1], [0.0, 1.0], "0 to 1 s"),
             ("frame_s", self.frame_s, [0.0, 1.0], "0 to 1 s"),
@@ -228,6 +233,10 @@ pub struct RandomisationPreset {
     /// interpolated between two control steps.
     #[serde(default)]
     pub observation_delay_s: Range,
+}
+
+fn centimetres_per_second() -> f64 {
+    0.03
 }
 
 fn ten_percent() -> f64 {

@@ -10,6 +10,7 @@ use paid_robot::{RobotModel, RobotSpec};
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kernels::{Act, Gather, Observe, ScoreGroup};
+use crate::lead::{self, roll_decay, way_s};
 use crate::observe::{Draw, Seen, in_base, noise_len};
 use crate::perception::deviation;
 use crate::reference::MAX_LANES;
@@ -24,6 +25,7 @@ use crate::{
 const RESET_STREAM: u32 = 0;
 const PUSH_STREAM: u32 = 1;
 const PERCEPTION_STREAM: u32 = 3;
+const VELOCITY_STREAM: u32 = 4;
 /// Control steps after the contact at which a kick's ball velocity is taken.
 const KICK_DELAY: u32 = 5;
 
@@ -229,6 +231,14 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         for lane in 0..V::LANES {
             let env = &self.envs[group * V::LANES + lane];
             (motions[lane], frames[lane]) = (env.motion, env.frame);
+            let strike = self.library.facts()[env.motion].strike_frame;
+            let to_strike_s = (strike as f64 - env.frame as f64) * self.config.dt_s;
+            self.groups[group].to_strike_s.set_lane(lane, to_strike_s);
+            if self.config.preset.observations.lead_ball {
+                // The policy sees the frame after the state's.
+                let lead_s = way_s(to_strike_s + self.config.dt_s, roll_decay(&env.params.ball));
+                self.groups[group].lead_s.set_lane(lane, lead_s);
+            }
         }
         V::run(Gather { library: &self.library, group: &mut self.groups[group], motions, frames });
     }
@@ -313,14 +323,27 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             return None;
         }
         let (state, task) = (self.sim.state(group), &self.groups[group]);
-        if let Some(pictures) = &task.pictures {
-            return Some(pictures.seen());
-        }
         let mut seen = Seen { ball: in_base(state, state.ball.pos), goal: in_base(state, task.goal) };
-        if preset.blind_zone {
+        if let Some(pictures) = &task.pictures {
+            seen = pictures.seen();
+        } else if preset.blind_zone {
             seen.ball = task.perception.ball;
         }
-        if preset.gaussian {
+        if self.config.preset.observations.lead_ball {
+            let mut velocity = state.ball.vel;
+            if preset.gaussian {
+                for lane in 0..V::LANES {
+                    let id = self.envs[group * V::LANES + lane].id;
+                    let mut rng = Rng::new(self.seed, id, VELOCITY_STREAM);
+                    rng.seek(self.observations * 4);
+                    let [x, y, z] = velocity.lane(lane);
+                    let mut estimate = |v: f64| v + preset.ball_velocity_m_s * rng.normal();
+                    velocity.set_lane(lane, [estimate(x), estimate(y), z]);
+                }
+            }
+            seen.ball += state.bodies[0].rot.tr_mul_vec(lead::way(velocity, task.lead_s));
+        }
+        if preset.gaussian && task.pictures.is_none() {
             let base = &state.bodies[0];
             let ball_speed = (state.ball.vel - base.lin_vel).norm();
             let deviations = [

@@ -26,7 +26,7 @@ pub const LICENCE: &str = "the terms of the motions that the policy was trained 
 pub const COMMAND: &str = "motion";
 
 /// The contract of any policy of this robot in this project's task: joints, gains, observation. Its licence is empty, and it has
-/// no memory.
+/// no memory. `lead_ball` is the task's ([`paid_task::ObservationPreset::lead_ball`]).
 ///
 /// # Errors
 /// If the robot's gains cannot be resolved.
@@ -34,6 +34,7 @@ pub fn task_contract(
     model: &RobotModel,
     spec: &RobotSpec,
     control_period_s: f64,
+    lead_ball: bool,
 ) -> Result<Contract, TrainError> {
     let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
     let control = spec.resolve(model).map_err(|e| setup(&e))?;
@@ -63,7 +64,7 @@ pub fn task_contract(
         joints: order.indices().iter().map(joint).collect(),
         anchor_body: spec.anchor_body.clone(),
         bodies: spec.tracked_bodies.clone(),
-        observation: ObservationLayout::new(spec).policy.into_iter().map(term).collect(),
+        observation: ObservationLayout::new(spec, lead_ball).policy.into_iter().map(term).collect(),
         commands: vec![COMMAND.to_owned()],
         recurrent: None,
         reference: None,
@@ -128,7 +129,8 @@ impl TrainedPolicy {
         let preset = RunPreset::from_resolved(&path.to_string_lossy(), text, &[])?;
         let (model, spec) = load_robot(&preset.robot)?;
         let policy = checkpoint.policy()?;
-        let expected = (ObservationLayout::new(&spec).policy_dim(), spec.policy_joint_order.len());
+        let lead_ball = preset.task.observations.lead_ball;
+        let expected = (ObservationLayout::new(&spec, lead_ball).policy_dim(), spec.policy_joint_order.len());
         let found = (policy.obs_dim(), policy.action_dim());
         if expected != found {
             return Err(fail(format!(
@@ -145,10 +147,11 @@ impl TrainedPolicy {
     /// If the robot's gains cannot be resolved.
     pub fn contract(&self, licence: &str) -> Result<Contract, TrainError> {
         let lstm = &self.policy.net.lstm;
+        let task = &self.preset.task;
         Ok(Contract {
             licence: licence.to_owned(),
             recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
-            ..task_contract(&self.model, &self.spec, self.preset.task.control_dt_s())?
+            ..task_contract(&self.model, &self.spec, task.control_dt_s(), task.observations.lead_ball)?
         })
     }
 
@@ -254,7 +257,7 @@ mod tests {
     fn trained(kind: NetworkKind) -> TrainedPolicy {
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
         let mut rng = Rng::new(5, 0, 0);
-        let features = ObservationLayout::new(&spec).policy_dim();
+        let features = ObservationLayout::new(&spec, false).policy_dim();
         let mut draw = |lo: f64, hi: f64| (0..features).map(|_| rng.uniform(lo, hi)).collect::<Vec<_>>();
         let moments = Moments { count: 50.0, mean: draw(-1.0, 1.0), m2: draw(1.0, 99.0) };
         let config = NetworkConfig {

@@ -2,12 +2,22 @@
 
 use paid_lanes::{Mat3, Real, Vec3};
 
-use crate::BodyKernel;
+use crate::{BodyKernel, StrikeKernel};
 
 /// `exp(-error2 / sigma^2)`.
 #[inline(always)]
 pub(crate) fn gaussian<V: Real>(error2: V, sigma: f64) -> V {
     (error2 * V::c(-1.0 / (sigma * sigma))).exp()
+}
+
+/// The kernel of a squared error, where the time to the strike is within the preset's; zero elsewhere.
+#[inline(always)]
+pub(crate) fn around_strike<V: Real>(error2: V, to_strike_s: V, preset: &StrikeKernel) -> V {
+    let value = gaussian(error2, preset.sigma);
+    if preset.around_s == 0.0 {
+        return value;
+    }
+    V::select(to_strike_s.abs().le(V::c(preset.around_s)), value, V::zero())
 }
 
 /// A mean over bodies, either of squared errors (then the exponential) or of exponentials.
@@ -88,6 +98,18 @@ mod tests {
     fn a_kernel_is_one_at_zero_and_falls_with_the_squared_error() {
         assert_eq!(gaussian(0.0, 0.3), 1.0);
         assert!((gaussian(0.09, 0.3) - (-1.0_f64).exp()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_kernel_around_the_strike_pays_nothing_elsewhere() {
+        let preset = |around_s| StrikeKernel { weight: 1.0, sigma: 2.0, around_s };
+        let value = |to_strike: f64, around| around_strike(4.0, to_strike, &preset(around));
+        let inside = (-1.0_f64).exp();
+        for (to_strike, around, expected) in
+            [(0.2, 0.3, inside), (-0.2, 0.3, inside), (0.4, 0.3, 0.0), (-0.4, 0.3, 0.0), (9.0, 0.0, inside)]
+        {
+            assert!((value(to_strike, around) - expected).abs() < 1e-12, "{to_strike} {around}");
+        }
     }
 
     #[test]

@@ -61,8 +61,8 @@ impl Shot {
             subject.needs_ball()?;
         }
         let arena = &subject.arena;
-        let motion =
-            motion.unwrap_or_else(|| self.ball.map_or(0, |ball| Placement::new(arena).nearest(ball)));
+        let motion = motion
+            .unwrap_or_else(|| self.ball.map_or(0, |ball| Placement::new(arena).motion(ball, self.velocity)));
         let start =
             ForcedStart { ball_xy: self.ball, ball_velocity: self.velocity, ..ForcedStart::nominal(motion) };
         let limits = ShootingOptions { limit_s: self.limit, ..ShootingOptions::default() };

@@ -13,7 +13,7 @@ use paid_mujoco::{Library, SceneOptions};
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
 use paid_physics::Terrain;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_task::{LED_BALL, ReferenceLibrary, TaskPreset};
 use paid_train::RunPreset;
 use paid_train::folder::{PRESET_FILE, latest_checkpoint};
 use paid_train::policy_file::task_contract;
@@ -120,10 +120,12 @@ impl Source {
     fn load(policy: &Path, robot: &str, usual_task: &str) -> Result<Self, Failure> {
         if policy.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx")) {
             let file = OnnxFile::read(policy).map_err(Failure::input)?;
+            let mut task = TaskPreset::builtin(usual_task).map_err(Failure::input)?;
+            task.observations.lead_ball = leads(&file);
             return Ok(Self {
                 name: policy.display().to_string(),
                 robot: robot.to_owned(),
-                task: TaskPreset::builtin(usual_task).map_err(Failure::input)?,
+                task,
                 motions: PathBuf::new(),
                 kind: Kind::Onnx(Box::new(file)),
             });
@@ -231,6 +233,11 @@ impl Subject {
     }
 }
 
+/// True if the policy sees a rolling ball where it will be.
+fn leads(file: &OnnxFile) -> bool {
+    file.metadata("observation_names").is_some_and(|names| names.split(',').any(|n| n == LED_BALL))
+}
+
 /// An ONNX file with this project's contract, or with the released interface; robot and spec get its gains if they are others.
 fn onnx(
     file: OnnxFile,
@@ -239,7 +246,8 @@ fn onnx(
     dt_s: f64,
 ) -> Result<Box<PolicyMaker<'static>>, Failure> {
     let path = file.path().to_owned();
-    let template = task_contract(robot, spec, dt_s).map_err(Failure::input)?;
+    let lead_ball = leads(&file);
+    let template = task_contract(robot, spec, dt_s, lead_ball).map_err(Failure::input)?;
     let policy = if file.metadata(CONTRACT_KEY).is_some() {
         let policy = OnnxPolicy::from_file(file).map_err(Failure::input)?;
         let found = policy.contract();
@@ -257,7 +265,7 @@ fn onnx(
         gains.apply(robot, spec);
     }
     // The task's action scales follow from its gains.
-    let task = task_contract(robot, spec, dt_s).map_err(Failure::input)?;
+    let task = task_contract(robot, spec, dt_s, lead_ball).map_err(Failure::input)?;
     let driver = OnnxDriver::new(Arc::new(policy), &task).map_err(Failure::input)?;
     Ok(Box::new(move || Ok(Box::new(driver.clone()) as Box<dyn Policy>)))
 }

@@ -3,6 +3,7 @@
 use paid_lanes::rng::Rng;
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
+use paid_task::{RollingBall, motion_for, nearest_motion, roll_decay};
 use serde::Serialize;
 
 use super::{ShootingOptions, Variant};
@@ -28,7 +29,8 @@ pub struct Trial {
     pub ball_velocity: [f64; 2],
     /// Goal centre [m].
     pub goal: [f64; 2],
-    /// The motion whose displacement is nearest to the ball.
+    /// The motion whose displacement is nearest to the ball; for a policy that sees a rolling ball ahead of time, to where it will be
+    /// when the motion strikes.
     pub motion: usize,
 }
 
@@ -36,31 +38,23 @@ pub struct Trial {
 #[derive(Debug)]
 pub struct Placement<'a> {
     arena: &'a Arena,
-    /// Anchor displacement in the first heading [m].
-    displacements: Vec<[f64; 2]>,
+    /// Rate at which a rolling ball is expected to slow down [1/s].
+    decay: f64,
 }
 
 impl<'a> Placement<'a> {
     /// From the arena's motions.
     pub fn new(arena: &'a Arena) -> Self {
-        let local = |f: &paid_task::MotionFacts| {
-            let (s, c) = f.heading.sin_cos();
-            let [dx, dy] = f.displacement;
-            [c * dx + s * dy, c * dy - s * dx]
-        };
-        Self { arena, displacements: arena.library.facts().iter().map(local).collect() }
+        Self { arena, decay: roll_decay(&arena.ball()) }
     }
 
-    /// The motion whose anchor displacement is nearest to the ball; the first of equals.
-    pub fn nearest(&self, ball: [f64; 2]) -> usize {
-        let distance = |d: &[f64; 2]| (d[0] - ball[0]).hypot(d[1] - ball[1]);
-        let mut best = 0;
-        for (i, d) in self.displacements.iter().enumerate() {
-            if distance(d) < distance(&self.displacements[best]) {
-                best = i;
-            }
+    /// The motion for a ball at `place` [m] with `velocity` [m/s], in the start frame.
+    pub fn motion(&self, place: [f64; 2], velocity: [f64; 2]) -> usize {
+        let (facts, preset) = (self.arena.library.facts(), &self.arena.preset);
+        if !preset.observations.lead_ball {
+            return nearest_motion(facts, place);
         }
-        best
+        motion_for(facts, &RollingBall { place, velocity, decay: self.decay }, preset.control_dt_s())
     }
 
     /// True if a ball lying at `ball` would touch the robot in the first frame of `motion`.
@@ -155,7 +149,15 @@ fn draw(
             [options.goal_distance_m - displacement[0], -displacement[1]],
         ),
     };
-    Trial { place, repeat, displacement, ball, ball_velocity, goal, motion: placement.nearest(ball) }
+    Trial {
+        place,
+        repeat,
+        displacement,
+        ball,
+        ball_velocity,
+        goal,
+        motion: placement.motion(ball, ball_velocity),
+    }
 }
 
 #[cfg(test)]
