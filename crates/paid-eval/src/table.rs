@@ -19,9 +19,10 @@ impl Table {
     ///
     /// # Panics
     /// If it has another number of cells than the header.
-    pub fn row<const N: usize>(&mut self, cells: [String; N]) {
-        assert_eq!(N, self.header.len(), "a row has as many cells as the header");
-        self.rows.push(cells.into());
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        let row: Vec<String> = cells.into_iter().collect();
+        assert_eq!(row.len(), self.header.len(), "a row has as many cells as the header");
+        self.rows.push(row);
     }
 }
 

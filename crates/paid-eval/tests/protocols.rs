@@ -94,6 +94,11 @@ fn standing_still_tracks_no_kick() {
     assert!(exact.displacement_share.abs() < 0.5, "{set:?}");
     assert!(exact.foot_speed_share < 0.5 && exact.errors.mpjpe_mm > 5.0, "{set:?}");
     assert!(report.table().contains("PAiD (paper)"));
+    let bodies: Vec<f64> = report.bodies.iter().filter_map(|b| b.error_mm[0]).collect();
+    let mean = bodies.iter().sum::<f64>() / bodies.len() as f64;
+    assert_eq!((bodies.len(), bodies[0]), (arena.spec.tracked_bodies.len(), 0.0));
+    assert!((mean - exact.errors.mpjpe_mm).abs() < 1e-9, "{bodies:?}");
+    assert!(report.table().contains("left_ankle_roll_link"), "{}", report.table());
     // The first frame is the motion's own: its error is the engine's rounding.
     assert!(report.runs.iter().filter(|r| r.exact).all(|r| r.frames > 1));
 }

@@ -83,6 +83,23 @@ pub fn tracking_errors(robot: &BodyTrack, reference: &BodyTrack) -> Option<Track
     })
 }
 
+/// Mean distance of each body relative to each frame's root over the frames that both trajectories have [mm]; their mean is the MPJPE.
+///
+/// # Panics
+/// If the numbers of bodies differ.
+pub fn body_errors(robot: &BodyTrack, reference: &BodyTrack) -> Vec<f64> {
+    assert_eq!(robot.bodies, reference.bodies, "both trajectories have the same bodies");
+    let frames = robot.frames().min(reference.frames());
+    let mut sums = vec![0.0; robot.bodies];
+    for t in 0..frames {
+        let (ra, rb) = (robot.root(t), reference.root(t));
+        for ((sum, a), b) in sums.iter_mut().zip(robot.frame(t)).zip(reference.frame(t)) {
+            *sum += distance(sub(*a, ra), sub(*b, rb));
+        }
+    }
+    sums.iter().map(|sum| 1e3 * sum / frames.max(1) as f64).collect()
+}
+
 /// Time-averaged peak link jerk [m/frame^3]: per frame the largest over bodies of the L1 norm of the third difference
 /// of position, averaged over time; zero with fewer than four frames.
 pub fn peak_jerk(track: &BodyTrack) -> f64 {
@@ -141,6 +158,9 @@ mod tests {
         assert!((errors.g_mpjpe_mm - 20.0).abs() < 1e-9, "{errors:?}");
         assert!((errors.mpjpe_mm - 10.0).abs() < 1e-9, "{errors:?}");
         assert!((errors.velocity_error_mm - 30.0).abs() < 1e-9, "{errors:?}");
+        // The root has no error by definition; the other body's mean is over both frames.
+        let bodies = body_errors(&robot, &reference);
+        assert!(bodies[0] == 0.0 && (bodies[1] - 20.0).abs() < 1e-9, "{bodies:?}");
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::policy::PolicyMaker;
 use observer::Watch;
 
 pub use report::TrackingReport;
-pub use score::{ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
+pub use score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
 
 /// What to run.
 #[derive(Clone, Debug, PartialEq)]

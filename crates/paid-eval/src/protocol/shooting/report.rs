@@ -65,6 +65,11 @@ impl ShootingReport {
             None => "static ball".to_owned(),
             Some([lo, hi]) => format!("ball rolling at {lo} to {hi} m/s"),
         };
+        let seen = match (o.rolling, self.engine.lead_ball) {
+            (None, _) => "",
+            (_, false) => " and seen where it is",
+            (_, true) => " and seen where it will be at the strike",
+        };
         let variant = match o.variant {
             Variant::Robot => "ball place given in the robot's first pose (its displacement changes nothing)",
             Variant::World => "ball place and goal fixed in the world, robot displaced",
@@ -74,7 +79,7 @@ impl ShootingReport {
         let scatter =
             if o.scatter_m > 0.0 { format!(", balls within {} m of it", o.scatter_m) } else { String::new() };
         format!(
-            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials a place, robot start within {} m; {variant}",
+            "{} ({} ms steps{mass}, {}); {ball}{seen}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials a place, robot start within {} m; {variant}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,

@@ -8,7 +8,7 @@ use paid_task::{EnvSample, ReferenceLibrary};
 use super::RunScore;
 use crate::episodes::{Arena, Ending, Observer};
 use crate::metrics::shooting::fallen;
-use crate::metrics::tracking::{BodyTrack, displacement_share, peak_jerk, tracking_errors};
+use crate::metrics::tracking::{BodyTrack, body_errors, displacement_share, peak_jerk, tracking_errors};
 
 /// What one run did beside what the motion asked.
 pub(super) struct Watch {
@@ -98,6 +98,7 @@ impl Watch {
             fell: self.fell,
             frames: self.frames_seen,
             errors: tracking_errors(&self.robot, &self.reference).unwrap_or_default(),
+            body_errors_mm: body_errors(&self.robot, &self.reference),
             jerk: peak_jerk(&self.robot),
             reference_jerk: peak_jerk(&self.reference),
             displacement: walked,

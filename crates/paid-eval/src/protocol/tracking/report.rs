@@ -3,12 +3,15 @@
 use serde::Serialize;
 
 use super::TrackingOptions;
-use super::score::{ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
+use super::score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
 use crate::engine::EngineFacts;
 use crate::episodes::Arena;
-use crate::metrics::statistics::Share;
+use crate::metrics::statistics::{Share, mean};
 use crate::picture::Bars;
 use crate::table::{Table, number};
+
+/// The set of all clips.
+const ALL: &str = "all";
 
 /// Everything.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,6 +26,8 @@ pub struct TrackingReport {
     pub sets: Vec<SetScore>,
     /// Clips in library order.
     pub clips: Vec<ClipScore>,
+    /// Tracked bodies, the root first: where the error is.
+    pub bodies: Vec<BodyScore>,
     /// The paper's rows.
     pub paper: Vec<PaperRow>,
     /// Every run.
@@ -72,10 +77,22 @@ impl TrackingReport {
         };
         let mut scores: Vec<SetScore> = names.iter().map(|name| score(name, &|m| sets[m] == *name)).collect();
         if names.len() > 1 {
-            scores.push(score("all", &|_| true));
+            scores.push(score(ALL, &|_| true));
         }
+        let body = |(k, name): (usize, &String)| BodyScore {
+            body: name.clone(),
+            error_mm: scores
+                .iter()
+                .map(|s| {
+                    let member = |r: &&RunScore| r.exact && (s.set == ALL || sets[r.motion] == s.set);
+                    mean(runs.iter().filter(member).map(|r| r.body_errors_mm[k]))
+                })
+                .collect(),
+        };
+        let bodies = arena.spec.tracked_bodies.iter().enumerate().map(body).collect();
         let engine = arena.engine.facts(&arena.preset);
         Self {
+            bodies,
             engine,
             limits: options.limits,
             planned: arena.library.len() * (1 + options.starts),
@@ -171,6 +188,13 @@ impl TrackingReport {
                 ]);
             }
         }
+        let mut heads = vec!["body"];
+        heads.extend(self.sets.iter().map(|s| s.set.as_str()));
+        let mut bodies = Table::new(&heads);
+        for b in &self.bodies {
+            let errors = b.error_mm.iter().map(|e| e.map_or("-".to_owned(), |e| number(e, 1)));
+            bodies.row(std::iter::once(b.body.clone()).chain(errors));
+        }
         let engine = &self.engine;
         let stopped = if self.runs.len() < self.planned {
             format!("stopped: {} of {} runs\n", self.runs.len(), self.planned)
@@ -179,7 +203,8 @@ impl TrackingReport {
         };
         format!(
             "{} ({} ms steps, {}); runs end {}\n{stopped}\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
-             kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}",
+             kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}\nmean error of each body \
+             relative to the root, exact starts [mm]\n\n{bodies}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,

@@ -56,6 +56,8 @@ pub struct RunScore {
     pub frames: usize,
     /// Errors over these frames.
     pub errors: TrackingErrors,
+    /// Mean error of each tracked body relative to the root [mm]; the mean over bodies is `errors.mpjpe_mm`.
+    pub body_errors_mm: Vec<f64>,
     /// Time-averaged peak link jerk [m/frame^3].
     pub jerk: f64,
     /// The same of the reference over these frames.
@@ -116,6 +118,15 @@ impl MeanScore {
     pub fn auj(&self) -> f64 {
         (self.jerk - self.reference_jerk).abs()
     }
+}
+
+/// A tracked body over the exact starts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BodyScore {
+    /// Name.
+    pub body: String,
+    /// Mean error relative to the root [mm], in the order of the report's sets; `None` where a set has no exact start.
+    pub error_mm: Vec<Option<f64>>,
 }
 
 /// A clip.
