@@ -7,10 +7,10 @@ use crate::world::World;
 pub(crate) struct ContactReport {
     /// Net force on each robot body, world axes, the largest so far [N].
     pub body: Vec<[f64; 3]>,
-    /// Net force of the robot on the ball, largest magnitude so far [N].
-    pub ball_robot: f64,
-    /// Net force of the ground on the ball, largest magnitude so far [N].
-    pub ball_ground: f64,
+    /// Net force of the robot on the ball, world axes, the largest so far [N].
+    pub ball_robot: [f64; 3],
+    /// Net force of the ground on the ball, world axes, the largest so far [N].
+    pub ball_ground: [f64; 3],
     /// The robot body with the largest share of `ball_robot` at that instant.
     pub touched_by: Option<usize>,
     net: Vec<[f64; 3]>,
@@ -32,8 +32,8 @@ impl ContactReport {
     pub(crate) fn new(bodies: usize) -> Self {
         Self {
             body: vec![[0.0; 3]; bodies],
-            ball_robot: 0.0,
-            ball_ground: 0.0,
+            ball_robot: [0.0; 3],
+            ball_ground: [0.0; 3],
             touched_by: None,
             net: vec![[0.0; 3]; bodies],
             on_ball: vec![[0.0; 3]; bodies],
@@ -43,7 +43,7 @@ impl ContactReport {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.body.fill([0.0; 3]);
-        (self.ball_robot, self.ball_ground, self.touched_by) = (0.0, 0.0, None);
+        (self.ball_robot, self.ball_ground, self.touched_by) = ([0.0; 3], [0.0; 3], None);
     }
 
     /// Takes in the contacts of the last physics step. `ball` is the ball's body number in MuJoCo.
@@ -75,9 +75,11 @@ impl ContactReport {
                 *largest = *net;
             }
         }
-        self.ball_ground = self.ball_ground.max(norm(ball_ground));
-        if norm(ball_net) > self.ball_robot {
-            self.ball_robot = norm(ball_net);
+        if norm(ball_ground) > norm(self.ball_ground) {
+            self.ball_ground = ball_ground;
+        }
+        if norm(ball_net) > norm(self.ball_robot) {
+            self.ball_robot = ball_net;
             let shares = self.on_ball.iter().map(|f| norm(*f));
             self.touched_by = shares
                 .enumerate()

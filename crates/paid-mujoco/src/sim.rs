@@ -193,8 +193,8 @@ fn empty_state(model: &RobotModel) -> GroupState<f64> {
             pos: zero,
             vel: zero,
             ang_vel: zero,
-            robot_force: 0.0,
-            ground_force: 0.0,
+            robot_force: Vec3::zero(),
+            ground_force: Vec3::zero(),
             touched_by: -1.0,
         },
     }
@@ -307,8 +307,8 @@ impl Simulator<f64> for MujocoSim {
             pos: Vec3(public.ball_pos),
             vel: Vec3(public.ball_vel),
             ang_vel: Vec3(public.ball_ang_vel),
-            robot_force: lane.report.ball_robot,
-            ground_force: lane.report.ball_ground,
+            robot_force: Vec3(lane.report.ball_robot),
+            ground_force: Vec3(lane.report.ball_ground),
             touched_by: lane.report.touched_by.map_or(-1.0, |b| b as f64),
         };
     }

@@ -29,10 +29,10 @@ pub struct BallState<V> {
     pub vel: Vec3<V>,
     /// Angular velocity [rad/s].
     pub ang_vel: Vec3<V>,
-    /// Largest force of the robot on the ball over the last control step [N].
-    pub robot_force: V,
-    /// Largest force of the ground on the ball over the last control step [N].
-    pub ground_force: V,
+    /// Force of the robot on the ball, world axes, where it was largest in the last control step [N].
+    pub robot_force: Vec3<V>,
+    /// Force of the ground on the ball, world axes, where it was largest in the last control step [N].
+    pub ground_force: Vec3<V>,
     /// Model index of the body that exerted `robot_force`; -1 if none.
     pub touched_by: V,
 }

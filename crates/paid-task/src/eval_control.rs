@@ -124,8 +124,8 @@ pub struct EnvSample {
     pub ball_pos: [f64; 3],
     /// Ball velocity [m/s].
     pub ball_vel: [f64; 3],
-    /// Force of the robot on the ball [N].
-    pub ball_force: f64,
+    /// Force of the robot on the ball, world axes [N].
+    pub ball_force: [f64; 3],
     /// Goal centre [m].
     pub goal_pos: [f64; 3],
     /// Heading of the motion's first frame in the world [rad]: the goal plane is perpendicular to it.

@@ -132,7 +132,7 @@ impl<V: Real> KickState<V> {
     ) -> KickStep<V> {
         let one = V::one();
         let untouched = is_set(self.touched).not();
-        let first = ball.robot_force.gt(V::c(preset.contact_force_n)).and(untouched);
+        let first = ball.robot_force.norm().gt(V::c(preset.contact_force_n)).and(untouched);
         let right = (ball.pos - feet[1]).norm2().lt((ball.pos - feet[0]).norm2());
         let side = V::select(right, one, -one);
         let in_time = self.wait.lt(V::c(0.5));
@@ -213,8 +213,8 @@ mod tests {
             pos: Vec3([0.0, y, 0.11]),
             vel: Vec3(vel),
             ang_vel: Vec3([0.0; 3]),
-            robot_force: force,
-            ground_force: 4.0,
+            robot_force: Vec3([force, 0.0, 0.0]),
+            ground_force: Vec3([0.0, 0.0, 4.0]),
             touched_by: -1.0,
         }
     }

@@ -73,8 +73,8 @@ impl Playback {
             pos: zero,
             vel: zero,
             ang_vel: zero,
-            robot_force: 0.0,
-            ground_force: 0.0,
+            robot_force: Vec3::zero(),
+            ground_force: Vec3::zero(),
             touched_by: -1.0,
         };
         let lane = LaneState {
@@ -147,7 +147,7 @@ impl Simulator<f64> for Playback {
         self.frame += 1;
         self.steps += 1;
         let kicks = self.frame == self.kick_at;
-        self.state.ball.robot_force = if kicks { 100.0 } else { 0.0 };
+        self.state.ball.robot_force = Vec3([if kicks { 100.0 } else { 0.0 }, 0.0, 0.0]);
         if kicks {
             self.ball.ball_vel = [0.0, -4.0, 1.0];
             // The right foot stands beside the ball, the left one farther away.
@@ -165,7 +165,7 @@ impl Simulator<f64> for Playback {
         self.ball = state.clone();
         // The frame follows from the place along the way; noise is off in these tests.
         self.frame = (-state.base_pos[1] / (SPEED * 0.02)).round() as usize;
-        self.state.ball.robot_force = 0.0;
+        self.state.ball.robot_force = Vec3::zero();
     }
     fn refresh(&mut self, _: usize) {
         self.show();

@@ -307,18 +307,19 @@ pub(crate) fn finish<V: Real>(
     let bounced = V::select(V::zero().lt(ball.impulse[2]), ball.shift, V::zero());
     g.ball_pos = ball.frame[2].scale_add(bounced, g.ball_pos);
     let report = &mut g.state.ball;
-    let ground = Vec3(ball.impulse).norm() * constants.inv_dt;
-    report.ground_force = report.ground_force.max(ground);
+    let ground = in_world(&ball.frame, &ball.impulse).scale(constants.inv_dt);
+    report.ground_force =
+        Vec3::select(ground.norm2().gt(report.ground_force.norm2()), ground, report.ground_force);
     for slot in 0..w.touches.len() {
         let touch = &w.touches[slot];
         if !touch.active {
             continue;
         }
-        let force = Vec3(touch.impulse).norm() * constants.inv_dt;
-        let stronger = report.robot_force.lt(force);
-        report.robot_force = V::select(stronger, force, report.robot_force);
+        let force = in_world(&touch.frame, &touch.impulse).scale(constants.inv_dt);
+        let stronger = force.norm2().gt(report.robot_force.norm2());
+        report.robot_force = Vec3::select(stronger, force, report.robot_force);
         report.touched_by = V::select(stronger, touch.body, report.touched_by);
-        let on_robot = in_world(&touch.frame, &touch.impulse).scale(-constants.inv_dt);
+        let on_robot = force.scale(-V::one());
         let (_, _, bodies) = slot_path(plan, slot);
         for b in bodies[0]..bodies[1] {
             w.force[b] = on_robot.scale_add(is_body(touch.body, b), w.force[b]);

@@ -24,8 +24,8 @@ pub(crate) fn empty<V: Real>(joints: usize) -> GroupState<V> {
         pos: Vec3::zero(),
         vel: Vec3::zero(),
         ang_vel: Vec3::zero(),
-        robot_force: z,
-        ground_force: z,
+        robot_force: Vec3::zero(),
+        ground_force: Vec3::zero(),
         touched_by: V::c(-1.0),
     };
     GroupState {
@@ -102,8 +102,8 @@ pub(crate) fn start<V: Real>(g: &mut Group<V>) {
         *force = Vec3::zero();
     }
     let ball = &mut g.state.ball;
-    ball.robot_force = V::zero();
-    ball.ground_force = V::zero();
+    ball.robot_force = Vec3::zero();
+    ball.ground_force = Vec3::zero();
     ball.touched_by = V::c(-1.0);
 }
 
@@ -122,7 +122,7 @@ pub(crate) fn clear_lane<V: Real>(state: &mut GroupState<V>, lane: usize) {
     for x in forces.chain(&mut state.joint_torque) {
         x.set_lane(lane, 0.0);
     }
-    state.ball.robot_force.set_lane(lane, 0.0);
-    state.ball.ground_force.set_lane(lane, 0.0);
+    state.ball.robot_force.set_lane(lane, [0.0; 3]);
+    state.ball.ground_force.set_lane(lane, [0.0; 3]);
     state.ball.touched_by.set_lane(lane, -1.0);
 }

@@ -13,7 +13,6 @@ use super::footage::{Figure, Footage, Frame};
 pub struct Recorder {
     library: Arc<ReferenceLibrary>,
     frames: Vec<Frame>,
-    ball_vel: [f64; 3],
     kick: Option<KickEvent>,
     ending: Option<Ending>,
 }
@@ -21,13 +20,7 @@ pub struct Recorder {
 impl Recorder {
     /// For an episode in `arena`.
     pub fn new(arena: &Arena) -> Self {
-        Self {
-            library: Arc::clone(&arena.library),
-            frames: Vec::new(),
-            ball_vel: [0.0; 3],
-            kick: None,
-            ending: None,
-        }
+        Self { library: Arc::clone(&arena.library), frames: Vec::new(), kick: None, ending: None }
     }
 
     /// The footage.
@@ -75,10 +68,6 @@ impl Observer for Recorder {
         let clip = &self.library.clips()[sample.motion];
         let (bodies, joints) = (sample.bodies.len(), sample.joint_pos.len());
         let rows = sample.frame * bodies..(sample.frame + 1) * bodies;
-        // The engines report the size of this force; it points where the ball's velocity changes to.
-        let change = Vec3(sample.ball_vel) - Vec3(self.ball_vel);
-        let along = change.scale(1.0 / change.norm().max(1e-9));
-        self.ball_vel = sample.ball_vel;
         self.kick.clone_from(&sample.kick);
         self.ending = ended;
         self.frames.push(Frame {
@@ -87,7 +76,7 @@ impl Observer for Recorder {
             mark: sample.ball_pos,
             mark_speed: Vec3(sample.ball_vel).norm(),
             contact_force: sample.contact_force.clone(),
-            ball_force: along.scale(sample.ball_force).0,
+            ball_force: sample.ball_force,
             joint_pos: sample.joint_pos.clone(),
             reference_pos: clip.joint_pos[sample.frame * joints..(sample.frame + 1) * joints].to_vec(),
             joint_vel: sample.joint_vel.clone(),
