@@ -1,0 +1,140 @@
+//! What the environments show: observations, and where ball and goal seem to be.
+
+use paid_lanes::Real;
+use paid_lanes::rng::Rng;
+use paid_physics::Simulator;
+
+use super::{BLOCK_GROUPS, Task};
+use crate::kernels::Observe;
+use crate::lead;
+use crate::observe::{Draw, Seen, in_base};
+use crate::perception::deviation;
+use crate::reference::MAX_LANES;
+
+/// Purposes of an environment's random streams.
+const PERCEPTION_STREAM: u32 = 3;
+const VELOCITY_STREAM: u32 = 4;
+
+impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// Writes observations, see [`crate::TaskShard::observe`].
+    pub(crate) fn observe_all(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+        let envs = self.envs.len();
+        assert_eq!(policy.len(), self.config.layout.policy_dim() * envs, "policy observations");
+        assert_eq!(critic.len(), self.config.layout.critic_dim() * envs, "critic observations");
+        let disturbed = self.disturbed();
+        if !disturbed {
+            self.noise.fill(V::zero());
+        }
+        // A group's rows are 32 or 64 bytes, `envs` numbers apart: written through a small matrix of a few groups, so that
+        // the large one receives longer runs and its rows do not fight for the same cache sets.
+        let width = BLOCK_GROUPS * V::LANES;
+        for block in 0..self.groups.len().div_ceil(BLOCK_GROUPS) {
+            let first = block * BLOCK_GROUPS;
+            let groups = BLOCK_GROUPS.min(self.groups.len() - first);
+            for group in first..first + groups {
+                self.observe_group(group, disturbed, (group - first) * V::LANES, width);
+            }
+            let used = groups * V::LANES;
+            for (out, rows) in [(&mut *policy, &self.policy_rows), (&mut *critic, &self.critic_rows)] {
+                for (to, from) in out.chunks_exact_mut(envs).zip(rows.chunks_exact(width)) {
+                    to[first * V::LANES..][..used].copy_from_slice(&from[..used]);
+                }
+            }
+        }
+        self.observations += 1;
+    }
+
+    fn observe_group(&mut self, group: usize, disturbed: bool, first: usize, stride: usize) {
+        let mut ids = [0; MAX_LANES];
+        for lane in 0..V::LANES {
+            ids[lane] = self.envs[group * V::LANES + lane].id;
+        }
+        let seen = self.misperceived(group);
+        V::run(Observe {
+            config: &self.config,
+            state: self.sim.state(group),
+            group: &self.groups[group],
+            seen,
+            draw: Draw {
+                envs: if disturbed { &ids[..V::LANES] } else { &[] },
+                seed: self.seed,
+                count: self.observations,
+                values: &mut self.noise,
+            },
+            policy: &mut self.policy_rows,
+            critic: &mut self.critic_rows,
+            stride,
+            first,
+        });
+    }
+
+    /// True if the policy does not see ball and goal as they are.
+    fn misperceives(&self) -> bool {
+        let preset = &self.config.preset.observations.perception;
+        (self.disturbed() || preset.in_evaluation) && preset.errs()
+    }
+
+    /// Takes the pictures of this control step.
+    pub(super) fn look(&mut self, group: usize) {
+        if !self.misperceives() || self.groups[group].pictures.is_none() {
+            return;
+        }
+        let mut rngs = Vec::with_capacity(V::LANES);
+        for lane in 0..V::LANES {
+            let mut rng = Rng::new(self.seed, self.envs[group * V::LANES + lane].id, PERCEPTION_STREAM);
+            rng.seek(self.observations * 16);
+            rngs.push(rng);
+        }
+        self.groups[group].look(&self.config, self.sim.state(group), &mut rngs);
+    }
+
+    /// Ball and goal as the policy sees them where that differs from the truth: the ball is held outside the perceived band,
+    /// both carry Gaussian noise.
+    fn misperceived(&self, group: usize) -> Option<Seen<V>> {
+        let preset = &self.config.preset.observations.perception;
+        if !self.misperceives() {
+            return None;
+        }
+        let (state, task) = (self.sim.state(group), &self.groups[group]);
+        let mut seen = Seen { ball: in_base(state, state.ball.pos), goal: in_base(state, task.goal) };
+        if let Some(pictures) = &task.pictures {
+            seen = pictures.seen();
+        } else if preset.blind_zone {
+            seen.ball = task.perception.ball;
+        }
+        if self.config.preset.observations.lead_ball {
+            let mut velocity = state.ball.vel;
+            if preset.gaussian {
+                for lane in 0..V::LANES {
+                    let id = self.envs[group * V::LANES + lane].id;
+                    let mut rng = Rng::new(self.seed, id, VELOCITY_STREAM);
+                    rng.seek(self.observations * 4);
+                    let [x, y, z] = velocity.lane(lane);
+                    let mut estimate = |v: f64| v + preset.ball_velocity_m_s * rng.normal();
+                    velocity.set_lane(lane, [estimate(x), estimate(y), z]);
+                }
+            }
+            seen.ball += state.bodies[0].rot.tr_mul_vec(lead::way(velocity, task.lead_s));
+        }
+        if preset.gaussian && task.pictures.is_none() {
+            let base = &state.bodies[0];
+            let ball_speed = (state.ball.vel - base.lin_vel).norm();
+            let deviations = [
+                deviation(ball_speed, seen.ball.norm(), preset),
+                deviation(base.lin_vel.norm(), seen.goal.norm(), preset),
+            ];
+            for lane in 0..V::LANES {
+                let id = self.envs[group * V::LANES + lane].id;
+                let mut rng = Rng::new(self.seed, id, PERCEPTION_STREAM);
+                // Six normal numbers use 12 words.
+                rng.seek(self.observations * 16);
+                for (object, sigma) in [&mut seen.ball, &mut seen.goal].into_iter().zip(&deviations) {
+                    let sigma = sigma.lane(lane);
+                    let exact = object.lane(lane);
+                    object.set_lane(lane, exact.map(|x| x + sigma * rng.normal()));
+                }
+            }
+        }
+        Some(seen)
+    }
+}

@@ -1,0 +1,244 @@
+//! The task over an engine: all environments of a shard, and how their episodes begin. What they show is in `look`, a control step
+//! in `step`.
+
+mod look;
+mod step;
+
+use std::sync::Arc;
+
+use paid_lanes::rng::Rng;
+use paid_lanes::{Real, Vec3};
+use paid_physics::{EnvParams, Simulator};
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::config::TaskConfig;
+use crate::group::GroupTask;
+use crate::kernels::Gather;
+use crate::lead::{roll_decay, way_s};
+use crate::observe::{in_base, noise_len};
+use crate::reference::MAX_LANES;
+use crate::reset::StartContext;
+use crate::score::Sums;
+use crate::{
+    EndCause, EvalOptions, ForcedStart, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
+    TaskPreset,
+};
+use step::push_interval;
+
+/// Purposes of an environment's random streams (2 is observation noise, 3 and 4 are perception).
+const RESET_STREAM: u32 = 0;
+const PUSH_STREAM: u32 = 1;
+/// Groups whose observations are written out together.
+const BLOCK_GROUPS: usize = 8;
+
+/// What the task remembers of one environment outside the lanes.
+#[derive(Clone, Debug)]
+pub(crate) struct EnvTask {
+    /// Number of the environment over all shards.
+    pub id: u32,
+    pub motion: usize,
+    /// Frame that the next state is scored against.
+    pub frame: usize,
+    /// Control steps since the episode began.
+    pub step: u32,
+    /// Control steps until the next push.
+    pub push_in: u32,
+    pub reset_rng: Rng,
+    pub push_rng: Rng,
+    pub params: EnvParams,
+    /// Evaluation: where episodes begin.
+    pub forced: Option<ForcedStart>,
+    /// Evaluation without automatic reset: how the episode ended.
+    pub ended: Option<EndCause>,
+    /// First kick of the episode.
+    pub kick: Option<KickEvent>,
+}
+
+/// The task over any engine, `V::LANES` environments a group.
+pub struct Task<V: Real, S: Simulator<V>> {
+    pub(crate) sim: S,
+    pub(crate) config: TaskConfig,
+    pub(crate) library: Arc<ReferenceLibrary>,
+    pub(crate) groups: Vec<GroupTask<V>>,
+    pub(crate) envs: Vec<EnvTask>,
+    pub(crate) sampler: SamplerState,
+    pub(crate) failures: Vec<f32>,
+    pub(crate) sums: Sums<V>,
+    pub(crate) metrics: TaskMetrics,
+    pub(crate) seed: u64,
+    /// Observations made so far: the position in the noise streams.
+    pub(crate) observations: u64,
+    pub(crate) eval: Option<EvalOptions>,
+    targets: Vec<V>,
+    /// Numbers of the last noise drawn.
+    noise: Vec<V>,
+    /// Observations of [`BLOCK_GROUPS`] groups on their way out.
+    policy_rows: Vec<f32>,
+    critic_rows: Vec<f32>,
+}
+
+impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// A task over `sim`, whose model must be `robot` and whose scene the preset's. Every environment begins an episode.
+    ///
+    /// # Errors
+    /// If preset, robot, library and simulator do not fit together.
+    pub fn new(
+        sim: S,
+        robot: &RobotModel,
+        spec: &RobotSpec,
+        library: &Arc<ReferenceLibrary>,
+        preset: &TaskPreset,
+        first_env: usize,
+        seed: u64,
+    ) -> Result<Self, TaskError> {
+        let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
+        let config = TaskConfig::new(robot, spec, control, library, preset)?;
+        assert!(V::LANES <= MAX_LANES, "lane types have at most {MAX_LANES} lanes");
+        if sim.model().body_names() != robot.body_names() {
+            return Err(TaskError::Simulator("it simulates another robot".into()));
+        }
+        if (sim.control_dt_s() - config.dt_s).abs() > 1e-9 {
+            return Err(TaskError::Simulator(format!(
+                "its control period is {} s, the preset's {} s",
+                sim.control_dt_s(),
+                config.dt_s
+            )));
+        }
+        let groups = sim.groups();
+        let envs = (0..groups * V::LANES).map(|e| {
+            let id = (first_env + e) as u32;
+            EnvTask {
+                id,
+                motion: 0,
+                frame: 1,
+                step: 0,
+                push_in: u32::MAX,
+                reset_rng: Rng::new(seed, id, RESET_STREAM),
+                push_rng: Rng::new(seed, id, PUSH_STREAM),
+                params: EnvParams::default(),
+                forced: None,
+                ended: None,
+                kick: None,
+            }
+        });
+        let mut task = Self {
+            groups: vec![GroupTask::new(&config, library.layout()); groups],
+            envs: envs.collect(),
+            sampler: SamplerState::uniform(library.len(), library.bins()),
+            failures: vec![0.0; library.len() * library.bins()],
+            sums: Sums::new(),
+            metrics: TaskMetrics::default(),
+            seed,
+            observations: 0,
+            eval: None,
+            targets: vec![V::zero(); config.joints()],
+            noise: vec![V::zero(); noise_len(config.joints())],
+            policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],
+            critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
+            library: Arc::clone(library),
+            config,
+            sim,
+        };
+        for group in 0..groups {
+            task.reset_lanes(group, (1_u32 << V::LANES) - 1);
+            task.gather(group);
+        }
+        Ok(task)
+    }
+
+    /// The engine.
+    pub fn simulator(&self) -> &S {
+        &self.sim
+    }
+
+    fn disturbed(&self) -> bool {
+        self.eval.is_none_or(|e| e.disturbances)
+    }
+
+    /// Begins new episodes in the lanes whose bit is set. [`Task::gather`] must follow.
+    pub(crate) fn reset_lanes(&mut self, group: usize, lanes: u32) {
+        let randomise = self.disturbed();
+        for lane in (0..V::LANES).filter(|l| lanes >> l & 1 == 1) {
+            let env = &mut self.envs[group * V::LANES + lane];
+            let context = StartContext {
+                config: &self.config,
+                library: &self.library,
+                sampler: &self.sampler,
+                forced: env.forced.as_ref(),
+                env: env.id,
+                randomise,
+            };
+            let start = context.draw::<V, S>(&mut self.sim, group, lane, &mut env.reset_rng);
+            self.sim.reset_lane(group, lane, &start.state);
+            let facts = &self.library.facts()[start.motion];
+            env.motion = start.motion;
+            env.frame = start.frame + 1;
+            env.step = 0;
+            env.ended = None;
+            env.kick = None;
+            env.params = start.params;
+            env.push_in = push_interval(&self.config, &mut env.push_rng);
+            let task = &mut self.groups[group];
+            for j in 0..self.config.joints() {
+                task.action[j].set_lane(lane, 0.0);
+                task.previous[j].set_lane(lane, 0.0);
+                task.joint_offset[j].set_lane(lane, start.joint_offset[j]);
+            }
+            task.goal.set_lane(lane, start.goal);
+            task.heading[0].set_lane(lane, facts.heading.cos());
+            task.heading[1].set_lane(lane, facts.heading.sin());
+            let early_s = self.config.preset.rewards.kick.early_s;
+            let early = (early_s / self.config.dt_s).round() as usize;
+            // The episode's first step is scored against the frame after the start.
+            let wait = facts.strike_frame.saturating_sub(early + start.frame + 1);
+            let wait = if early_s > 0.0 { wait } else { 0 };
+            task.kick.reset_lane(lane, facts.kick_foot, start.state.ball_pos, wait);
+            task.episode_return.set_lane(lane, 0.0);
+            task.foot_peak.set_lane(lane, 0.0);
+            task.reference_peak.set_lane(lane, 0.0);
+            let base = paid_lanes::Quat(start.state.base_quat);
+            let local = |point: [f64; 3]| base.conj().rotate(Vec3(point) - Vec3(start.state.base_pos)).0;
+            let (ball, goal) = (local(start.state.ball_pos), local(start.goal));
+            let perception = &self.config.preset.observations.perception;
+            task.perception.reset_lane(lane, ball, perception, &mut env.reset_rng);
+            if let Some(pictures) = &mut task.pictures {
+                pictures.reset_lane(lane, [ball, goal], &self.config, &mut env.reset_rng);
+            }
+            if let Some(late) = &mut task.late {
+                late.reset_lane(lane, start.delays);
+            }
+        }
+        self.sim.refresh(group);
+        if self.groups[group].late.is_some() {
+            let state = self.sim.state(group);
+            self.groups[group].remember(&self.config, state, lanes);
+        }
+    }
+
+    /// Loads every lane's reference frame and takes in what is seen.
+    pub(crate) fn gather(&mut self, group: usize) {
+        self.gather_reference(group);
+        if self.config.preset.observations.perception.blind_zone {
+            let state = self.sim.state(group);
+            self.groups[group].perception.advance(in_base(state, state.ball.pos));
+        }
+    }
+
+    /// Loads every lane's reference frame.
+    pub(crate) fn gather_reference(&mut self, group: usize) {
+        let (mut motions, mut frames) = ([0; MAX_LANES], [0; MAX_LANES]);
+        for lane in 0..V::LANES {
+            let env = &self.envs[group * V::LANES + lane];
+            (motions[lane], frames[lane]) = (env.motion, env.frame);
+            let strike = self.library.facts()[env.motion].strike_frame;
+            let to_strike_s = (strike as f64 - env.frame as f64) * self.config.dt_s;
+            self.groups[group].to_strike_s.set_lane(lane, to_strike_s);
+            if self.config.preset.observations.lead_ball {
+                // The policy sees the frame after the state's.
+                let lead_s = way_s(to_strike_s + self.config.dt_s, roll_decay(&env.params.ball));
+                self.groups[group].lead_s.set_lane(lane, lead_s);
+            }
+        }
+        V::run(Gather { library: &self.library, group: &mut self.groups[group], motions, frames });
+    }
+}

@@ -1,0 +1,213 @@
+//! A control step: act, simulate, score, end and count episodes.
+
+use paid_lanes::Real;
+use paid_lanes::rng::Rng;
+use paid_physics::{GroupState, Simulator};
+
+use super::{EnvTask, Task};
+use crate::config::TaskConfig;
+use crate::group::GroupTask;
+use crate::kernels::{Act, ScoreGroup};
+use crate::reset::velocity_noise;
+use crate::score::Score;
+use crate::{EndCause, KickEvent, TaskMetrics};
+
+/// Control steps after the contact at which a kick's ball velocity is taken.
+const KICK_DELAY: u32 = 5;
+
+impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// Advances all environments, see [`crate::TaskShard::step`].
+    pub(crate) fn step_all(
+        &mut self,
+        actions: &[f32],
+        reward: &mut [f32],
+        terminated: &mut [u8],
+        truncated: &mut [u8],
+    ) {
+        let envs = self.envs.len();
+        assert_eq!(actions.len(), self.config.joints() * envs, "actions");
+        assert!(reward.len() == envs && terminated.len() == envs && truncated.len() == envs, "step results");
+        for group in 0..self.groups.len() {
+            let first = group * V::LANES;
+            self.push(group);
+            if self.groups[group].late.is_some() {
+                self.groups[group].remember(&self.config, self.sim.state(group), u32::MAX);
+            }
+            V::run(Act {
+                config: &self.config,
+                group: &mut self.groups[group],
+                actions,
+                stride: envs,
+                first,
+                targets: &mut self.targets,
+            });
+            self.sim.step(group, &self.targets);
+            let score = V::run(ScoreGroup {
+                config: &self.config,
+                state: self.sim.state(group),
+                group: &mut self.groups[group],
+                sums: &mut self.sums,
+                reward: &mut reward[first..first + V::LANES],
+            });
+            self.look(group);
+            let resets = self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
+            if resets != 0 {
+                self.reset_lanes(group, resets);
+            }
+            self.gather(group);
+        }
+        self.metrics.steps += envs as u64;
+    }
+
+    fn push(&mut self, group: usize) {
+        if !self.config.preset.pushes.enabled || !self.disturbed() {
+            return;
+        }
+        for lane in 0..V::LANES {
+            let env = &mut self.envs[group * V::LANES + lane];
+            env.push_in = env.push_in.saturating_sub(1);
+            if env.push_in == 0 {
+                let (linear, angular) =
+                    velocity_noise(&self.config.preset.pushes.velocity, &mut env.push_rng);
+                self.sim.push_lane(group, lane, linear, angular);
+                env.push_in = push_interval(&self.config, &mut env.push_rng);
+            }
+        }
+    }
+
+    /// Advances references, decides which episodes end, and counts. Returns the lanes to reset.
+    fn finish(&mut self, group: usize, score: &Score<V>, terminated: &mut [u8], truncated: &mut [u8]) -> u32 {
+        let [anchor, gravity, ends, distance, not_finite] = score.failed;
+        let eval = self.eval;
+        let limit = eval.and_then(|e| e.max_steps).unwrap_or(self.config.max_steps);
+        let hold = eval.is_some_and(|e| e.hold_last_frame);
+        let judge = eval.is_none_or(|e| e.end_on_failure);
+        let mut resets = 0;
+        for lane in 0..V::LANES {
+            let index = group * V::LANES + lane;
+            let bit = |mask: u32| mask >> lane & 1 == 1;
+            let env = &mut self.envs[index];
+            env.step += 1;
+            record_kick(env, self.sim.state(group), lane, score, &self.config);
+            let frames = self.library.facts()[env.motion].frames;
+            let scored = env.frame;
+            env.frame = (env.frame + 1).min(frames);
+            let cause = if bit(not_finite) {
+                Some(EndCause::NotFinite)
+            } else if judge && bit(anchor) {
+                Some(EndCause::AnchorHeight)
+            } else if judge && bit(gravity) {
+                Some(EndCause::Gravity)
+            } else if judge && bit(ends) {
+                Some(EndCause::EndEffector)
+            } else if judge && bit(distance) {
+                Some(EndCause::AnchorDistance)
+            } else if env.frame >= frames && !hold {
+                Some(EndCause::MotionEnd)
+            } else if env.step >= limit || (eval.is_none() && stops_after_kick(env, &self.config)) {
+                Some(EndCause::TimeOut)
+            } else {
+                None
+            };
+            let news = env.ended.is_none();
+            let cause = env.ended.or(cause);
+            let failed = cause.is_some_and(|c| c <= EndCause::NotFinite);
+            terminated[lane] = u8::from(failed);
+            truncated[lane] = u8::from(cause.is_some() && !failed);
+            let Some(cause) = cause else { continue };
+            if news && eval.is_none() {
+                let bins = self.sampler.bins;
+                let pair =
+                    |frame: usize| env.motion * bins + (frame.min(frames - 1) * bins / frames).min(bins - 1);
+                let miss = self.config.preset.sampling.miss_weight as f32;
+                if failed {
+                    self.failures[pair(scored)] += 1.0;
+                } else if miss > 0.0 && self.groups[group].kick.on_target.lane(lane) < 0.5 {
+                    self.failures[pair(self.library.facts()[env.motion].strike_frame)] += miss;
+                }
+            }
+            if news {
+                count_episode(&mut self.metrics, &self.config, env, &self.groups[group], lane, cause);
+            }
+            if eval.is_none_or(|e| e.auto_reset) {
+                resets |= 1 << lane;
+            } else if bit(not_finite) {
+                // The lane must become finite again; what it reports stays the failure.
+                self.reset_lanes(group, 1 << lane);
+                self.envs[index].ended = Some(cause);
+            } else {
+                env.ended = Some(cause);
+            }
+        }
+        resets
+    }
+}
+
+/// True once the kick of a training episode is so long ago that the preset ends it.
+fn stops_after_kick(env: &EnvTask, config: &TaskConfig) -> bool {
+    let preset = &config.preset.sampling;
+    let Some(kick) = env.kick.as_ref().filter(|_| preset.stop_after_kick_s > 0.0) else { return false };
+    // Multiples of the golden ratio fill the unit interval evenly: any run of environments holds the share.
+    let place = (f64::from(env.id) * 0.618_033_988_749_894_9).fract();
+    let steps = (preset.stop_after_kick_s / config.dt_s).round();
+    place < preset.stop_share && f64::from(env.step - kick.step) >= steps
+}
+
+pub(super) fn push_interval(config: &TaskConfig, rng: &mut Rng) -> u32 {
+    let [lo, hi] = config.preset.pushes.interval_s;
+    ((rng.uniform(lo, hi) / config.dt_s).round() as u32).max(1)
+}
+
+fn record_kick<V: Real>(
+    env: &mut EnvTask,
+    state: &GroupState<V>,
+    lane: usize,
+    score: &Score<V>,
+    config: &TaskConfig,
+) {
+    if score.first_contact >> lane & 1 == 1 {
+        let foot = (score.right >> lane & 1) as usize;
+        let body = state.ball.touched_by.lane(lane);
+        env.kick = Some(KickEvent {
+            step: env.step,
+            foot,
+            correct: score.correct >> lane & 1 == 1,
+            body: (body >= 0.0).then_some(body as usize),
+            foot_vel: state.bodies[config.followed[config.feet[foot]]].com_vel.lane(lane),
+            ball_vel_after: None,
+        });
+    } else if let Some(kick) = &mut env.kick
+        && env.step == kick.step + KICK_DELAY
+    {
+        kick.ball_vel_after = Some(state.ball.vel.lane(lane));
+    }
+}
+
+fn count_episode<V: Real>(
+    metrics: &mut TaskMetrics,
+    config: &TaskConfig,
+    env: &EnvTask,
+    group: &GroupTask<V>,
+    lane: usize,
+    cause: EndCause,
+) {
+    metrics.episodes += 1;
+    metrics.episode_steps += u64::from(env.step);
+    metrics.ends[cause as usize] += 1;
+    let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+    metrics.episode_return_sum += finite(group.episode_return.lane(lane));
+    metrics.kick_foot_peak_sum += finite(group.foot_peak.lane(lane));
+    metrics.reference_foot_peak_sum += finite(group.reference_peak.lane(lane));
+    if !config.preset.scene.ball {
+        return;
+    }
+    let (kick, story) = (&mut metrics.kick, &group.kick);
+    let is = |flag: V| u64::from(flag.lane(lane) > 0.5);
+    kick.episodes += 1;
+    kick.contacts += is(story.touched);
+    kick.correct_foot += is(story.correct);
+    kick.goals += is(story.scored);
+    kick.on_target += is(story.on_target);
+    kick.ball_speed_sum += finite(story.best_speed.lane(lane));
+    kick.ball_cosine_sum += finite(story.best_cosine.lane(lane));
+}
