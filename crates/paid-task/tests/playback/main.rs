@@ -1,0 +1,5 @@
+//! The task over a simulator that plays the reference back: what a perfect robot is paid, and how episodes end.
+
+mod episodes;
+mod rewards;
+mod simulator;
