@@ -10,7 +10,7 @@ use crate::engine::Engine;
 use crate::episodes::Arena;
 use crate::metrics::statistics::Share;
 use crate::policy::PolicyMaker;
-use crate::shooting::{Outcome, ShootingOptions, ShootingReport, evaluate_traced};
+use crate::shooting::{Outcome, ShootingOptions, ShootingReport, evaluate_traced, plan};
 use crate::table::{Table, number};
 
 /// One trial in both engines.
@@ -56,8 +56,10 @@ pub fn evaluate(
     options: &ShootingOptions,
 ) -> Result<AgreementReport, EvalError> {
     let with = |engine| Arena { engine, ..arena.clone() };
-    let (builtin, ours) = evaluate_traced(&with(Engine::Builtin), policy, options)?;
-    let (mujoco, theirs) = evaluate_traced(&with(Engine::Mujoco(Box::new(scene.clone()))), policy, options)?;
+    let referee = with(Engine::Mujoco(Box::new(scene.clone())));
+    let trials = plan(&referee, options)?;
+    let (builtin, ours) = evaluate_traced(&with(Engine::Builtin), policy, options, &trials)?;
+    let (mujoco, theirs) = evaluate_traced(&referee, policy, options, &trials)?;
     let pairs = pairs(arena, (&builtin, &ours), (&mujoco, &theirs));
     let (same_outcome, same_contact) = same(&pairs);
     Ok(AgreementReport { same_outcome, same_contact, builtin, mujoco, pairs })

@@ -16,7 +16,7 @@ use crate::engine::Engine;
 use crate::episodes::Arena;
 use crate::metrics::statistics::Share;
 use crate::policy::PolicyMaker;
-use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced};
+use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced, plan};
 use crate::table::{Table, number};
 
 /// A change of MuJoCo's scene towards the built-in engine.
@@ -162,8 +162,9 @@ pub fn evaluate(
     policy: &PolicyMaker,
     options: &ShootingOptions,
 ) -> Result<GapReport, EvalError> {
-    let run =
-        |engine: Engine, isa: Isa| evaluate_traced(&Arena { engine, isa, ..arena.clone() }, policy, options);
+    let with = |engine: Engine, isa: Isa| Arena { engine, isa, ..arena.clone() };
+    let trials = plan(&with(Engine::Mujoco(Box::new(scene.clone())), arena.isa), options)?;
+    let run = |engine: Engine, isa: Isa| evaluate_traced(&with(engine, isa), policy, options, &trials);
     let reference = run(Engine::Builtin, arena.isa)?;
     let mut report = GapReport { titles: vec![reference.0.title()], rows: Vec::new() };
     report.rows.push(GapRow {

@@ -37,7 +37,7 @@ pub fn nearest_motion(motions: &[MotionFacts], xy: [f64; 2]) -> usize {
     nearest(motions, |_| xy)
 }
 
-/// A ball in the start frame when the robot begins.
+/// A ball when the robot begins, in axes of the horizontal plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollingBall {
     /// Centre [m].
@@ -49,14 +49,14 @@ pub struct RollingBall {
 }
 
 impl RollingBall {
-    /// Where it will be when a motion strikes, having begun at `frame`, start frame [m].
+    /// Where it will be when a motion strikes that has begun at `frame` [m].
     pub(crate) fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
         let lead_s = way_s(facts.strike_frame.saturating_sub(frame) as f64 * dt_s, self.decay);
         [0, 1].map(|k| self.place[k] + lead_s * self.velocity[k])
     }
 }
 
-/// The motion whose anchor displacement is nearest to where the ball will be when that motion strikes; the first of equals. `dt_s` is
+/// The motion whose anchor displacement is nearest to where the ball (in the start frame) will be when that motion strikes; the first of equals. `dt_s` is
 /// the time between two frames.
 ///
 /// # Panics

@@ -126,6 +126,20 @@ fn both_engines_run_the_same_trials() {
     assert_eq!(report["pairs"].as_array().map(Vec::len), Some(63));
     let csv = fs::read_to_string(folder.path().join("scores/both_static_trials.csv")).expect("the pairs");
     assert_eq!(csv.lines().count(), 64);
+
+    // Where a rolling ball will be depends on the engine's ball; which motion meets it must not.
+    let args = ["eval", "shooting", "--policy", "run", "--task", "stage2", "--trials", "2", "--limit", "0.1"];
+    // The built-in kicks: thirteen, so that there is a choice.
+    let rolling = ["--motions", "", "--ball", "rolling", "--set", "observations.lead_ball=true"];
+    let args = [&args[..], &rolling, &["--engine", "both", "--effective", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    let trials = |engine: &str| -> Vec<Value> {
+        let all = report[engine]["trials"].as_array().expect("trials");
+        all.iter().map(|outcome| outcome["trial"].clone()).collect()
+    };
+    assert_eq!(trials("builtin").len(), 126);
+    assert_eq!(trials("builtin"), trials("mujoco"));
+
     let args =
         ["eval", "tracking", "--policy", "run", "--engine", "both", "--starts", "1", "--out", "scores"];
     let table = succeeds(&paid(folder.path(), &args));

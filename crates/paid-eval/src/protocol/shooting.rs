@@ -153,23 +153,22 @@ pub fn evaluate(
     policy: &PolicyMaker,
     options: &ShootingOptions,
 ) -> Result<ShootingReport, EvalError> {
-    options.check()?;
     let trials = plan(arena, options)?;
     let watches = run(arena, policy, options, &trials, |_| Watch::new(arena, options))?;
     let outcomes = watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), arena)).collect();
     Ok(ShootingReport::new(arena.engine.facts(&arena.preset), options, outcomes))
 }
 
-/// As [`evaluate`], with the number and the trace of every trial in the report's order.
+/// As [`evaluate`] with trials that were planned before, with the number and the trace of every trial in the report's order. The same
+/// trials in several engines must be planned once: the motion for a rolling ball may depend on how the engine's ball slows down.
 pub(crate) fn evaluate_traced(
     arena: &Arena,
     policy: &PolicyMaker,
     options: &ShootingOptions,
+    trials: &[Trial],
 ) -> Result<(ShootingReport, Vec<(usize, Trace)>), EvalError> {
     let observer = |_| Traced { watch: Watch::new(arena, options), trace: Trace::default(), ball: true };
-    options.check()?;
-    let trials = plan(arena, options)?;
-    let watches = run(arena, policy, options, &trials, observer)?;
+    let watches = run(arena, policy, options, trials, observer)?;
     let (mut outcomes, mut traces) = (Vec::new(), Vec::new());
     for (i, Traced { watch, trace, .. }) in watches {
         outcomes.push(watch.outcome(trials[i].clone(), arena));

@@ -98,8 +98,9 @@ fn robot_distance(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]], point
 /// All trials, place by place; trial `i` depends on the seed and `i` only.
 ///
 /// # Errors
-/// If no robot start in the disc leaves room for the ball at some place.
+/// If an option makes no sense, or no robot start in the disc leaves room for the ball at some place.
 pub fn plan(arena: &Arena, options: &ShootingOptions) -> Result<Vec<Trial>, EvalError> {
+    options.check()?;
     let placement = Placement::new(arena);
     let mut trials = Vec::new();
     for x in options.grid.places(options.grid.x) {
