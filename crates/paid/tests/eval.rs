@@ -129,13 +129,15 @@ fn both_engines_run_the_same_trials() {
 
     // Where a rolling ball will be depends on the engine's ball; which motion meets it must not.
     let args = ["eval", "shooting", "--policy", "run", "--task", "stage2", "--trials", "2", "--limit", "0.1"];
-    // The built-in kicks: thirteen, so that there is a choice.
-    let rolling = ["--motions", "", "--ball", "rolling", "--set", "observations.lead_ball=true"];
+    // Thirteen kicks, so that there is a choice.
+    succeeds(&paid(folder.path(), &["motion", "generate", "--out", "kicks"]));
+    let rolling = ["--motions", "kicks", "--ball", "rolling", "--set", "observations.lead_ball=true"];
     let args = [&args[..], &rolling, &["--engine", "both", "--effective", "--json"]].concat();
     let report = json(&succeeds(&paid(folder.path(), &args)));
     let trials = |engine: &str| -> Vec<Value> {
         let all = report[engine]["trials"].as_array().expect("trials");
-        all.iter().map(|outcome| outcome["trial"].clone()).collect()
+        let planned = |t: &Value| serde_json::json!([t["motion"], t["ball"], t["ball_velocity"], t["goal"]]);
+        all.iter().inspect(|t| assert!(t["motion"].is_u64(), "{t}")).map(planned).collect()
     };
     assert_eq!(trials("builtin").len(), 126);
     assert_eq!(trials("builtin"), trials("mujoco"));
