@@ -237,11 +237,22 @@ impl<E: TrainShard + 'static> Trainer<E> {
     }
 
     /// Takes the networks and normalisers of a checkpoint, as Stage II does of Stage I. Counters, optimiser and environments
-    /// stay fresh.
+    /// stay fresh. So does the noise where the ball is new: a policy that has learnt to follow motions ends with little, and does not
+    /// find the strike with it.
     ///
     /// # Errors
     /// If the file cannot be read or is of other networks.
     pub fn start_from(&mut self, path: &Path) -> Result<(), TrainError> {
-        Ok(self.learner.load_weights(&Checkpoint::load(path)?)?)
+        let checkpoint = Checkpoint::load(path)?;
+        self.learner.load_weights(&checkpoint)?;
+        let text = checkpoint.blob(PRESET).and_then(|text| std::str::from_utf8(text).ok());
+        let before =
+            text.map(|text| RunPreset::from_resolved(&path.to_string_lossy(), text, &[])).transpose()?;
+        let ball_is_new = before.is_some_and(|p| !p.task.scene.ball) && self.preset.task.scene.ball;
+        if ball_is_new {
+            let std = self.preset.learn.ppo.initial_std;
+            self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;
+        }
+        Ok(())
     }
 }

@@ -70,7 +70,9 @@ fn stage_two_starts_from_the_networks_of_stage_one() {
     let folder = tempfile::tempdir().expect("folder");
     let first = preset("stage1", &motions);
     let one = run(folder.path().join("one"), &first, Start::Fresh, 2, 1);
-    let second = preset("stage2", &motions);
+    let mut second = preset("stage2", &motions);
+    let ppo = &mut second.learn.ppo;
+    (ppo.initial_std, ppo.max_std) = (0.2, 0.3);
     let scene = paid_train::Scene::load(&second).expect("scene");
     let shards = scene.shards(&second).expect("shards");
     let mut trainer =
@@ -80,4 +82,6 @@ fn stage_two_starts_from_the_networks_of_stage_one() {
     assert_eq!(trainer.progress().iteration, 0);
     let record = trainer.iterate(2).expect("iterates");
     assert_eq!((record.iteration, record.stage.as_str()), (1, "stage2"));
+    // Stage I began at 0.35; the noise is the second preset's.
+    assert!((record.mean_noise_std - 0.2).abs() < 0.02, "{}", record.mean_noise_std);
 }

@@ -22,7 +22,8 @@ pub struct Args {
     /// Built-in run preset or the path of a preset file; needs a stage [default: the stage's].
     #[arg(long, value_name = "NAME|FILE", requires = "stage")]
     preset: Option<String>,
-    /// Start from the weights of this run folder or checkpoint; needs a stage.
+    /// Start from the weights of this run folder or checkpoint; needs a stage. The noise is the policy's, but the preset's where
+    /// Stage II begins from a Stage I policy.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
     from: Option<PathBuf>,
     /// Continue the run in the output folder where its last checkpoint left it.
