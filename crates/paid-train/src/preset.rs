@@ -218,7 +218,10 @@ mod tests {
         }
         let lstm = RunPreset::resolve("stage2_lstm", &[]).expect("stage2_lstm");
         assert_eq!(lstm.learn.actor.kind, paid_learn::NetworkKind::Lstm);
-        assert_eq!(lstm.task, RunPreset::resolve("stage2", &[]).expect("stage2").task);
+        // With memory the ball is seen where it is.
+        let mut without = RunPreset::resolve("stage2", &[]).expect("stage2").task;
+        assert!(std::mem::replace(&mut without.observations.lead_ball, false));
+        assert_eq!(lstm.task, without);
     }
 
     #[test]
