@@ -105,7 +105,7 @@ impl MujocoSim {
                 world: world.duplicate()?,
                 gain_scale: [1.0; 2],
                 report: ContactReport::new(model.bodies.len()),
-                state: empty_state(model),
+                state: GroupState::empty(model.joints.len(), model.bodies.len()),
                 marker,
             });
         }
@@ -175,28 +175,6 @@ impl MujocoSim {
             ball_ang_vel: ball[2],
             warm_start: Vec::new(),
         }
-    }
-}
-
-fn empty_state(model: &RobotModel) -> GroupState<f64> {
-    let (joints, bodies) = (model.joints.len(), model.bodies.len());
-    let zero = Vec3([0.0; 3]);
-    let body =
-        BodyState { pos: zero, rot: Mat3::<f64>::identity(), lin_vel: zero, com_vel: zero, ang_vel: zero };
-    GroupState {
-        joint_pos: vec![0.0; joints],
-        joint_vel: vec![0.0; joints],
-        joint_torque: vec![0.0; joints],
-        bodies: vec![body; bodies],
-        contact_force: vec![Vec3::zero(); bodies],
-        ball: BallState {
-            pos: zero,
-            vel: zero,
-            ang_vel: zero,
-            robot_force: Vec3::zero(),
-            ground_force: Vec3::zero(),
-            touched_by: -1.0,
-        },
     }
 }
 

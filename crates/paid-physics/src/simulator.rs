@@ -54,6 +54,30 @@ pub struct GroupState<V> {
     pub ball: BallState<V>,
 }
 
+impl<V: Real> GroupState<V> {
+    /// Everything at rest at the origin, touched by nothing.
+    pub fn empty(joints: usize, bodies: usize) -> Self {
+        let (z, zero) = (V::zero(), Vec3::zero());
+        let body =
+            BodyState { pos: zero, rot: Mat3::identity(), lin_vel: zero, com_vel: zero, ang_vel: zero };
+        Self {
+            joint_pos: vec![z; joints],
+            joint_vel: vec![z; joints],
+            joint_torque: vec![z; joints],
+            bodies: vec![body; bodies],
+            contact_force: vec![zero; bodies],
+            ball: BallState {
+                pos: zero,
+                vel: zero,
+                ang_vel: zero,
+                robot_force: zero,
+                ground_force: zero,
+                touched_by: V::c(-1.0),
+            },
+        }
+    }
+}
+
 /// Full dynamic state of one environment: reset to it, save it, restore it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {

@@ -72,8 +72,8 @@ impl<V: Real> GroupTask<V> {
         }
     }
 
-    /// Every number but the reference and the times to its strike (which follow from motion and frame) and the reward terms (which nothing depends on), for
-    /// saving.
+    /// Every number but the reference and the times to its strike (which follow from motion and frame) and the reward terms
+    /// (which nothing depends on), for saving.
     pub(crate) fn fields(&mut self) -> Vec<&mut V> {
         let mut fields: Vec<&mut V> = Vec::new();
         fields.extend(self.action.iter_mut());

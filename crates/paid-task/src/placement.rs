@@ -56,8 +56,8 @@ impl RollingBall {
     }
 }
 
-/// The motion whose anchor displacement is nearest to where the ball (in the start frame) will be when that motion strikes; the first of equals. `dt_s` is
-/// the time between two frames.
+/// The motion whose anchor displacement is nearest to where the ball (in the start frame) will be when that motion strikes; the
+/// first of equals. `dt_s` is the time between two frames.
 ///
 /// # Panics
 /// If there are no motions.

@@ -108,7 +108,7 @@ impl<V: Real> Engine<V> {
             ball_omega: Vec3::zero(),
             warm: vec![[[V::zero(); 3]; 2]; plan.soles.len()],
             params: GroupParams::new(scene, joints + 1),
-            state: report::empty(joints),
+            state: GroupState::empty(joints, joints + 1),
             reset: 0,
         };
         let mut engine = Self {

@@ -8,35 +8,7 @@ use super::outward::{base_kin, over_joint, trigonometry};
 use super::phase::phase;
 use super::plan::Plan;
 use super::spatial::{Kin, splat3};
-use crate::{BallState, BodyState, GroupState};
-
-/// An empty report.
-pub(crate) fn empty<V: Real>(joints: usize) -> GroupState<V> {
-    let z = V::zero();
-    let body = BodyState {
-        pos: Vec3::zero(),
-        rot: Mat3::identity(),
-        lin_vel: Vec3::zero(),
-        com_vel: Vec3::zero(),
-        ang_vel: Vec3::zero(),
-    };
-    let ball = BallState {
-        pos: Vec3::zero(),
-        vel: Vec3::zero(),
-        ang_vel: Vec3::zero(),
-        robot_force: Vec3::zero(),
-        ground_force: Vec3::zero(),
-        touched_by: V::c(-1.0),
-    };
-    GroupState {
-        joint_pos: vec![z; joints],
-        joint_vel: vec![z; joints],
-        joint_torque: vec![z; joints],
-        bodies: vec![body; joints + 1],
-        contact_force: vec![Vec3::zero(); joints + 1],
-        ball,
-    }
-}
+use crate::{BodyState, GroupState};
 
 #[inline(always)]
 fn body_state<V: Real>(kin: &Kin<V>, origin: Vec3<V>, com: Vec3<V>, frame: Option<Mat3<V>>) -> BodyState<V> {

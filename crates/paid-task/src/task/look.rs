@@ -74,6 +74,13 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         (self.disturbed() || preset.in_evaluation) && preset.errs()
     }
 
+    /// The random numbers of an environment's present observation for one purpose, which uses at most `words` an observation.
+    fn numbers(&self, group: usize, lane: usize, stream: u32, words: u64) -> Rng {
+        let mut rng = Rng::new(self.seed, self.envs[group * V::LANES + lane].id, stream);
+        rng.seek(self.observations * words);
+        rng
+    }
+
     /// Takes the pictures of this control step.
     pub(super) fn look(&mut self, group: usize) {
         if !self.misperceives() || self.groups[group].pictures.is_none() {
@@ -81,9 +88,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         }
         let mut rngs = Vec::with_capacity(V::LANES);
         for lane in 0..V::LANES {
-            let mut rng = Rng::new(self.seed, self.envs[group * V::LANES + lane].id, PERCEPTION_STREAM);
-            rng.seek(self.observations * 16);
-            rngs.push(rng);
+            rngs.push(self.numbers(group, lane, PERCEPTION_STREAM, 16));
         }
         self.groups[group].look(&self.config, self.sim.state(group), &mut rngs);
     }
@@ -106,9 +111,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let mut velocity = state.ball.vel;
             if preset.gaussian {
                 for lane in 0..V::LANES {
-                    let id = self.envs[group * V::LANES + lane].id;
-                    let mut rng = Rng::new(self.seed, id, VELOCITY_STREAM);
-                    rng.seek(self.observations * 4);
+                    let mut rng = self.numbers(group, lane, VELOCITY_STREAM, 4);
                     let [x, y, z] = velocity.lane(lane);
                     let mut estimate = |v: f64| v + preset.ball_velocity_m_s * rng.normal();
                     velocity.set_lane(lane, [estimate(x), estimate(y), z]);
@@ -124,10 +127,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 deviation(base.lin_vel.norm(), seen.goal.norm(), preset),
             ];
             for lane in 0..V::LANES {
-                let id = self.envs[group * V::LANES + lane].id;
-                let mut rng = Rng::new(self.seed, id, PERCEPTION_STREAM);
                 // Six normal numbers use 12 words.
-                rng.seek(self.observations * 16);
+                let mut rng = self.numbers(group, lane, PERCEPTION_STREAM, 16);
                 for (object, sigma) in [&mut seen.ball, &mut seen.goal].into_iter().zip(&deviations) {
                     let sigma = sigma.lane(lane);
                     let exact = object.lane(lane);

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use paid_lanes::{Quat, Vec3};
-use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, Simulator};
+use paid_physics::{EnvParams, GroupState, LaneState, Simulator};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset, TaskShard};
 
@@ -57,30 +57,14 @@ pub struct Playback {
 
 impl Playback {
     pub fn new(robot: &RobotModel, library: &Arc<ReferenceLibrary>, kick_at: usize) -> Self {
-        let zero = Vec3([0.0; 3]);
-        let body = BodyState {
-            pos: zero,
-            rot: Quat([1.0, 0.0, 0.0, 0.0]).to_mat(),
-            lin_vel: zero,
-            com_vel: zero,
-            ang_vel: zero,
-        };
         let joints = vec![0.0; robot.joints.len()];
-        let ball = BallState {
-            pos: zero,
-            vel: zero,
-            ang_vel: zero,
-            robot_force: Vec3::zero(),
-            ground_force: Vec3::zero(),
-            touched_by: -1.0,
-        };
         let lane = LaneState {
             base_pos: [0.0; 3],
             base_quat: [1.0, 0.0, 0.0, 0.0],
             base_lin_vel: [0.0; 3],
             base_ang_vel: [0.0; 3],
             joint_pos: joints.clone(),
-            joint_vel: joints.clone(),
+            joint_vel: joints,
             ball_pos: [0.0; 3],
             ball_vel: [0.0; 3],
             ball_ang_vel: [0.0; 3],
@@ -98,14 +82,7 @@ impl Playback {
             pushes: Vec::new(),
             steps: 0,
             params: EnvParams::default(),
-            state: GroupState {
-                joint_pos: joints.clone(),
-                joint_vel: joints.clone(),
-                joint_torque: joints,
-                bodies: vec![body; robot.bodies.len()],
-                contact_force: vec![Vec3::zero(); robot.bodies.len()],
-                ball,
-            },
+            state: GroupState::empty(robot.joints.len(), robot.bodies.len()),
         }
     }
 
