@@ -250,6 +250,12 @@ impl Learner {
         self.std_limit = self.config.ppo.std_limit(share);
     }
 
+    /// Clears the memory of all shards, whose environments begin anew.
+    pub fn forget(&mut self) {
+        // The next horizon makes them again.
+        self.shards.clear();
+    }
+
     /// Updates actor and critic from the last horizon.
     pub fn update(&mut self, threads: usize) -> UpdateStats {
         self.prepare_workers(threads);

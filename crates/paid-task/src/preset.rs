@@ -4,7 +4,8 @@ use paid_physics::{BallParams, Material, SceneConfig};
 use serde::{Deserialize, Serialize};
 
 pub use crate::overrides::{OverrideError, apply_override};
-pub use crate::sim_preset::{CameraPreset, PerceptionPreset, RandomisationPreset, SurfacePreset};
+pub use crate::perception_preset::{CameraPreset, PerceptionPreset};
+pub use crate::randomisation_preset::{RandomisationPreset, SurfacePreset};
 use crate::{RewardPreset, TaskError};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.

@@ -9,7 +9,7 @@ use paid_learn::checkpoint::write_atomically;
 use crate::record::Record;
 use crate::{EventWriter, TrainError};
 
-/// Name of the resolved preset in a run folder.
+/// Name of the resolved preset in a run folder, and in a checkpoint.
 pub const PRESET_FILE: &str = "preset.toml";
 /// Name of the metrics file in a run folder: one JSON object a line.
 pub const METRICS_FILE: &str = "metrics.jsonl";

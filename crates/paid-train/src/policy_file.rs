@@ -11,15 +11,16 @@ use paid_onnx::{
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::ObservationLayout;
 
-use crate::folder::{checkpoints, latest_checkpoint};
+use crate::folder::{PRESET_FILE, checkpoints, latest_checkpoint};
 use crate::setup::load_robot;
-use crate::trainer::PRESET;
 use crate::{RunPreset, TrainError};
 
 /// What an action means, in the contract's words.
 pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
 /// Name of the ONNX file in a run folder.
 pub const POLICY_FILE: &str = "policy.onnx";
+/// Name of the same policy as a small checkpoint.
+pub const WEIGHTS_FILE: &str = "policy.safetensors";
 /// Terms of a policy if nobody states others.
 pub const LICENCE: &str = "the terms of the motions that the policy was trained on";
 /// The command that the policy follows, under the released name.
@@ -97,12 +98,21 @@ fn read_mean(sources: &[PathBuf]) -> Result<Checkpoint, TrainError> {
 }
 
 impl TrainedPolicy {
-    /// Reads a checkpoint, or the newest one of a run folder.
+    /// Reads a checkpoint, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks
+    /// ([`crate::RunConfig::average_last`]).
     ///
     /// # Errors
     /// If there is none, it is damaged, holds no preset, or its sizes are not those of its preset's robot.
     pub fn load(run: &Path) -> Result<Self, TrainError> {
-        Self::of(vec![latest_checkpoint(run)?])
+        let newest = latest_checkpoint(run)?;
+        if !run.join(PRESET_FILE).is_file() {
+            return Self::of(vec![newest]);
+        }
+        let share = RunPreset::of_run(run, &[])?.run.average_last;
+        let all = checkpoints(run)?;
+        let end = all.last().map_or(0, |(iteration, _)| *iteration) as f64;
+        let late = all.iter().filter(|(iteration, _)| *iteration as f64 >= (1.0 - share) * end).count();
+        Self::load_mean(run, late)
     }
 
     /// The mean of the weights of the newest `count` checkpoints of a run folder (at least one).
@@ -122,11 +132,7 @@ impl TrainedPolicy {
         let checkpoint = read_mean(&sources)?;
         let path = checkpoint.path().to_owned();
         let fail = |message: String| TrainError::Checkpoint { path: path.clone(), message };
-        let text = checkpoint
-            .blob(PRESET)
-            .ok_or_else(|| fail(format!("expected an entry '{PRESET}' (a full checkpoint), found none")))?;
-        let text = std::str::from_utf8(text).map_err(|error| fail(format!("{PRESET}: {error}")))?;
-        let preset = RunPreset::from_resolved(&path.to_string_lossy(), text, &[])?;
+        let preset = RunPreset::of_checkpoint(&checkpoint)?;
         let (model, spec) = load_robot(&preset.robot)?;
         let policy = checkpoint.policy()?;
         let lead_ball = preset.task.observations.lead_ball;
@@ -175,7 +181,7 @@ impl TrainedPolicy {
     /// If the file cannot be written; an earlier file stays whole.
     pub fn write_checkpoint(&self, path: &Path) -> Result<(), TrainError> {
         let preset = self.preset.to_toml()?;
-        read_mean(&self.sources)?.save_weights(path, &[(PRESET, preset.as_bytes())])?;
+        read_mean(&self.sources)?.save_weights(path, &[(PRESET_FILE, preset.as_bytes())])?;
         Ok(())
     }
 

@@ -4,12 +4,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use paid_lanes::Isa;
-use paid_learn::LearnConfig;
+use paid_learn::{Checkpoint, LearnConfig};
 use paid_task::TaskPreset;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::TrainError;
+use crate::folder::PRESET_FILE;
+use crate::phases::{Phase, hold, hold_key};
 use crate::tree::{merge, one_line, parse, typed};
 
 /// Run presets that the binary carries: name and TOML text.
@@ -31,6 +33,9 @@ pub struct RunPreset {
     pub stage: String,
     /// Built-in robot name, or path of a robot's TOML.
     pub robot: String,
+    /// Values that change during the run, in the order in which they do.
+    #[serde(default)]
+    pub phases: Vec<Phase>,
     /// Size and duration.
     pub run: RunConfig,
     /// Networks and PPO; values that a file leaves out are the type's defaults.
@@ -57,6 +62,10 @@ pub struct RunConfig {
     pub checkpoint_interval: u64,
     /// Checkpoints that stay in the run folder; older ones are removed.
     pub keep_checkpoints: usize,
+    /// The policy of the run is the mean of the checkpoints of its last part, this share of the iterations (of those that are kept):
+    /// a little better than any one of them. With 0 it is the last.
+    #[serde(default)]
+    pub average_last: f64,
     /// `auto`, `avx512`, `avx2` or `portable`. Two instruction sets round differently, so a run repeats bit for bit only on
     /// the same one.
     pub isa: String,
@@ -66,7 +75,7 @@ impl RunPreset {
     /// Reads a preset by built-in name or file path, lays it over its bases, and applies `KEY=VALUE` overrides.
     ///
     /// A preset may say `base = "<run preset>"` at the top and `base = "<task preset>"` in `[task]`; a base is a built-in
-    /// name or a path relative to the file.
+    /// name or a path relative to the file. What a preset or an override says holds in every phase of the presets below.
     ///
     /// # Errors
     /// [`TrainError`] naming file or override, key, expected and found.
@@ -94,6 +103,30 @@ impl RunPreset {
         Self::with_overrides(place, parse(place, text)?, overrides)
     }
 
+    /// The resolved preset that a run saved in its folder, with overrides.
+    ///
+    /// # Errors
+    /// If the folder holds none, or an override does not apply.
+    pub fn of_run(run: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+        let path = run.join(PRESET_FILE);
+        let text = fs::read_to_string(&path).map_err(TrainError::read(&path))?;
+        Self::from_resolved(&path.to_string_lossy(), &text, overrides)
+    }
+
+    /// What held when a checkpoint was written.
+    ///
+    /// # Errors
+    /// If it holds no preset, or one that is damaged.
+    pub fn of_checkpoint(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
+        let path = checkpoint.path();
+        let fail = |message: String| TrainError::Checkpoint { path: path.to_owned(), message };
+        let text = checkpoint
+            .blob(PRESET_FILE)
+            .ok_or_else(|| fail(format!("expected an entry '{PRESET_FILE}' (text), found none")))?;
+        let text = std::str::from_utf8(text).map_err(|error| fail(format!("{PRESET_FILE}: {error}")))?;
+        Self::from_resolved(&path.to_string_lossy(), text, &[])
+    }
+
     fn with_overrides(place: &str, tree: Table, overrides: &[String]) -> Result<Self, TrainError> {
         let fail = |message: String| TrainError::Preset { place: place.to_owned(), message };
         // Through the type and back, so that values left to their defaults can be overridden too.
@@ -104,11 +137,15 @@ impl RunPreset {
                 place: format!("--set {text}"),
                 message: error.to_string(),
             })?;
+            if let (Value::Table(tree), Some((key, _))) = (&mut value, text.split_once('=')) {
+                hold_key(tree, key.trim());
+            }
         }
         let preset: Self = value.try_into().map_err(|error: toml::de::Error| fail(one_line(&error)))?;
         preset.validate().map_err(fail)?;
         Ok(preset)
     }
+
     /// Checks that every value is in its range.
     ///
     /// # Errors
@@ -125,6 +162,12 @@ impl RunPreset {
                 return Err(format!("{key}: expected at least 1, found 0"));
             }
         }
+        if !(0.0..1.0).contains(&run.average_last) {
+            return Err(format!(
+                "run.average_last: expected 0 or more and less than 1, found {}",
+                run.average_last
+            ));
+        }
         let isa = self.isa()?;
         if !run.envs.is_multiple_of(run.shards * isa.lanes()) {
             return Err(format!(
@@ -136,7 +179,8 @@ impl RunPreset {
             ));
         }
         self.task.validate().map_err(|error| error.to_string())?;
-        self.learn.check().map_err(|error| format!("learn.{error}"))
+        self.learn.check().map_err(|error| format!("learn.{error}"))?;
+        self.check_phases()
     }
 
     /// The instruction set that the preset asks for.
@@ -194,6 +238,7 @@ fn load(
         None => Ok(tree),
         Some(Value::String(base)) if depth < 8 => {
             let mut bottom = load(&base, &inner_folder, builtin, depth + 1)?;
+            hold(&mut bottom, &tree);
             merge(&mut bottom, tree);
             Ok(bottom)
         }
@@ -238,6 +283,7 @@ mod tests {
             ("run.envs=many", "integer"),
             ("learn.ppo.clip=-1", "learn.ppo.clip"),
             ("run.isa=mmx", "avx2"),
+            ("run.average_last=1.0", "run.average_last"),
         ] {
             let sets = ["run.isa=portable".to_owned(), set.to_owned()];
             let error = RunPreset::resolve("stage1", &sets).expect_err(set).to_string();

@@ -20,6 +20,12 @@ pub struct Progress {
     pub samples: u64,
     /// Training time, earlier starts included [s].
     pub elapsed_s: f64,
+    /// The share of the run (0 to 1) that was over when the last iteration began, by iterations or wall clock.
+    #[serde(default)]
+    pub share: f64,
+    /// Phases that have begun.
+    #[serde(default)]
+    pub phase: usize,
     /// Ended episodes, their steps and returns, one entry an iteration, newest last.
     window: VecDeque<(u64, u64, f64)>,
 }

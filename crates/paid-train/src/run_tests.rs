@@ -4,10 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::folder::{METRICS_FILE, RunFolder, checkpoint_name, checkpoints};
-use crate::stage::run_iterations;
+use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
+use crate::stage::run_stage;
 use crate::toy::Toy;
-use crate::{End, Limits, Outcome, RunPreset, StageJob, Start, Trainer};
+use crate::{End, Limits, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
 
 fn trainer(preset: &RunPreset) -> Trainer<Toy> {
     Trainer::new(preset, Toy::shards(preset), vec!["toy".to_owned()]).expect("trainer")
@@ -109,20 +109,13 @@ fn run(out: &Path, preset: &RunPreset, resume: bool, stop_after: u64) -> Outcome
         limits: Limits::default(),
         threads: 2,
     };
-    let mut trainer = trainer(preset);
-    let mut folder = if resume {
-        trainer.resume(&crate::folder::latest_checkpoint(out).expect("checkpoint")).expect("resumes");
-        RunFolder::resume(out, trainer.progress().iteration).expect("folder")
-    } else {
-        RunFolder::create(out, &preset.to_toml().expect("text")).expect("folder")
-    };
     let stop = AtomicBool::new(false);
     let mut report = |record: &crate::Record| {
         if record.iteration == stop_after {
             stop.store(true, Ordering::SeqCst);
         }
     };
-    run_iterations(&job, &mut trainer, &mut folder, &stop, &mut report).expect("runs")
+    run_stage(&job, &|preset| Ok(trainer(preset)), &stop, &mut report).expect("runs")
 }
 
 #[test]
@@ -159,6 +152,47 @@ fn a_stopped_run_saves_and_its_continuation_equals_an_uninterrupted_run() {
         .map(|i| i.expect("number"))
         .collect();
     assert_eq!(iterations, [1, 2, 3, 4, 5, 6]);
+}
+
+#[test]
+fn a_run_goes_through_its_phases_and_one_stopped_between_them_ends_in_the_same_weights() {
+    for memory in [&[][..], &["learn.actor.kind=lstm", "learn.critic.kind=lstm"]] {
+        phases_end_to_end(&Toy::preset(&[&["run.checkpoint_interval=100"], memory].concat()));
+    }
+}
+
+fn phases_end_to_end(preset: &RunPreset) {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut preset = preset.clone();
+    let plain = run(&folder.path().join("plain"), &preset, false, u64::MAX);
+    let values = "[learn.ppo]\nfinal_std = 0.02".parse().expect("toml");
+    preset.phases.push(Phase { from: 0.5, values });
+    let values = "[learn.ppo]\ngamma = 0.5".parse().expect("toml");
+    preset.phases.push(Phase { from: 0.8, values });
+    let (straight, stopped) = (folder.path().join("straight"), folder.path().join("stopped"));
+    let whole = run(&straight, &preset, false, u64::MAX);
+    // The second phase begins where three of six iterations are over, the third where five are.
+    let kept: Vec<u64> = checkpoints(&straight).expect("list").iter().map(|c| c.0).collect();
+    assert_eq!(kept, [3, 5, 6]);
+    let lines = fs::read_to_string(straight.join(METRICS_FILE)).expect("metrics");
+    let phases: Vec<f64> = lines
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("json"))
+        .map(|line| line["metrics"]["phase"].as_f64().expect("phase"))
+        .collect();
+    assert_eq!(phases, [0.0, 0.0, 0.0, 1.0, 1.0, 2.0]);
+
+    assert_eq!(run(&stopped, &preset, false, 4).iteration, 4);
+    let resumed = run(&stopped, &preset, true, u64::MAX);
+    let load = |outcome: &Outcome| paid_learn::Checkpoint::load(&outcome.checkpoint).expect("reads");
+    let weights = |outcome: &Outcome| load(outcome).policy().expect("policy").params;
+    assert_eq!(weights(&whole), weights(&resumed));
+    assert_ne!(weights(&whole), weights(&plain));
+    assert!(load(&whole).policy().expect("policy").std.iter().all(|std| *std < 0.05));
+    // The checkpoint says what held when it was written; the folder keeps the whole plan.
+    let last = RunPreset::of_checkpoint(&load(&whole)).expect("reads");
+    assert_eq!((last.learn.ppo.gamma, last.phases.len()), (0.5, 0));
+    assert_eq!(RunPreset::of_run(&straight, &[]).expect("reads"), preset);
 }
 
 #[test]

@@ -1,6 +1,5 @@
 //! One stage from start to end: set up, iterate, log, save.
 
-use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -8,7 +7,8 @@ use std::time::Instant;
 use paid_learn::checkpoint::write_atomically;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
-use crate::policy_file::{LICENCE, POLICY_FILE, TrainedPolicy};
+use crate::policy_file::{LICENCE, POLICY_FILE, TrainedPolicy, WEIGHTS_FILE};
+use crate::trainer::progress_of;
 use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
 
 /// Where a stage starts.
@@ -68,7 +68,8 @@ pub struct Outcome {
     pub checkpoint: PathBuf,
 }
 
-/// Trains a stage. `stop` is looked at between iterations; when it is set the state is saved and the function returns.
+/// Trains a stage. `stop` is looked at between iterations; when it is set the state is saved and the function returns. The policy, a
+/// mean of the last checkpoints if the preset asks for one, lies in the run folder then, as ONNX and as a small checkpoint.
 ///
 /// # Errors
 /// Bad input, or a file that cannot be written; files written before stay whole.
@@ -77,40 +78,50 @@ pub fn train_stage(
     stop: &AtomicBool,
     report: &mut dyn FnMut(&Record),
 ) -> Result<Outcome, TrainError> {
-    let preset = &job.preset;
-    let scene = Scene::load(preset)?;
-    let mut trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
-    let text = preset.to_toml()?;
-    let mut run = match &job.start {
-        Start::Fresh => RunFolder::create(&job.out, &text)?,
-        Start::From(from) => {
-            trainer.start_from(&folder::latest_checkpoint(from)?)?;
-            RunFolder::create(&job.out, &text)?
-        }
-        Start::Resume => {
-            trainer.resume(&folder::latest_checkpoint(&job.out)?)?;
-            write_atomically(&job.out.join(PRESET_FILE), text.as_bytes())?;
-            RunFolder::resume(&job.out, trainer.progress().iteration)?
-        }
-    };
-    let outcome = run_iterations(job, &mut trainer, &mut run, stop, report)?;
-    TrainedPolicy::load(&outcome.checkpoint)?.write_onnx(&job.out.join(POLICY_FILE), LICENCE, None)?;
+    let scene = Scene::load(&job.preset)?;
+    let build = |preset: &RunPreset| Trainer::new(preset, scene.shards(preset)?, scene.motion_names());
+    let outcome = run_stage(job, &build, stop, report)?;
+    let policy = TrainedPolicy::load(&job.out)?;
+    policy.write_checkpoint(&job.out.join(WEIGHTS_FILE))?;
+    policy.write_onnx(&job.out.join(POLICY_FILE), LICENCE, None)?;
     Ok(outcome)
 }
 
-/// The loop of [`train_stage`].
-pub(crate) fn run_iterations<E: TrainShard + 'static>(
+/// [`train_stage`] with trainers from `build`, a new one for each phase.
+pub(crate) fn run_stage<E: TrainShard + 'static>(
     job: &StageJob,
-    trainer: &mut Trainer<E>,
-    run: &mut RunFolder,
+    build: &dyn Fn(&RunPreset) -> Result<Trainer<E>, TrainError>,
     stop: &AtomicBool,
     report: &mut dyn FnMut(&Record),
 ) -> Result<Outcome, TrainError> {
-    let config = &job.preset.run;
-    let start = Instant::now();
+    let preset = &job.preset;
+    let config = &preset.run;
+    let of_phase = |begun: usize| {
+        let fail = |message: String| TrainError::Preset { place: preset.stage.clone(), message };
+        build(&preset.in_phase(begun).map_err(fail)?)
+    };
+    let text = preset.to_toml()?;
+    let (mut trainer, mut run, mut saved);
+    match &job.start {
+        Start::Resume => {
+            let checkpoint = folder::latest_checkpoint(&job.out)?;
+            trainer = of_phase(progress_of(&checkpoint)?.phase.min(preset.phases.len()))?;
+            trainer.resume(&checkpoint)?;
+            write_atomically(&job.out.join(PRESET_FILE), text.as_bytes())?;
+            run = RunFolder::resume(&job.out, trainer.progress().iteration)?;
+            saved = Some(checkpoint);
+        }
+        start => {
+            trainer = of_phase(0)?;
+            if let Start::From(from) = start {
+                trainer.start_from(&folder::latest_checkpoint(from)?)?;
+            }
+            run = RunFolder::create(&job.out, &text)?;
+            saved = None;
+        }
+    }
     let first = trainer.progress().iteration;
-    let limit_s = job.limits.minutes.map(|m| m * 60.0);
-    let mut saved = None;
+    let clock = Clock::new(job.limits, trainer.progress().share);
     let end = loop {
         let done = trainer.progress().iteration;
         if done >= config.iterations {
@@ -119,31 +130,69 @@ pub(crate) fn run_iterations<E: TrainShard + 'static>(
         if stop.load(Ordering::SeqCst) {
             break End::Stopped;
         }
-        let time_share = limit_s.map_or(0.0, |limit| start.elapsed().as_secs_f64() / limit);
-        if time_share >= 1.0 {
+        if clock.is_up() {
             break End::TimeUp;
         }
-        trainer.anneal(time_share.max(done as f64 / config.iterations as f64));
+        let share = clock.share(done as f64 / config.iterations as f64);
+        let phase = preset.phase(share);
+        if phase != trainer.progress().phase {
+            let state = saved.take().map_or_else(|| save(&trainer, &run, config.keep_checkpoints), Ok)?;
+            trainer = of_phase(phase)?;
+            trainer.next_phase(&state, phase)?;
+        }
+        trainer.anneal(share);
         let mut record = trainer.iterate(job.threads)?;
-        let spent = start.elapsed().as_secs_f64();
-        let per_iteration = spent / (record.iteration - first) as f64;
-        let to_budget = per_iteration * (config.iterations - record.iteration) as f64;
-        record.eta_s = limit_s.map_or(to_budget, |limit| to_budget.min((limit - spent).max(0.0)));
+        record.eta_s = clock.eta_s(record.iteration - first, config.iterations - record.iteration);
+        if !preset.phases.is_empty() {
+            record.metrics.push("phase", phase as f64);
+        }
         run.log(&record)?;
         report(&record);
+        saved = None;
         if record.iteration.is_multiple_of(config.checkpoint_interval) {
-            saved = Some(save(trainer, run, config.keep_checkpoints)?);
+            saved = Some(save(&trainer, &run, config.keep_checkpoints)?);
         }
     };
+    let checkpoint = saved.map_or_else(|| save(&trainer, &run, config.keep_checkpoints), Ok)?;
     let progress = trainer.progress();
-    let (iteration, samples) = (progress.iteration, progress.samples);
-    let current = run.path().join(folder::checkpoint_name(iteration));
-    let checkpoint = match saved {
-        Some(path) if path == current => path,
-        _ if current.exists() && iteration == first => current,
-        _ => save(trainer, run, config.keep_checkpoints)?,
-    };
-    Ok(Outcome { end, iteration, samples, checkpoint })
+    Ok(Outcome { end, iteration: progress.iteration, samples: progress.samples, checkpoint })
+}
+
+/// The wall clock of a start.
+struct Clock {
+    start: Instant,
+    limit_s: Option<f64>,
+    /// The share of the run that was over before.
+    before: f64,
+}
+
+impl Clock {
+    fn new(limits: Limits, before: f64) -> Self {
+        Self { start: Instant::now(), limit_s: limits.minutes.map(|m| m * 60.0), before }
+    }
+
+    fn elapsed_s(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    fn is_up(&self) -> bool {
+        self.limit_s.is_some_and(|limit| self.elapsed_s() >= limit)
+    }
+
+    /// The share of the run that is over, by iterations or, if that is further, by time: a limit spreads what is left of the run
+    /// over this start.
+    fn share(&self, by_iterations: f64) -> f64 {
+        let by_time =
+            self.limit_s.map_or(0.0, |limit| self.before + (1.0 - self.before) * self.elapsed_s() / limit);
+        by_time.max(by_iterations).min(1.0)
+    }
+
+    /// Time to the end after `done` iterations of this start, with `left` to go [s].
+    fn eta_s(&self, done: u64, left: u64) -> f64 {
+        let spent = self.elapsed_s();
+        let to_budget = spent / done as f64 * left as f64;
+        self.limit_s.map_or(to_budget, |limit| to_budget.min((limit - spent).max(0.0)))
+    }
 }
 
 fn save<E: TrainShard + 'static>(
@@ -155,16 +204,4 @@ fn save<E: TrainShard + 'static>(
     trainer.save(&path)?;
     run.prune(keep)?;
     Ok(path)
-}
-
-impl RunPreset {
-    /// The resolved preset that a run saved, with overrides.
-    ///
-    /// # Errors
-    /// If the folder holds none, or an override does not apply.
-    pub fn of_run(run: &std::path::Path, overrides: &[String]) -> Result<Self, TrainError> {
-        let path = run.join(PRESET_FILE);
-        let text = fs::read_to_string(&path).map_err(TrainError::read(&path))?;
-        Self::from_resolved(&path.to_string_lossy(), &text, overrides)
-    }
 }

@@ -42,6 +42,7 @@ impl Toy {
     /// A preset of seconds.
     pub fn preset(more: &[&str]) -> RunPreset {
         let mut sets: Vec<String> = [
+            "phases=[]",
             "run.envs=64",
             "run.shards=4",
             "run.iterations=6",

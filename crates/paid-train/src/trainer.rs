@@ -7,6 +7,7 @@ use paid_learn::{Checkpoint, Learner, VecEnv};
 use paid_task::{SamplerState, TaskMetrics};
 use serde::{Deserialize, Serialize};
 
+use crate::folder::PRESET_FILE;
 use crate::progress::{Progress, describe};
 use crate::shard::Handle;
 use crate::{LossRecord, Record, RunPreset, TrainError, TrainShard};
@@ -34,8 +35,32 @@ struct Meta {
     spread: f32,
 }
 
+impl Meta {
+    fn of(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
+        serde_json::from_slice(blob(checkpoint, META)?)
+            .map_err(|error| damaged(checkpoint, format!("{META}: {error}")))
+    }
+}
+
+/// The counters in a full checkpoint.
+///
+/// # Errors
+/// If the file cannot be read or is not a full checkpoint.
+pub fn progress_of(path: &Path) -> Result<Progress, TrainError> {
+    Ok(Meta::of(&Checkpoint::load(path)?)?.progress)
+}
+
+fn damaged(checkpoint: &Checkpoint, message: String) -> TrainError {
+    TrainError::Checkpoint { path: checkpoint.path().to_owned(), message }
+}
+
+fn blob<'a>(checkpoint: &'a Checkpoint, name: &str) -> Result<&'a [u8], TrainError> {
+    let missing =
+        || damaged(checkpoint, format!("expected an entry '{name}' (a full checkpoint), found none"));
+    checkpoint.blob(name).ok_or_else(missing)
+}
+
 const META: &str = "trainer.json";
-pub(crate) const PRESET: &str = "preset.toml";
 const SAMPLER: &str = "sampler";
 const SHARD: &str = "shard.";
 
@@ -90,8 +115,9 @@ impl<E: TrainShard + 'static> Trainer<E> {
         self.envs.iter().map(|env| env.num_envs()).sum()
     }
 
-    /// Tells the learner which share of the run is over (0 to 1); its noise may depend on it.
+    /// Notes which share of the run is over (0 to 1); the learner's noise may depend on it.
     pub fn anneal(&mut self, share: f64) {
+        self.progress.share = share;
         self.learner.anneal(share);
     }
 
@@ -188,52 +214,78 @@ impl<E: TrainShard + 'static> Trainer<E> {
             .map(|(k, shard)| (format!("{SHARD}{k}"), shard.get().save()))
             .collect();
         let mut blobs: Vec<(&str, &[u8])> =
-            vec![(META, &meta), (PRESET, preset.as_bytes()), (SAMPLER, &failures)];
+            vec![(META, &meta), (PRESET_FILE, preset.as_bytes()), (SAMPLER, &failures)];
         blobs.extend(states.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
         Ok(self.learner.save(path, &blobs)?)
     }
 
-    /// Continues exactly where a checkpoint of the same run stopped.
+    /// Continues exactly where a checkpoint of the same run, in the same phase, stopped.
     ///
     /// # Errors
     /// If the file cannot be read, or is of other networks, shards or motions.
     pub fn resume(&mut self, path: &Path) -> Result<(), TrainError> {
-        let fail = |message: String| TrainError::Checkpoint { path: path.to_owned(), message };
         let checkpoint = Checkpoint::load(path)?;
-        let blob = |name: &str| {
-            checkpoint
-                .blob(name)
-                .ok_or_else(|| fail(format!("expected an entry '{name}' (a full checkpoint), found none")))
-        };
-        let meta: Meta =
-            serde_json::from_slice(blob(META)?).map_err(|error| fail(format!("{META}: {error}")))?;
+        let meta = self.meta_of(&checkpoint)?;
+        let failures = self.failures_of(&checkpoint)?;
+        self.learner.restore(&checkpoint)?;
+        for (k, shard) in self.shards.iter().enumerate() {
+            let name = format!("{SHARD}{k}");
+            let fail = |error: &dyn core::fmt::Display| damaged(&checkpoint, format!("{name}: {error}"));
+            shard.get().restore(blob(&checkpoint, &name)?).map_err(|error| fail(&error))?;
+        }
+        self.take_over(meta, failures);
+        Ok(())
+    }
+
+    /// Goes on in phase `phase` from a checkpoint of the same run in another one: learner, sampler and counters are as they were, the
+    /// environments begin anew, because their states may hold other things in another phase.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is of other networks, shards or motions.
+    pub fn next_phase(&mut self, path: &Path, phase: usize) -> Result<(), TrainError> {
+        let checkpoint = Checkpoint::load(path)?;
+        let meta = self.meta_of(&checkpoint)?;
+        let failures = self.failures_of(&checkpoint)?;
+        self.learner.restore(&checkpoint)?;
+        self.learner.forget();
+        self.take_over(meta, failures);
+        self.progress.phase = phase;
+        for shard in &self.shards {
+            shard.get().set_sampler(&self.sampler);
+        }
+        Ok(())
+    }
+
+    fn meta_of(&self, checkpoint: &Checkpoint) -> Result<Meta, TrainError> {
+        let meta = Meta::of(checkpoint)?;
         if meta.shards != self.shards.len() {
-            return Err(fail(format!("run.shards: expected {}, found {}", self.shards.len(), meta.shards)));
+            let message = format!("run.shards: expected {}, found {}", self.shards.len(), meta.shards);
+            return Err(damaged(checkpoint, message));
         }
         if meta.motions != self.motions {
-            return Err(fail(format!(
-                "motions: expected {}, found {}",
-                self.motions.join(", "),
-                meta.motions.join(", ")
-            )));
+            let (expected, found) = (self.motions.join(", "), meta.motions.join(", "));
+            return Err(damaged(checkpoint, format!("motions: expected {expected}, found {found}")));
         }
-        let failures: Vec<f32> = blob(SAMPLER)?
+        Ok(meta)
+    }
+
+    fn failures_of(&self, checkpoint: &Checkpoint) -> Result<Vec<f32>, TrainError> {
+        let failures: Vec<f32> = blob(checkpoint, SAMPLER)?
             .chunks_exact(4)
             .map(|chunk| f32::from_le_bytes([chunk[0], chunk[1], chunk[2], chunk[3]]))
             .collect();
         let expected = self.sampler.failures.len();
         if failures.len() != expected || failures.iter().any(|x| !x.is_finite()) {
-            return Err(fail(format!("{SAMPLER}: expected {expected} finite numbers, found others")));
+            let message = format!("{SAMPLER}: expected {expected} finite numbers, found others");
+            return Err(damaged(checkpoint, message));
         }
-        self.learner.restore(&checkpoint)?;
-        for (k, shard) in self.shards.iter().enumerate() {
-            let name = format!("{SHARD}{k}");
-            shard.get().restore(blob(&name)?).map_err(|error| fail(format!("{name}: {error}")))?;
-        }
+        Ok(failures)
+    }
+
+    fn take_over(&mut self, meta: Meta, failures: Vec<f32>) {
         self.sampler.failures = failures;
         self.sampler.spread = meta.spread;
         self.progress = meta.progress;
-        Ok(())
     }
 
     /// Takes the networks and normalisers of a checkpoint, as Stage II does of Stage I. Counters, optimiser and environments
@@ -241,15 +293,12 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// find the strike with it.
     ///
     /// # Errors
-    /// If the file cannot be read or is of other networks.
+    /// If the file cannot be read, holds no preset or is of other networks.
     pub fn start_from(&mut self, path: &Path) -> Result<(), TrainError> {
         let checkpoint = Checkpoint::load(path)?;
+        let before = RunPreset::of_checkpoint(&checkpoint)?;
         self.learner.load_weights(&checkpoint)?;
-        let text = checkpoint.blob(PRESET).and_then(|text| std::str::from_utf8(text).ok());
-        let before =
-            text.map(|text| RunPreset::from_resolved(&path.to_string_lossy(), text, &[])).transpose()?;
-        let ball_is_new = before.is_some_and(|p| !p.task.scene.ball) && self.preset.task.scene.ball;
-        if ball_is_new {
+        if self.preset.task.scene.ball && !before.task.scene.ball {
             let std = self.preset.learn.ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;
         }

@@ -22,7 +22,7 @@ fn preset(stage: &str, motions: &std::path::Path) -> RunPreset {
     let sets = [
         "run.envs=64".to_owned(),
         "run.shards=4".to_owned(),
-        "run.iterations=4".to_owned(),
+        "run.iterations=5".to_owned(),
         "run.checkpoint_interval=3".to_owned(),
         "learn.ppo.minibatches=2".to_owned(),
         format!("run.motions={:?}", motions.to_string_lossy()),
@@ -54,13 +54,17 @@ fn threads_and_interruptions_do_not_change_the_weights() {
     for stage in ["stage1", "stage2", "stage1_lstm"] {
         let preset = preset(stage, &motions);
         let one = run(at(&format!("{stage}-one")), &preset, Start::Fresh, 1, u64::MAX);
-        assert_eq!((one.end, one.samples), (End::Done, 4 * 64 * 24));
-        let out = at(&format!("{stage}-two"));
-        let stopped = run(out.clone(), &preset, Start::Fresh, 2, 2);
-        assert_eq!((stopped.end, stopped.iteration), (End::Stopped, 2));
-        let two = run(out, &preset, Start::Resume, 2, u64::MAX);
-        assert_eq!((two.end, two.iteration), (End::Done, 4));
-        assert_eq!(weights(&one), weights(&two), "{stage}");
+        assert_eq!((one.end, one.samples), (End::Done, 5 * 64 * 24));
+        // The presets' second phase, with delays that the first does not have, begins after three iterations.
+        assert_eq!([0.5, 0.6].map(|share| preset.phase(share)), [0, 1]);
+        for stop_after in [2, 4] {
+            let out = at(&format!("{stage}-{stop_after}"));
+            let stopped = run(out.clone(), &preset, Start::Fresh, 2, stop_after);
+            assert_eq!((stopped.end, stopped.iteration), (End::Stopped, stop_after));
+            let two = run(out, &preset, Start::Resume, 2, u64::MAX);
+            assert_eq!((two.end, two.iteration), (End::Done, 5));
+            assert_eq!(weights(&one), weights(&two), "{stage}, stopped after {stop_after}");
+        }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 /// Arguments of `paid export`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder (its newest checkpoint) or checkpoint.
+    /// Run folder (the mean of its last checkpoints) or checkpoint.
     run: PathBuf,
     /// The file to write.
     #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]

@@ -51,7 +51,7 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "An episode of a policy")]
 struct Policy {
-    /// Play an episode of this policy, as an evaluation does: run folder (its newest checkpoint), checkpoint file or ONNX file.
+    /// Play an episode of this policy, as an evaluation does: run folder (the mean of its last checkpoints), checkpoint file or ONNX file.
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
     policy: Option<PathBuf>,
     /// Leave out the reference (the pale blue robot).

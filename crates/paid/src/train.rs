@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Parser, ValueEnum};
 use paid_train::folder::PRESET_FILE;
+use paid_train::policy_file::WEIGHTS_FILE;
 use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
@@ -26,7 +27,8 @@ pub struct Args {
     /// Stage II begins from a Stage I policy.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
     from: Option<PathBuf>,
-    /// Continue the run in the output folder where its last checkpoint left it.
+    /// Continue the run in the output folder where its last checkpoint left it; what is left of its phases is spread over what is
+    /// left of its iterations or over --minutes.
     #[arg(long)]
     resume: bool,
     /// Folder of the motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
@@ -35,7 +37,7 @@ pub struct Args {
     /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/stage1 or runs/stage2; runs for both].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Stop after this much wall clock (for both stages: half for each) [min].
+    /// Stop after this much wall clock (for both stages: 65% for Stage I) [min].
     #[arg(long, value_name = "M")]
     minutes: Option<f64>,
     /// Iterations of the stage, or of each stage [default: the preset's].
@@ -54,6 +56,9 @@ pub struct Args {
     #[arg(long)]
     quiet: bool,
 }
+
+/// Stage I's share of the wall clock that both stages have.
+const STAGE1_SHARE: f64 = 0.65;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Stage {
@@ -93,20 +98,27 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         return Ok(exit_code(&outcome));
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs"));
-    let minutes = args.minutes.map(|m| m / 2.0);
+    let begun = |stage: Stage| out.join(stage.name()).join(PRESET_FILE).exists();
+    // Stage II begins when Stage I is over, so there is nothing of it to resume then.
+    let stages: &[(Stage, f64)] = if args.resume && begun(Stage::Stage2) {
+        &[(Stage::Stage2, 1.0)]
+    } else {
+        &[(Stage::Stage1, STAGE1_SHARE), (Stage::Stage2, 1.0 - STAGE1_SHARE)]
+    };
     let mut previous: Option<PathBuf> = None;
-    for stage in [Stage::Stage1, Stage::Stage2] {
+    for &(stage, share) in stages {
         let folder = out.join(stage.name());
-        let start = match &previous {
-            _ if args.resume && folder.join(PRESET_FILE).exists() => Start::Resume,
+        let start = match previous.take() {
+            _ if args.resume && begun(stage) => Start::Resume,
             None => Start::Fresh,
-            Some(run) => Start::From(run.clone()),
+            Some(run) => Start::From(run),
         };
+        let minutes = args.minutes.map(|m| m * share);
         let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop)?;
         if outcome.end == End::Stopped {
             return Ok(exit_code(&outcome));
         }
-        previous = Some(folder);
+        previous = Some(folder.join(WEIGHTS_FILE));
     }
     score(&args, &out, &stop)
 }
@@ -127,7 +139,12 @@ fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure
     for (what, stage) in SCORES {
         let mut line: Vec<OsString> = vec!["paid eval".into()];
         line.extend(what.iter().map(OsString::from));
-        line.extend(["--policy".into(), out.join(stage).into(), "--out".into(), out.join("eval").into()]);
+        line.extend([
+            "--policy".into(),
+            out.join(stage).join(WEIGHTS_FILE).into(),
+            "--out".into(),
+            out.join("eval").into(),
+        ]);
         if let Some(threads) = args.threads {
             line.extend(["--threads".into(), threads.to_string().into()]);
         }

@@ -130,6 +130,29 @@ fn stage_two_starts_from_stage_one_and_a_run_resumes() {
 }
 
 #[test]
+fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_second() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    succeeds(&paid(
+        folder.path(),
+        &small(&["train", "--motions", "motions", "--iterations", "1", "--quiet"]),
+    ));
+    for file in [
+        "stage1/policy.safetensors",
+        "stage1/policy.onnx",
+        "stage2/policy.safetensors",
+        "eval/builtin_tracking.json",
+        "eval/builtin_rolling_shooting.json",
+    ] {
+        assert!(folder.path().join("runs").join(file).is_file(), "{file}");
+    }
+    let text = succeeds(&paid(folder.path(), &["train", "--resume", "--iterations", "2", "--json"]));
+    let first = json(text.lines().next().expect("a line"));
+    assert_eq!((first["stage"].as_str(), first["iteration"].as_u64()), (Some("stage2"), Some(2)));
+    assert!(!folder.path().join("runs/stage1/model_2.safetensors").exists());
+}
+
+#[test]
 fn benchmarks_print_json() {
     let folder = tempfile::tempdir().expect("folder");
     write_motions(folder.path());

@@ -7,15 +7,13 @@ use paid_eval::engine::Engine;
 use paid_eval::episodes::Arena;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Gains, LearnedPolicy, OnnxDriver, Policy, PolicyMaker, Twist2};
-use paid_learn::Checkpoint;
 use paid_motion::MotionLibrary;
 use paid_mujoco::{Library, SceneOptions};
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
 use paid_physics::Terrain;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::{LED_BALL, ReferenceLibrary, TaskPreset};
-use paid_train::RunPreset;
-use paid_train::folder::{PRESET_FILE, latest_checkpoint};
+use paid_train::TrainedPolicy;
 use paid_train::policy_file::task_contract;
 use paid_train::setup::load_robot;
 
@@ -26,7 +24,7 @@ use crate::train::thread_count;
 /// What all evaluations take.
 #[derive(Debug, clap::Args)]
 pub struct Common {
-    /// Run folder (its newest checkpoint), checkpoint file, or ONNX file: this project's, one with PAiD's released interface, or
+    /// Run folder (the mean of its last checkpoints), checkpoint file, or ONNX file: this project's, one with PAiD's released interface, or
     /// the TWIST2 tracker.
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
     policy: PathBuf,
@@ -130,26 +128,14 @@ impl Source {
                 kind: Kind::Onnx(Box::new(file)),
             });
         }
-        let path = if policy.is_dir() {
-            latest_checkpoint(policy).map_err(Failure::input)?
-        } else {
-            policy.to_owned()
-        };
-        let checkpoint = Checkpoint::load(&path).map_err(Failure::input)?;
-        let text =
-            checkpoint.blob(PRESET_FILE).and_then(|b| std::str::from_utf8(b).ok()).ok_or_else(|| {
-                Failure::input(format!(
-                    "{}: expected an entry '{PRESET_FILE}' (text), found none",
-                    path.display()
-                ))
-            })?;
-        let run = RunPreset::from_resolved(&path.to_string_lossy(), text, &[]).map_err(Failure::input)?;
+        let TrainedPolicy { checkpoint, preset, policy, .. } =
+            TrainedPolicy::load(policy).map_err(Failure::input)?;
         Ok(Self {
-            name: path.display().to_string(),
-            robot: run.robot,
-            task: run.task,
-            motions: PathBuf::from(&run.run.motions),
-            kind: Kind::Network(Box::new(checkpoint.policy().map_err(Failure::input)?)),
+            name: checkpoint.display().to_string(),
+            robot: preset.robot,
+            task: preset.task,
+            motions: PathBuf::from(preset.run.motions),
+            kind: Kind::Network(Box::new(policy)),
         })
     }
 

@@ -1,0 +1,187 @@
+//! Values of a run preset that change while the run goes on.
+
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::RunPreset;
+use crate::tree::{merge, one_line, typed};
+
+/// From a share of the run on, some values of the preset are others.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Phase {
+    /// The share of the run that is over when it begins, above 0 and below 1: of the iterations or, if there is a limit, of the
+    /// wall clock, whichever is further.
+    pub from: f64,
+    /// The values under their keys in the preset. They lie over those of earlier phases.
+    #[serde(flatten)]
+    pub values: Table,
+}
+
+impl RunPreset {
+    /// The number of phases that have begun when `share` (0 to 1) of the run is over.
+    pub fn phase(&self, share: f64) -> usize {
+        self.phases.iter().filter(|phase| phase.from <= share).count()
+    }
+
+    /// The preset after `begun` of its phases have begun, without phases of its own.
+    ///
+    /// # Errors
+    /// Phase, key, expected, found.
+    ///
+    /// # Panics
+    /// If there are fewer phases.
+    pub fn in_phase(&self, begun: usize) -> Result<Self, String> {
+        let plain = Self { phases: Vec::new(), ..self.clone() };
+        let Some(last) = begun.checked_sub(1) else { return Ok(plain) };
+        let fail = |message: String| format!("phases.{last}: {message}");
+        let mut tree = Table::try_from(&plain).map_err(|error| fail(one_line(&error)))?;
+        for phase in &self.phases[..begun] {
+            merge(&mut tree, phase.values.clone());
+        }
+        let preset: Self = typed(&tree).map_err(fail)?;
+        preset.validate().map_err(fail)?;
+        Ok(preset)
+    }
+
+    /// Checks order and keys of the phases, and that each gives a valid preset.
+    pub(crate) fn check_phases(&self) -> Result<(), String> {
+        let mut before = 0.0;
+        for (k, phase) in self.phases.iter().enumerate() {
+            if !(phase.from > before && phase.from < 1.0) {
+                return Err(format!(
+                    "phases.{k}.from: expected more than {before} and less than 1, found {}",
+                    phase.from
+                ));
+            }
+            before = phase.from;
+            let known = self.in_phase(k + 1)?;
+            let fixed = [
+                ("stage", known.stage == self.stage),
+                ("robot", known.robot == self.robot),
+                ("run", known.run == self.run),
+                ("learn.actor", known.learn.actor == self.learn.actor),
+                ("learn.critic", known.learn.critic == self.learn.critic),
+                ("task.name", known.task.name == self.task.name),
+                ("task.scene", known.task.scene == self.task.scene),
+            ];
+            if let Some((key, _)) = fixed.iter().find(|(_, same)| !same) {
+                return Err(format!(
+                    "phases.{k}.{key}: expected what holds for the whole run, found a change"
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Takes the values of `top` out of the phases of `tree`: what a preset or an override says, it says of the whole run.
+pub(crate) fn hold(tree: &mut Table, top: &Table) {
+    let Some(Value::Array(phases)) = tree.get_mut("phases") else { return };
+    for phase in phases.iter_mut().filter_map(Value::as_table_mut) {
+        without(phase, top);
+    }
+}
+
+fn without(table: &mut Table, top: &Table) {
+    for (key, value) in top {
+        match (table.get_mut(key), value) {
+            (Some(Value::Table(below)), Value::Table(value)) => without(below, value),
+            _ => {
+                table.remove(key);
+            }
+        }
+    }
+}
+
+/// [`hold`] of the one value at a dotted key.
+pub(crate) fn hold_key(tree: &mut Table, key: &str) {
+    let top = key
+        .rsplit('.')
+        .fold(Value::Boolean(true), |value, part| Value::Table(Table::from_iter([(part.to_owned(), value)])));
+    if let Value::Table(top) = top {
+        hold(tree, &top);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "base = \"stage1\"
+[[phases]]
+from = 0.5
+[phases.task.rewards]
+body_pos = { weight = 3.0, sigma = 0.08 }
+[[phases]]
+from = 0.75
+[phases.task.rewards]
+body_pos = { sigma = 0.05 }
+[phases.learn.ppo]
+target_kl = 0.01
+";
+
+    fn preset(text: &str, sets: &[&str]) -> Result<RunPreset, String> {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("mine.toml");
+        std::fs::write(&path, text).expect("write");
+        let sets: Vec<String> = sets.iter().map(|s| (*s).to_owned()).collect();
+        RunPreset::resolve(&path.to_string_lossy(), &sets).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_phase_lies_over_the_preset_and_the_phases_before_it() {
+        let preset = preset(FILE, &[]).expect("resolves");
+        let at = |share| preset.in_phase(preset.phase(share)).expect("valid");
+        let body = |share| (at(share).task.rewards.body_pos.weight, at(share).task.rewards.body_pos.sigma);
+        let first = &preset.task.rewards.body_pos;
+        assert_eq!([0.0, 0.49].map(body), [(first.weight, first.sigma); 2]);
+        assert_eq!([0.5, 0.74].map(body), [(3.0, 0.08); 2]);
+        assert_eq!([0.75, 1.0].map(body), [(3.0, 0.05); 2]);
+        assert_eq!(at(0.7).learn.ppo.target_kl, preset.learn.ppo.target_kl);
+        assert_eq!(at(0.8).learn.ppo.target_kl, 0.01);
+        assert_eq!(at(0.8).phases, []);
+        let text = preset.to_toml().expect("writes");
+        assert_eq!(RunPreset::from_resolved("saved", &text, &[]).expect("reads"), preset);
+    }
+
+    #[test]
+    fn what_an_override_or_a_preset_above_says_holds_in_every_phase() {
+        let below =
+            FILE.replace("base = \"stage1\"", "base = \"stage1\"\nstage = \"mine\"\n[task]\nname = \"mine\"");
+        let folder = tempfile::tempdir().expect("folder");
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("write");
+        write("below.toml", &below);
+        write("above.toml", "base = \"below.toml\"\n[task.rewards]\nbody_pos = { weight = 9.0 }\n");
+        let path = folder.path().join("above.toml");
+        let sets = ["task.rewards.body_pos.sigma=0.2".to_owned()];
+        let preset = RunPreset::resolve(&path.to_string_lossy(), &sets).expect("resolves");
+        for begun in 0..3 {
+            let body = preset.in_phase(begun).expect("valid").task.rewards.body_pos;
+            assert_eq!((body.weight, body.sigma), (9.0, 0.2), "phase {begun}");
+        }
+        assert_eq!(preset.in_phase(2).expect("valid").learn.ppo.target_kl, 0.01);
+        let none = RunPreset::resolve(&path.to_string_lossy(), &["phases=[]".to_owned()]).expect("resolves");
+        assert_eq!(none.phases, []);
+    }
+
+    #[test]
+    fn a_phase_that_cannot_be_is_refused_before_the_run() {
+        for (from, to, hint) in [
+            ("from = 0.5", "from = 0.8", "phases.1.from: expected more than 0.8 and less than 1, found 0.75"),
+            ("from = 0.75", "from = 1.0", "phases.1.from"),
+            ("sigma = 0.05", "sgima = 0.05", "phases.1: "),
+            ("sigma = 0.05", "sigma = -1.0", "phases.1: preset: rewards.body_pos.sigma"),
+            ("[phases.learn.ppo]\ntarget_kl = 0.01", "[phases.run]\nenvs = 64", "phases.1.run"),
+            (
+                "[phases.learn.ppo]\ntarget_kl = 0.01",
+                "[phases.task.scene]\nball = true",
+                "phases.1.task.scene",
+            ),
+        ] {
+            let text = FILE.replace(from, to);
+            assert_ne!(text, FILE);
+            let error = preset(&text, &[]).expect_err(to);
+            assert!(error.contains(hint), "{to}: {error}");
+        }
+    }
+}
