@@ -262,7 +262,7 @@ mod tests {
             assert_eq!(RunPreset::from_resolved(name, &text, &[]).expect("reads"), preset);
         }
         // Stage II plays in its own scene, whatever its base does for Stage I.
-        let scene = paid_task::TaskPreset::builtin("stage2").expect("built in").scene;
+        let scene = TaskPreset::builtin("stage2").expect("built in").scene;
         assert_eq!(RunPreset::resolve("stage2", &[]).expect("stage2").task.scene, scene);
         let lstm = RunPreset::resolve("stage2_lstm", &[]).expect("stage2_lstm");
         assert_eq!(lstm.learn.actor.kind, paid_learn::NetworkKind::Lstm);
