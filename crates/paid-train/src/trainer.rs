@@ -225,15 +225,12 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// If the file cannot be read, or is of other networks, shards or motions.
     pub fn resume(&mut self, path: &Path) -> Result<(), TrainError> {
         let checkpoint = Checkpoint::load(path)?;
-        let meta = self.meta_of(&checkpoint)?;
-        let failures = self.failures_of(&checkpoint)?;
-        self.learner.restore(&checkpoint)?;
+        self.restore(&checkpoint)?;
         for (k, shard) in self.shards.iter().enumerate() {
             let name = format!("{SHARD}{k}");
-            let fail = |error: &dyn core::fmt::Display| damaged(&checkpoint, format!("{name}: {error}"));
-            shard.get().restore(blob(&checkpoint, &name)?).map_err(|error| fail(&error))?;
+            let state = blob(&checkpoint, &name)?;
+            shard.get().restore(state).map_err(|error| damaged(&checkpoint, format!("{name}: {error}")))?;
         }
-        self.take_over(meta, failures);
         Ok(())
     }
 
@@ -243,16 +240,23 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// # Errors
     /// If the file cannot be read, or is of other networks, shards or motions.
     pub fn next_phase(&mut self, path: &Path, phase: usize) -> Result<(), TrainError> {
-        let checkpoint = Checkpoint::load(path)?;
-        let meta = self.meta_of(&checkpoint)?;
-        let failures = self.failures_of(&checkpoint)?;
-        self.learner.restore(&checkpoint)?;
+        self.restore(&Checkpoint::load(path)?)?;
         self.learner.forget();
-        self.take_over(meta, failures);
         self.progress.phase = phase;
         for shard in &self.shards {
             shard.get().set_sampler(&self.sampler);
         }
+        Ok(())
+    }
+
+    /// Takes learner, sampler and counters of a checkpoint, once all of them are known to fit.
+    fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        let meta = self.meta_of(checkpoint)?;
+        let failures = self.failures_of(checkpoint)?;
+        self.learner.restore(checkpoint)?;
+        self.sampler.failures = failures;
+        self.sampler.spread = meta.spread;
+        self.progress = meta.progress;
         Ok(())
     }
 
@@ -280,12 +284,6 @@ impl<E: TrainShard + 'static> Trainer<E> {
             return Err(damaged(checkpoint, message));
         }
         Ok(failures)
-    }
-
-    fn take_over(&mut self, meta: Meta, failures: Vec<f32>) {
-        self.sampler.failures = failures;
-        self.sampler.spread = meta.spread;
-        self.progress = meta.progress;
     }
 
     /// Takes the networks and normalisers of a checkpoint, as Stage II does of Stage I. Counters, optimiser and environments

@@ -139,12 +139,7 @@ fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure
     for (what, stage) in SCORES {
         let mut line: Vec<OsString> = vec!["paid eval".into()];
         line.extend(what.iter().map(OsString::from));
-        line.extend([
-            "--policy".into(),
-            out.join(stage).join(WEIGHTS_FILE).into(),
-            "--out".into(),
-            out.join("eval").into(),
-        ]);
+        line.extend(["--policy".into(), out.join(stage).into(), "--out".into(), out.join("eval").into()]);
         if let Some(threads) = args.threads {
             line.extend(["--threads".into(), threads.to_string().into()]);
         }

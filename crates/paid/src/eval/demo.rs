@@ -10,6 +10,7 @@ use paid_eval::html::write_report;
 use paid_eval::picture::{Animation, Film, film_frame, film_strip};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
 use paid_task::ForcedStart;
+use paid_train::policy_file::WEIGHTS_FILE;
 
 use super::progress::Progress;
 use super::shoot::write_shooting;
@@ -19,8 +20,6 @@ use crate::failure::Failure;
 
 /// The policy that plays when none is given.
 const POLICY: &[u8] = include_bytes!("../../../../policies/demo/stage2.safetensors");
-/// Its name in the output folder, where it is written to be played with further.
-const POLICY_FILE: &str = "policy.safetensors";
 
 /// Pictures a second of the recording.
 const RATE_HZ: f64 = 12.5;
@@ -109,9 +108,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(ended(&subject.arena.monitor))
 }
 
-/// Writes the program's own policy into `out`; its place.
+/// Writes the program's own policy into `out`, to be played with further; its place.
 fn own_policy(out: &Path) -> Result<PathBuf, Failure> {
-    let path = out.join(POLICY_FILE);
+    let path = out.join(WEIGHTS_FILE);
     write_whole(&path, POLICY).map_err(Failure::input)?;
     Ok(path)
 }
