@@ -4,6 +4,7 @@
 //! environments, one a SIMD lane.
 
 mod agent;
+mod ball_preset;
 mod config;
 mod error;
 mod eval_control;
@@ -34,6 +35,7 @@ mod shard_impl;
 mod snapshot;
 mod task;
 mod terms;
+mod words;
 
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
 pub use error::TaskError;

@@ -5,79 +5,11 @@
 use paid_lanes::Real;
 use paid_physics::{EnvParams, LaneState, Material, Simulator};
 
+use crate::words::{Reader, Writer};
 use crate::{EndCause, ForcedStart, KickEvent, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
 const MAGIC: &[u8; 8] = b"paidtsk\x02";
-
-struct Writer(Vec<u8>);
-
-impl Writer {
-    fn u64(&mut self, x: u64) {
-        self.0.extend(x.to_le_bytes());
-    }
-    fn f64(&mut self, x: f64) {
-        self.u64(x.to_bits());
-    }
-    fn all(&mut self, values: &[f64]) {
-        for x in values {
-            self.f64(*x);
-        }
-    }
-    fn list(&mut self, values: &[f64]) {
-        self.u64(values.len() as u64);
-        self.all(values);
-    }
-}
-
-struct Reader<'a> {
-    bytes: &'a [u8],
-    at: usize,
-}
-
-impl Reader<'_> {
-    fn u64(&mut self) -> Result<u64, String> {
-        let end = self.at + 8;
-        let bytes = self.bytes.get(self.at..end).ok_or_else(|| {
-            format!("task snapshot: it ends after {} bytes, before its data does", self.bytes.len())
-        })?;
-        self.at = end;
-        let mut word = [0; 8];
-        word.copy_from_slice(bytes);
-        Ok(u64::from_le_bytes(word))
-    }
-    fn f64(&mut self) -> Result<f64, String> {
-        Ok(f64::from_bits(self.u64()?))
-    }
-    fn usize(&mut self) -> Result<usize, String> {
-        Ok(self.u64()? as usize)
-    }
-    fn u32(&mut self) -> Result<u32, String> {
-        u32::try_from(self.u64()?).map_err(|_| "task snapshot: a number is out of range".to_owned())
-    }
-    fn array<const N: usize>(&mut self) -> Result<[f64; N], String> {
-        let mut out = [0.0; N];
-        for x in &mut out {
-            *x = self.f64()?;
-        }
-        Ok(out)
-    }
-    fn list(&mut self) -> Result<Vec<f64>, String> {
-        let len = self.usize()?;
-        if len > self.bytes.len() / 8 {
-            return Err(format!("task snapshot: a list of {len} numbers does not fit"));
-        }
-        (0..len).map(|_| self.f64()).collect()
-    }
-    fn expect(&mut self, what: &str, expected: usize) -> Result<(), String> {
-        let found = self.usize()?;
-        if found == expected {
-            Ok(())
-        } else {
-            Err(format!("task snapshot: {what}: expected {expected}, found {found}"))
-        }
-    }
-}
 
 fn write_material(w: &mut Writer, m: &Material) {
     w.all(&[m.static_friction, m.dynamic_friction, m.restitution]);
@@ -305,7 +237,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         if !bytes.starts_with(MAGIC) {
             return Err("task snapshot: it does not begin as one of this version should".into());
         }
-        let mut r = Reader { bytes, at: MAGIC.len() };
+        let mut r = Reader::new(bytes, MAGIC.len());
         r.expect("environments", self.envs.len())?;
         r.expect("lanes", V::LANES)?;
         r.expect("joints", self.config.joints())?;
@@ -345,11 +277,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             self.sim.refresh(group);
             self.gather_reference(group);
         }
-        if r.at == bytes.len() {
-            Ok(())
-        } else {
-            Err(format!("task snapshot: {} bytes are left over", bytes.len() - r.at))
-        }
+        if r.left() == 0 { Ok(()) } else { Err(format!("task snapshot: {} bytes are left over", r.left())) }
     }
 
     fn restore_env(&mut self, index: usize, r: &mut Reader<'_>) -> Result<(), String> {

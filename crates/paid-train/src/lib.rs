@@ -6,6 +6,7 @@ pub mod events;
 pub mod folder;
 pub mod phases;
 pub mod policy_file;
+pub mod policy_weights;
 pub mod preset;
 pub mod progress;
 pub mod record;

@@ -11,7 +11,7 @@ use paid_onnx::{
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::ObservationLayout;
 
-use crate::folder::{PRESET_FILE, checkpoints, latest_checkpoint};
+use crate::policy_weights::load_weights;
 use crate::setup::load_robot;
 use crate::{RunPreset, TrainError};
 
@@ -19,8 +19,6 @@ use crate::{RunPreset, TrainError};
 pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
 /// Name of the ONNX file in a run folder.
 pub const POLICY_FILE: &str = "policy.onnx";
-/// Name of the same policy as a small checkpoint.
-pub const WEIGHTS_FILE: &str = "policy.safetensors";
 /// Terms of a policy if nobody states others.
 pub const LICENCE: &str = "the terms of the motions that the policy was trained on";
 /// The command that the policy follows, under the released name.
@@ -85,54 +83,25 @@ pub struct TrainedPolicy {
     pub spec: RobotSpec,
     /// Networks and normaliser.
     pub policy: Policy,
-    /// The checkpoints whose mean it is, oldest first.
-    sources: Vec<PathBuf>,
-}
-
-/// The newest of some checkpoints, the last, with the mean of their weights.
-fn read_mean(sources: &[PathBuf]) -> Result<Checkpoint, TrainError> {
-    let mut all = sources.iter().map(|path| Checkpoint::load(path)).collect::<Result<Vec<_>, _>>()?;
-    let newest =
-        all.pop().ok_or_else(|| TrainError::Setup("expected a checkpoint, found none".to_owned()))?;
-    Ok(if all.is_empty() { newest } else { newest.mean_with(&all)? })
 }
 
 impl TrainedPolicy {
-    /// Reads a checkpoint, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks
-    /// ([`crate::RunConfig::average_last`]).
+    /// Reads a checkpoint, or the policy of a run folder ([`load_weights`]).
     ///
     /// # Errors
     /// If there is none, it is damaged, holds no preset, or its sizes are not those of its preset's robot.
     pub fn load(run: &Path) -> Result<Self, TrainError> {
-        let newest = latest_checkpoint(run)?;
-        if !run.join(PRESET_FILE).is_file() {
-            return Self::of(vec![newest]);
-        }
-        let share = RunPreset::of_run(run, &[])?.run.average_last;
-        let all = checkpoints(run)?;
-        let end = all.last().map_or(0, |(iteration, _)| *iteration) as f64;
-        let late = all.iter().filter(|(iteration, _)| *iteration as f64 >= (1.0 - share) * end).count();
-        Self::load_mean(run, late)
+        Self::of(&load_weights(run)?)
     }
 
-    /// The mean of the weights of the newest `count` checkpoints of a run folder (at least one).
+    /// The policy in a checkpoint.
     ///
     /// # Errors
-    /// If there are fewer, or as [`TrainedPolicy::load`].
-    pub fn load_mean(run: &Path, count: usize) -> Result<Self, TrainError> {
-        let mut all = checkpoints(run)?;
-        if count == 0 || all.len() < count {
-            let message = format!("expected at least {} checkpoints, found {}", count.max(1), all.len());
-            return Err(TrainError::Folder { path: run.to_owned(), message });
-        }
-        Self::of(all.split_off(all.len() - count).into_iter().map(|(_, path)| path).collect())
-    }
-
-    fn of(sources: Vec<PathBuf>) -> Result<Self, TrainError> {
-        let checkpoint = read_mean(&sources)?;
+    /// If it holds no preset, or its sizes are not those of its preset's robot.
+    pub fn of(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
         let path = checkpoint.path().to_owned();
         let fail = |message: String| TrainError::Checkpoint { path: path.clone(), message };
-        let preset = RunPreset::of_checkpoint(&checkpoint)?;
+        let preset = RunPreset::of_checkpoint(checkpoint)?;
         let (model, spec) = load_robot(&preset.robot)?;
         let policy = checkpoint.policy()?;
         let lead_ball = preset.task.observations.lead_ball;
@@ -144,7 +113,7 @@ impl TrainedPolicy {
                 expected.0, expected.1, spec.name, found.0, found.1
             )));
         }
-        Ok(Self { checkpoint: path, preset, model, spec, policy, sources })
+        Ok(Self { checkpoint: path, preset, model, spec, policy })
     }
 
     /// The contract of the policy's file; `licence` are the terms of the motions that it was trained on.
@@ -172,17 +141,6 @@ impl TrainedPolicy {
         let run = self.checkpoint.to_string_lossy();
         paid_onnx::write(path, &weights(&self.policy), &contract, reference.as_ref(), &run)
             .map_err(|error| TrainError::Setup(error.to_string()))
-    }
-
-    /// Writes a checkpoint of weights, normalisers and preset only: small, free of anything that comes from the motion
-    /// files, such as environment states. It can be evaluated, exported and started from, not resumed.
-    ///
-    /// # Errors
-    /// If the file cannot be written; an earlier file stays whole.
-    pub fn write_checkpoint(&self, path: &Path) -> Result<(), TrainError> {
-        let preset = self.preset.to_toml()?;
-        read_mean(&self.sources)?.save_weights(path, &[(PRESET_FILE, preset.as_bytes())])?;
-        Ok(())
     }
 
     /// A clip (model order) in the file's orders: policy joints, tracked bodies.
@@ -277,7 +235,7 @@ mod tests {
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
         let preset = RunPreset::resolve("stage1", &[]).expect("built in");
-        TrainedPolicy { checkpoint: "runs/x".into(), preset, model, spec, policy, sources: Vec::new() }
+        TrainedPolicy { checkpoint: "runs/x".into(), preset, model, spec, policy }
     }
 
     #[test]

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use paid_learn::Checkpoint;
+
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
 use crate::stage::run_stage;
 use crate::toy::Toy;
@@ -52,7 +54,7 @@ fn a_resumed_run_ends_in_the_weights_of_an_uninterrupted_one() {
         killed.save(&path).expect("saves");
         drop(killed);
         let mut resumed = trainer(&preset);
-        resumed.resume(&path).expect("resumes");
+        resumed.resume(&Checkpoint::load(&path).expect("reads")).expect("resumes");
         for _ in 0..3 {
             let a = straight.iterate(2).expect("iterates");
             let b = resumed.iterate(2).expect("iterates");
@@ -71,22 +73,20 @@ fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
     let mut first = trainer(&preset);
     first.iterate(1).expect("iterates");
     first.save(&path).expect("saves");
-    let refuse = |trainer: &mut Trainer<Toy>, path: &Path| {
+    let checkpoint = Checkpoint::load(&path).expect("reads");
+    let refuse = |trainer: &mut Trainer<Toy>| {
         let before = weights(trainer);
-        let error = trainer.resume(path).expect_err("refused").to_string();
+        let error = trainer.resume(&checkpoint).expect_err("refused").to_string();
         assert_eq!(weights(trainer), before, "a refused checkpoint changes nothing");
         error
     };
     let mut other = Trainer::new(&preset, Toy::shards(&preset), vec!["kick".to_owned()]).expect("trainer");
-    let error = refuse(&mut other, &path);
+    let error = refuse(&mut other);
     assert!(error.contains("kick") && error.contains("toy"), "{error}");
-    let error = refuse(&mut trainer(&Toy::preset(&["run.shards=8"])), &path);
+    let error = refuse(&mut trainer(&Toy::preset(&["run.shards=8"])));
     assert!(error.contains("run.shards"), "{error}");
-    let error = refuse(&mut trainer(&Toy::preset(&["learn.actor.hidden=[16]"])), &path);
+    let error = refuse(&mut trainer(&Toy::preset(&["learn.actor.hidden=[16]"])));
     assert!(error.contains("actor"), "{error}");
-    fs::write(&path, b"not a checkpoint").expect("write");
-    let error = refuse(&mut trainer(&preset), &path);
-    assert!(error.contains("model.safetensors"), "{error}");
 }
 
 #[test]
@@ -101,7 +101,10 @@ fn a_reward_that_is_not_finite_is_counted_and_the_run_goes_on() {
 }
 
 fn run(out: &Path, preset: &RunPreset, resume: bool, stop_after: u64) -> Outcome {
-    let start = if resume { Start::Resume } else { Start::Fresh };
+    run_from(out, preset, if resume { Start::Resume } else { Start::Fresh }, stop_after)
+}
+
+fn run_from(out: &Path, preset: &RunPreset, start: Start, stop_after: u64) -> Outcome {
     let job = StageJob {
         preset: preset.clone(),
         out: out.to_owned(),
@@ -136,11 +139,11 @@ fn a_stopped_run_saves_and_its_continuation_equals_an_uninterrupted_run() {
     assert_eq!((second.end, second.iteration, second.samples), (End::Done, 6, whole.samples));
 
     let policy = |outcome: &Outcome| {
-        let checkpoint = paid_learn::Checkpoint::load(&outcome.checkpoint).expect("reads");
+        let checkpoint = Checkpoint::load(&outcome.checkpoint).expect("reads");
         checkpoint.policy().expect("policy").params
     };
     assert_eq!(policy(&whole), policy(&second));
-    let checkpoint = paid_learn::Checkpoint::load(&whole.checkpoint).expect("reads");
+    let checkpoint = Checkpoint::load(&whole.checkpoint).expect("reads");
     let std = checkpoint.policy().expect("policy").std;
     // Five of six iterations were over when the last one began: two thirds of the way from 0.4 to 0.1.
     let limit = 0.4 * 0.25_f32.powf(2.0 / 3.0);
@@ -152,6 +155,21 @@ fn a_stopped_run_saves_and_its_continuation_equals_an_uninterrupted_run() {
         .map(|i| i.expect("number"))
         .collect();
     assert_eq!(iterations, [1, 2, 3, 4, 5, 6]);
+}
+
+#[test]
+fn a_run_starts_from_the_mean_of_the_last_checkpoints_of_another() {
+    let folder = tempfile::tempdir().expect("folder");
+    let first = folder.path().join("first");
+    run(&first, &Toy::preset(&["run.average_last=0.5"]), false, u64::MAX);
+    let params = |path: &Path| Checkpoint::load(path).expect("reads").policy().expect("policy").params;
+    let [a, b] = [4, 6].map(|iteration| params(&first.join(checkpoint_name(iteration))));
+    assert_ne!(a, b);
+    let still = Toy::preset(&["learn.ppo.learning_rate=1e-12", "learn.ppo.adaptive_learning_rate=false"]);
+    let next = run_from(&folder.path().join("next"), &still, Start::From(first), 1);
+    for ((a, b), found) in a.iter().zip(&b).zip(params(&next.checkpoint)) {
+        assert!((f32::midpoint(*a, *b) - found).abs() < 1e-6, "{a}, {b}: {found}");
+    }
 }
 
 #[test]
@@ -184,7 +202,7 @@ fn phases_end_to_end(preset: &RunPreset) {
 
     assert_eq!(run(&stopped, &preset, false, 4).iteration, 4);
     let resumed = run(&stopped, &preset, true, u64::MAX);
-    let load = |outcome: &Outcome| paid_learn::Checkpoint::load(&outcome.checkpoint).expect("reads");
+    let load = |outcome: &Outcome| Checkpoint::load(&outcome.checkpoint).expect("reads");
     let weights = |outcome: &Outcome| load(outcome).policy().expect("policy").params;
     assert_eq!(weights(&whole), weights(&resumed));
     assert_ne!(weights(&whole), weights(&plain));

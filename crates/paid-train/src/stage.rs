@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use paid_learn::Checkpoint;
 use paid_learn::checkpoint::write_atomically;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
-use crate::policy_file::{LICENCE, POLICY_FILE, TrainedPolicy, WEIGHTS_FILE};
+use crate::policy_file::{LICENCE, POLICY_FILE, TrainedPolicy};
+use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_weights};
 use crate::trainer::progress_of;
 use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
 
@@ -16,7 +18,7 @@ use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
 pub enum Start {
     /// Fresh networks.
     Fresh,
-    /// The networks and normaliser of a run folder or checkpoint; optimiser and counters are fresh.
+    /// The networks and normaliser of a run folder's policy ([`load_weights`]) or of a checkpoint; optimiser and counters are fresh.
     From(PathBuf),
     /// The last checkpoint of the output folder, exactly.
     Resume,
@@ -81,9 +83,9 @@ pub fn train_stage(
     let scene = Scene::load(&job.preset)?;
     let build = |preset: &RunPreset| Trainer::new(preset, scene.shards(preset)?, scene.motion_names());
     let outcome = run_stage(job, &build, stop, report)?;
-    let policy = TrainedPolicy::load(&job.out)?;
-    policy.write_checkpoint(&job.out.join(WEIGHTS_FILE))?;
-    policy.write_onnx(&job.out.join(POLICY_FILE), LICENCE, None)?;
+    let weights = load_weights(&job.out)?;
+    write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;
+    TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENCE, None)?;
     Ok(outcome)
 }
 
@@ -104,17 +106,18 @@ pub(crate) fn run_stage<E: TrainShard + 'static>(
     let (mut trainer, mut run, mut saved);
     match &job.start {
         Start::Resume => {
-            let checkpoint = folder::latest_checkpoint(&job.out)?;
+            let path = folder::latest_checkpoint(&job.out)?;
+            let checkpoint = Checkpoint::load(&path)?;
             trainer = of_phase(progress_of(&checkpoint)?.phase.min(preset.phases.len()))?;
             trainer.resume(&checkpoint)?;
             write_atomically(&job.out.join(PRESET_FILE), text.as_bytes())?;
             run = RunFolder::resume(&job.out, trainer.progress().iteration)?;
-            saved = Some(checkpoint);
+            saved = Some(path);
         }
         start => {
             trainer = of_phase(0)?;
             if let Start::From(from) = start {
-                trainer.start_from(&folder::latest_checkpoint(from)?)?;
+                trainer.start_from(&load_weights(from)?)?;
             }
             run = RunFolder::create(&job.out, &text)?;
             saved = None;
@@ -138,7 +141,7 @@ pub(crate) fn run_stage<E: TrainShard + 'static>(
         if phase != trainer.progress().phase {
             let state = saved.take().map_or_else(|| save(&trainer, &run, config.keep_checkpoints), Ok)?;
             trainer = of_phase(phase)?;
-            trainer.next_phase(&state, phase)?;
+            trainer.next_phase(&Checkpoint::load(&state)?, phase)?;
         }
         trainer.anneal(share);
         let mut record = trainer.iterate(job.threads)?;

@@ -45,9 +45,9 @@ impl Meta {
 /// The counters in a full checkpoint.
 ///
 /// # Errors
-/// If the file cannot be read or is not a full checkpoint.
-pub fn progress_of(path: &Path) -> Result<Progress, TrainError> {
-    Ok(Meta::of(&Checkpoint::load(path)?)?.progress)
+/// If it is not a full one.
+pub fn progress_of(checkpoint: &Checkpoint) -> Result<Progress, TrainError> {
+    Ok(Meta::of(checkpoint)?.progress)
 }
 
 fn damaged(checkpoint: &Checkpoint, message: String) -> TrainError {
@@ -222,14 +222,13 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// Continues exactly where a checkpoint of the same run, in the same phase, stopped.
     ///
     /// # Errors
-    /// If the file cannot be read, or is of other networks, shards or motions.
-    pub fn resume(&mut self, path: &Path) -> Result<(), TrainError> {
-        let checkpoint = Checkpoint::load(path)?;
-        self.restore(&checkpoint)?;
+    /// If it is no full checkpoint, or of other networks, shards or motions.
+    pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        self.restore(checkpoint)?;
         for (k, shard) in self.shards.iter().enumerate() {
             let name = format!("{SHARD}{k}");
-            let state = blob(&checkpoint, &name)?;
-            shard.get().restore(state).map_err(|error| damaged(&checkpoint, format!("{name}: {error}")))?;
+            let state = blob(checkpoint, &name)?;
+            shard.get().restore(state).map_err(|error| damaged(checkpoint, format!("{name}: {error}")))?;
         }
         Ok(())
     }
@@ -238,9 +237,9 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// environments begin anew, because their states may hold other things in another phase.
     ///
     /// # Errors
-    /// If the file cannot be read, or is of other networks, shards or motions.
-    pub fn next_phase(&mut self, path: &Path, phase: usize) -> Result<(), TrainError> {
-        self.restore(&Checkpoint::load(path)?)?;
+    /// If it is no full checkpoint, or of other networks, shards or motions.
+    pub fn next_phase(&mut self, checkpoint: &Checkpoint, phase: usize) -> Result<(), TrainError> {
+        self.restore(checkpoint)?;
         self.learner.forget();
         self.progress.phase = phase;
         for shard in &self.shards {
@@ -291,11 +290,10 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// find the strike with it.
     ///
     /// # Errors
-    /// If the file cannot be read, holds no preset or is of other networks.
-    pub fn start_from(&mut self, path: &Path) -> Result<(), TrainError> {
-        let checkpoint = Checkpoint::load(path)?;
-        let before = RunPreset::of_checkpoint(&checkpoint)?;
-        self.learner.load_weights(&checkpoint)?;
+    /// If it holds no preset or is of other networks.
+    pub fn start_from(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        let before = RunPreset::of_checkpoint(checkpoint)?;
+        self.learner.load_weights(checkpoint)?;
         if self.preset.task.scene.ball && !before.task.scene.ball {
             let std = self.preset.learn.ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;

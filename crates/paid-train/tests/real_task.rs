@@ -81,7 +81,8 @@ fn stage_two_starts_from_the_networks_of_stage_one() {
     let shards = scene.shards(&second).expect("shards");
     let mut trainer =
         paid_train::Trainer::<TaskEnv>::new(&second, shards, scene.motion_names()).expect("trainer");
-    trainer.start_from(&one.checkpoint).expect("starts");
+    let before = paid_learn::Checkpoint::load(&one.checkpoint).expect("reads");
+    trainer.start_from(&before).expect("starts");
     assert_eq!(trainer.learner().actor().weights(), weights(&one));
     assert_eq!(trainer.progress().iteration, 0);
     let record = trainer.iterate(2).expect("iterates");

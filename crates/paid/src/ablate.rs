@@ -8,7 +8,7 @@ use std::process::ExitCode;
 
 use paid_eval::file::write_whole;
 use paid_mujoco::Library;
-use paid_train::folder::{PRESET_FILE, latest_checkpoint};
+use paid_train::folder::PRESET_FILE;
 use paid_train::{End, Limits, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
@@ -29,7 +29,7 @@ const SURFACES: [&str; 2] = ["hard", "grass"];
 /// Arguments of `paid ablate`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder or checkpoint of the policy (Stage I or II) that every variant starts from.
+    /// Run folder (the mean of its last checkpoints) or checkpoint of the policy (Stage I or II) that every variant starts from.
     #[arg(long, value_name = "RUN|CHECKPOINT")]
     from: PathBuf,
     /// Folder of the motion files [default: the built-in kicks].
@@ -63,7 +63,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let threads = thread_count(args.threads)?;
     Library::get().map_err(Failure::input)?;
     let stop = stop::flag()?;
-    let stage1 = latest_checkpoint(&args.from).map_err(Failure::input)?;
     let mut presets = Vec::new();
     for (_, name) in VARIANTS {
         presets.push(preset(args, name)?);
@@ -75,7 +74,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         if taken {
             same_preset(&folder, &preset)?;
         }
-        let start = if taken { Start::Resume } else { Start::From(stage1.clone()) };
+        let start = if taken { Start::Resume } else { Start::From(args.from.clone()) };
         let iterations = preset.run.iterations;
         let job = StageJob { preset, out: folder.clone(), start, limits: Limits::default(), threads };
         let mut said = 0;

@@ -7,6 +7,7 @@ use paid_motion::{read_clip, resample};
 use paid_onnx::OnnxPolicy;
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::{LICENCE, POLICY_FILE};
+use paid_train::policy_weights::{load_mean, load_weights, write_weights};
 use serde::Serialize;
 
 use crate::failure::Failure;
@@ -51,13 +52,14 @@ struct Written<'a> {
 
 /// Writes the file and reads it back.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
-    let trained = match args.average {
-        Some(count) => TrainedPolicy::load_mean(&args.run, count),
-        None => TrainedPolicy::load(&args.run),
+    let weights = match args.average {
+        Some(count) => load_mean(&args.run, count),
+        None => load_weights(&args.run),
     }
     .map_err(Failure::input)?;
+    let trained = TrainedPolicy::of(&weights).map_err(Failure::input)?;
     if let Some(path) = &args.checkpoint {
-        trained.write_checkpoint(path).map_err(Failure::input)?;
+        write_weights(&weights, path).map_err(Failure::input)?;
     }
     let clip = match &args.with_reference {
         None => None,

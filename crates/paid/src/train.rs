@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use clap::{Parser, ValueEnum};
 use paid_train::folder::PRESET_FILE;
-use paid_train::policy_file::WEIGHTS_FILE;
 use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
@@ -23,8 +22,8 @@ pub struct Args {
     /// Built-in run preset or the path of a preset file; needs a stage [default: the stage's].
     #[arg(long, value_name = "NAME|FILE", requires = "stage")]
     preset: Option<String>,
-    /// Start from the weights of this run folder or checkpoint; needs a stage. The noise is the policy's, but the preset's where
-    /// Stage II begins from a Stage I policy.
+    /// Start from the weights of this run folder (the mean of its last checkpoints) or checkpoint; needs a stage. The noise is the
+    /// policy's, but the preset's where Stage II begins from a Stage I policy.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
     from: Option<PathBuf>,
     /// Continue the run in the output folder where its last checkpoint left it; what is left of its phases is spread over what is
@@ -118,7 +117,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         if outcome.end == End::Stopped {
             return Ok(exit_code(&outcome));
         }
-        previous = Some(folder.join(WEIGHTS_FILE));
+        previous = Some(folder);
     }
     score(&args, &out, &stop)
 }

@@ -10,7 +10,7 @@ use paid_eval::html::write_report;
 use paid_eval::picture::{Animation, Film, film_frame, film_strip};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
 use paid_task::ForcedStart;
-use paid_train::policy_file::WEIGHTS_FILE;
+use paid_train::policy_weights::WEIGHTS_FILE;
 
 use super::progress::Progress;
 use super::shoot::write_shooting;
