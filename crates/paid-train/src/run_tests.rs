@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use paid_learn::Checkpoint;
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
+use crate::policy_weights::load_weights;
 use crate::stage::run_stage;
 use crate::toy::Toy;
 use crate::{End, Limits, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
@@ -87,6 +88,9 @@ fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
     assert!(error.contains("run.shards"), "{error}");
     let error = refuse(&mut trainer(&Toy::preset(&["learn.actor.hidden=[16]"])));
     assert!(error.contains("actor"), "{error}");
+    fs::write(folder.path().join(checkpoint_name(1)), b"not a checkpoint").expect("write");
+    let error = load_weights(folder.path()).expect_err("refused").to_string();
+    assert!(error.contains("model_1.safetensors"), "{error}");
 }
 
 #[test]
