@@ -7,7 +7,7 @@ use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
-use super::spatial::Motion;
+use super::spatial::{Motion, length};
 use super::step::Constants;
 
 /// Contacts are prepared when the gap closes to this within the step [m].
@@ -108,13 +108,12 @@ pub(crate) fn prepare_ground<V: Real>(constants: &Constants<V>, g: &Group<V>, w:
 #[inline(always)]
 pub(crate) fn sweep_ground<V: Real>(g: &Group<V>, w: &mut Work<V>) {
     let params = &g.params;
-    let mut ball = w.ball;
-    let v = ball.surface_velocity(&ball.frame, params.ball.radius);
+    let ball = &mut w.ball;
+    let frame = ball.frame;
+    let v = ball.surface_velocity(&frame, params.ball.radius);
     let change =
         ball.block.solve(v, ball.target, V::one(), params.ball_ground.friction(), &mut ball.impulse).change;
-    let frame = ball.frame;
     ball.push(&frame, &change, params.ball.radius, params.ball.inv_mass, params.ball.inv_inertia);
-    w.ball = ball;
 }
 
 /// Contact of the ball with the nearest shape of a chain.
@@ -210,7 +209,7 @@ fn prepare_touch<'a, V>(
         let t = ((center - a).dot(along) * V::splat(capsule.inv_length2)).clamp(zero, V::one());
         let nearest = along.scale_add(t, a);
         let d = center - nearest;
-        let this = d.norm2().sqrt() - (V::splat(capsule.radius) + ball.radius);
+        let this = length(d) - (V::splat(capsule.radius) + ball.radius);
         let closer = this.lt(gap);
         gap = V::select(closer, this, gap);
         axis_point = Vec3::select(closer, nearest, axis_point);
@@ -322,7 +321,7 @@ pub(crate) fn finish<V: Real>(
         let on_robot = force.scale(-V::one());
         let (_, _, bodies) = slot_path(plan, slot);
         for b in bodies[0]..bodies[1] {
-            w.force[b] = on_robot.scale_add(is_body(touch.body, b), w.force[b]);
+            w.forces.add(b, on_robot, is_body(touch.body, b));
         }
     }
 }

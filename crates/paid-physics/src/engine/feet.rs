@@ -1,12 +1,13 @@
-//! Soles on the ground, at velocity level: the inverse operational-space inertia of the two feet and the sweeps on it.
+//! Soles on the ground, at velocity level: sweeps over the sole points on the inverse inertia of the two feet.
 
 use paid_lanes::{Mask, Mat3, Real, Vec3};
 
-use super::block::{Block, Friction, ground_tangents};
-use super::group::{Group, JointWork, Work};
+use super::block::{Friction, ground_tangents};
+use super::foot::FreeBase;
+use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::Plan;
-use super::spatial::{BaseFactor, Force, Motion, splat3};
+use super::spatial::{Force, Motion, dot6, splat3};
 use super::step::Constants;
 
 /// Points farther from the ground than this are left out [m]. A foot at 4 m/s travels as far in a 5 ms step.
@@ -15,197 +16,6 @@ const REACH: f64 = 0.02;
 const SLOP: f64 = 0.001;
 /// Fastest correction of an overlap [m/s].
 const MAX_PUSH: f64 = 0.5;
-
-/// Index of element (r, c) in a packed lower triangle.
-#[inline(always)]
-fn packed(r: usize, c: usize) -> usize {
-    if r >= c { r * (r + 1) / 2 + c } else { c * (c + 1) / 2 + r }
-}
-
-/// A foot's response to impulses.
-#[derive(Clone, Debug)]
-pub(crate) struct Foot<V> {
-    /// Half-solved unit impulses: joint (base to tip) by wrench component.
-    pub joints: Vec<[V; 6]>,
-    /// The same at the base: row by wrench component.
-    pub base: [[V; 6]; 6],
-    /// Velocity per impulse, packed lower triangle.
-    pub inverse: [V; 21],
-    /// Velocity under way to the end of the step.
-    pub vel: Motion<V>,
-    /// Sum of the contact impulses.
-    pub impulse: Force<V>,
-    /// Coefficient of friction of the sole under way: static or dynamic.
-    friction: V,
-}
-
-impl<V: Real> Foot<V> {
-    pub fn new(joints: usize) -> Self {
-        let z = V::zero();
-        Self {
-            joints: vec![[z; 6]; joints],
-            base: [[z; 6]; 6],
-            inverse: [z; 21],
-            vel: Motion::zero(),
-            impulse: Force::zero(),
-            friction: z,
-        }
-    }
-
-    /// Half-solves three of the six unit impulses (moments for `first` 0, forces for 3); three at a time stay in registers.
-    #[inline(always)]
-    fn half_solve(&mut self, first: usize, work: &[JointWork<V>], factor: &BaseFactor<V>) {
-        let mut p = [[V::zero(); 3]; 6];
-        for c in 0..3 {
-            p[first + c][c] = V::one();
-        }
-        for i in (0..work.len()).rev() {
-            let axis = work[i].axis.array();
-            let gain = &work[i].gain;
-            let mut y = [V::zero(); 3];
-            for c in 0..3 {
-                let mut sum = axis[0] * p[0][c];
-                for r in 1..6 {
-                    sum = axis[r].mul_add(p[r][c], sum);
-                }
-                y[c] = sum;
-                self.joints[i][first + c] = sum;
-            }
-            for r in 0..6 {
-                for c in 0..3 {
-                    p[r][c] = gain[r].neg_mul_add(y[c], p[r][c]);
-                }
-            }
-        }
-        for c in 0..3 {
-            let mut column = [p[0][c], p[1][c], p[2][c], p[3][c], p[4][c], p[5][c]];
-            factor.half_solve(&mut column);
-            for r in 0..6 {
-                self.base[r][first + c] = column[r];
-            }
-        }
-    }
-
-    /// Velocity per impulse from the half-solved columns.
-    #[inline(always)]
-    fn build_inverse(&mut self, work: &[JointWork<V>], factor: &BaseFactor<V>) {
-        let mut sum = [V::zero(); 21];
-        for i in 0..work.len() + 6 {
-            let (y, d) = if i < work.len() {
-                (&self.joints[i], work[i].inv)
-            } else {
-                (&self.base[i - work.len()], factor.inv[i - work.len()])
-            };
-            let mut n = 0;
-            for r in 0..6 {
-                let scaled = y[r] * d;
-                for c in 0..=r {
-                    sum[n] = scaled.mul_add(y[c], sum[n]);
-                    n += 1;
-                }
-            }
-        }
-        self.inverse = sum;
-    }
-
-    /// Velocity at the end of the step without contacts.
-    #[inline(always)]
-    fn free_velocity(&mut self, now: Motion<V>, gyro: Vec3<V>, work: &[JointWork<V>], w: &FreeBase<V>) {
-        let mut v = Motion { ang: now.ang, lin: now.lin + gyro }.array();
-        for i in 0..work.len() {
-            let x = work[i].torque * work[i].inv * w.dt;
-            for c in 0..6 {
-                v[c] = self.joints[i][c].mul_add(x, v[c]);
-            }
-        }
-        for i in 0..6 {
-            for c in 0..6 {
-                v[c] = self.base[i][c].mul_add(w.scaled[i], v[c]);
-            }
-        }
-        self.vel = Motion::from_array(v);
-    }
-
-    /// The foot's velocity changed by an impulse on it.
-    #[inline(always)]
-    fn push(&mut self, f: [V; 6]) {
-        let mut v = self.vel.array();
-        for r in 0..6 {
-            for c in 0..6 {
-                v[r] = self.inverse[packed(r, c)].mul_add(f[c], v[r]);
-            }
-        }
-        self.vel = Motion::from_array(v);
-    }
-}
-
-/// The base's half-solved free impulse, scaled.
-#[derive(Clone, Copy, Debug)]
-struct FreeBase<V> {
-    scaled: [V; 6],
-    dt: V,
-}
-
-/// One sole point. Vectors in the contact frame are (t1, t2, n).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sole<V> {
-    /// Contact point relative to the base's origin.
-    pub point: Vec3<V>,
-    /// Contact frame: columns t1, t2, n in world axes. Not read on the plane.
-    frame: Mat3<V>,
-    /// Foot velocity per impulse at the point: component by frame axis.
-    response: [[V; 3]; 6],
-    block: Block<V>,
-    target: V,
-    on: V,
-    pub impulse: [V; 3],
-}
-
-impl<V: Real> Sole<V> {
-    pub fn new() -> Self {
-        let z = V::zero();
-        Self {
-            point: Vec3::zero(),
-            frame: Mat3::identity(),
-            response: [[z; 3]; 6],
-            block: Block::zero(),
-            target: z,
-            on: z,
-            impulse: [z; 3],
-        }
-    }
-
-    /// Builds the response at `point` from the foot's inverse inertia.
-    #[inline(always)]
-    fn build_response<const PLANE: bool>(&mut self, inverse: &[V; 21]) {
-        let p = self.point.0;
-        for r in 0..6 {
-            let moment = Vec3([inverse[packed(r, 0)], inverse[packed(r, 1)], inverse[packed(r, 2)]]);
-            let force = Vec3([inverse[packed(r, 3)], inverse[packed(r, 4)], inverse[packed(r, 5)]]);
-            // Row times (p x d, d) for the world axes d.
-            let row = moment.cross_add(Vec3(p), force);
-            self.response[r] = if PLANE { row.0 } else { self.frame.tr_mul_vec(row).0 };
-        }
-        let mut k = [[V::zero(); 3]; 3];
-        for c in 0..3 {
-            let g = &self.response;
-            let column = Motion::from_array([g[0][c], g[1][c], g[2][c], g[3][c], g[4][c], g[5][c]]);
-            k[c] = self.in_frame::<PLANE>(column.at(self.point));
-        }
-        self.block = Block::new([k[0][0], k[1][1], k[2][2], k[1][0], k[2][0], k[2][1]]);
-    }
-
-    #[inline(always)]
-    fn in_frame<const PLANE: bool>(&self, v: Vec3<V>) -> [V; 3] {
-        if PLANE { v.0 } else { self.frame.tr_mul_vec(v).0 }
-    }
-
-    /// The impulse in world axes.
-    #[inline(always)]
-    pub fn world_impulse<const PLANE: bool>(&self) -> Vec3<V> {
-        if PLANE { Vec3(self.impulse) } else { self.frame.mul_vec(Vec3(self.impulse)) }
-    }
-}
 
 phase! {
 /// How the feet answer to impulses, and their velocities without contacts.
@@ -255,13 +65,14 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
     let zero = V::zero();
     let restitution = g.params.robot_ground.restitution;
     let bouncy = zero.lt(restitution).any();
+    let Work { kin, soles, feet, .. } = w;
     for f in 0..2 {
-        let kin = w.kin[plan.legs[f]];
+        let kin = &kin[plan.legs[f]];
         for i in 0..plan.soles.len() {
             let (center, radius) = &plan.soles[i][f];
             let radius = V::splat(*radius);
             let center = kin.place(splat3(center));
-            let sole = &mut w.soles[i][f];
+            let sole = &mut soles[i][f];
             let gap;
             if PLANE {
                 sole.point = Vec3([center.0[0], center.0[1], center.0[2] - radius]);
@@ -275,7 +86,7 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
                 sole.point = center - n.scale(radius);
                 gap = (g.pos.0[2] + center.0[2] - height).mul_add(n.0[2], -radius);
             }
-            sole.build_response::<PLANE>(&w.feet[f].inverse);
+            sole.build_response::<PLANE>(&feet[f].inverse);
             let speed = if bouncy { sole.in_frame::<PLANE>(kin.vel.at(sole.point))[2] } else { zero };
             sole.target = constants.approach.target(gap, SLOP, speed, restitution, MAX_PUSH);
             let on = V::select(gap.lt(V::c(REACH)), V::one(), zero);
@@ -389,13 +200,6 @@ pub(crate) fn finish<V: Real>(
         for i in 0..w.soles.len() {
             g.warm[i][f] = w.soles[i][f].impulse;
         }
-        w.force[chain.end] += w.feet[f].impulse.lin.scale(constants.inv_dt);
+        w.forces.add(chain.end, w.feet[f].impulse.lin, constants.inv_dt);
     }
-}
-
-#[inline(always)]
-pub(crate) fn dot6<V: Real>(a: &[V; 6], b: &[V; 6]) -> V {
-    let x = a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]));
-    let y = a[5].mul_add(b[5], a[4].mul_add(b[4], a[3] * b[3]));
-    x + y
 }

@@ -2,12 +2,15 @@
 
 use paid_lanes::{Quat, Real, Vec3};
 
+use super::articulated::{Articulated, BaseFactor};
 use super::ball::{BallTouch, BallWork};
-use super::feet::{Foot, Sole};
+use super::foot::Foot;
+use super::forces::BodyForces;
 use super::pairs::PairTouch;
 use super::params::GroupParams;
 use super::plan::Plan;
-use super::spatial::{Articulated, BaseFactor, Kin, Motion, Rigid};
+use super::sole::Sole;
+use super::spatial::{Kin, Motion, Rigid};
 use crate::GroupState;
 
 /// Dynamic state of `LANES` environments.
@@ -88,8 +91,8 @@ pub(crate) struct Work<V: Real> {
     /// Contacts of the ball with the base, then one a chain.
     pub touches: Vec<BallTouch<V>>,
     pub pairs: Vec<PairTouch<V>>,
-    /// Net contact force on each body over the physics step [N].
-    pub force: Vec<Vec3<V>>,
+    /// Net contact forces over the physics step.
+    pub forces: BodyForces<V>,
 }
 
 impl<V: Real> Work<V> {
@@ -141,7 +144,7 @@ impl<V: Real> Work<V> {
                 .iter()
                 .map(|g| PairTouch::new(plan.paths[g.chains[0]].len(), plan.paths[g.chains[1]].len()))
                 .collect(),
-            force: vec![Vec3::zero(); n + 1],
+            forces: BodyForces::new(n + 1),
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use paid_lanes::Real;
 
+use super::articulated::{Articulated, BaseFactor};
 use super::group::{Group, JointWork, Work};
 use super::params::GroupParams;
 use super::phase::phase;
 use super::plan::{Link, Plan, Visit};
-use super::spatial::{Articulated, BaseFactor, Force};
+use super::spatial::Force;
 use super::step::Constants;
 use super::{outward, soft};
 
@@ -100,8 +101,8 @@ pub(crate) fn inward<'a, V>(
         art.add_rigid(&w.rigid[chain.depth + j - chain.first]);
         if in_contact && link.soft_ground && link.capsules[0] < link.capsules[1] {
             let vel = w.vel[j + 1];
-            let force = &mut w.force[j + 1];
-            soft::ground_contact(plan, constants, g, link.capsules, &w.ends, vel, &mut art, force);
+            let forces = &mut w.forces;
+            soft::ground_contact(plan, constants, g, j + 1, link.capsules, &w.ends, vel, &mut art, forces);
         }
         let (torque, diagonal) = match drive {
             Drive::Targets(t) => joint_torque(link, &g.params, g.q[j], g.qd[j], t[j], h),
@@ -128,7 +129,7 @@ pub(crate) fn finish<'a, V>(
     if matches!(drive, Drive::Targets(_)) {
         let range = plan.base_capsules;
         let vel = w.base.vel;
-        soft::ground_contact(plan, constants, g, range, &w.ends, vel, &mut w.base_art, &mut w.force[0]);
+        soft::ground_contact(plan, constants, g, 0, range, &w.ends, vel, &mut w.base_art, &mut w.forces);
     }
     w.factor = BaseFactor::new(&w.base_art);
     let bias = w.base_art.bias;

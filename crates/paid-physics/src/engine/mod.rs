@@ -9,10 +9,13 @@
 //! Everything spatial is in world axes about the base's origin. A lane never influences another one: where a branch
 //! skips work, the work would have added exact zeros.
 
+mod articulated;
 mod ball;
 mod block;
 mod error;
 mod feet;
+mod foot;
+mod forces;
 mod ground;
 mod group;
 mod inward;
@@ -28,6 +31,7 @@ mod shapes;
 #[cfg(test)]
 mod slope_tests;
 mod soft;
+mod sole;
 mod spatial;
 mod step;
 mod validate;

@@ -2,10 +2,11 @@
 
 use paid_lanes::{Real, Vec3};
 
+use super::articulated::Articulated;
 use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::{Link, Plan};
-use super::spatial::{Articulated, Kin, Motion, Rigid, splat_sym, splat3};
+use super::spatial::{Kin, Motion, Rigid, splat_sym, splat3};
 
 /// Pose and motion of the base; gravity enters as an upward acceleration of the world.
 #[inline(always)]
@@ -39,14 +40,9 @@ pub(crate) fn trigonometry<V: Real>(g: &Group<V>, w: &mut Work<V>) {
     }
 }
 
-/// Steps over joint `link`: turns `kin` from the parent into the link's and returns the joint's motion axis.
+/// Steps over joint `link`: turns the pose of `kin` from the parent's into the link's and returns the joint's motion axis.
 #[inline(always)]
-fn advance<V: Real, const AXIS: usize>(
-    link: &Link<V::Scalar>,
-    kin: &mut Kin<V>,
-    [s, c]: [V; 2],
-    qd: V,
-) -> Motion<V> {
+fn turn<V: Real, const AXIS: usize>(link: &Link<V::Scalar>, kin: &mut Kin<V>, [s, c]: [V; 2]) -> Motion<V> {
     kin.pos = kin.rot.mul_vec(splat3(&link.pos)) + kin.pos;
     if link.turned {
         let m = [splat3(&link.rot[0]).0, splat3(&link.rot[1]).0, splat3(&link.rot[2]).0];
@@ -59,29 +55,27 @@ fn advance<V: Real, const AXIS: usize>(
         kin.rot.0[r][b] = s.neg_mul_add(x, c * y);
     }
     let ang = kin.rot.col(AXIS);
-    let axis = Motion { ang, lin: kin.pos.cross(ang) };
-    let (ang, lin) = (ang.scale(qd), axis.lin.scale(qd));
+    Motion { ang, lin: kin.pos.cross(ang) }
+}
+
+/// [`turn`] about the link's own axis.
+#[inline(always)]
+pub(crate) fn over_joint<V: Real>(link: &Link<V::Scalar>, kin: &mut Kin<V>, trig: [V; 2]) -> Motion<V> {
+    match link.axis {
+        0 => turn::<V, 0>(link, kin, trig),
+        1 => turn::<V, 1>(link, kin, trig),
+        _ => turn::<V, 2>(link, kin, trig),
+    }
+}
+
+/// Adds the joint's motion to the velocity and the velocity-product acceleration of `kin`.
+#[inline(always)]
+fn accelerate<V: Real>(kin: &mut Kin<V>, axis: Motion<V>, qd: V) {
+    let (ang, lin) = (axis.ang.scale(qd), axis.lin.scale(qd));
     let v = kin.vel;
     kin.acc.ang = v.ang.cross_add(ang, kin.acc.ang);
     kin.acc.lin = v.lin.cross_add(ang, v.ang.cross_add(lin, kin.acc.lin));
-    kin.vel.ang += ang;
-    kin.vel.lin += lin;
-    axis
-}
-
-/// [`advance`] for the link's own axis.
-#[inline(always)]
-pub(crate) fn over_joint<V: Real>(
-    link: &Link<V::Scalar>,
-    kin: &mut Kin<V>,
-    trig: [V; 2],
-    qd: V,
-) -> Motion<V> {
-    match link.axis {
-        0 => advance::<V, 0>(link, kin, trig, qd),
-        1 => advance::<V, 1>(link, kin, trig, qd),
-        _ => advance::<V, 2>(link, kin, trig, qd),
-    }
+    kin.vel = v.plus(axis, qd);
 }
 
 /// Where the shapes of a body are.
@@ -119,7 +113,9 @@ pub(crate) fn outward<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a 
     let mut kin = chain.parent.map_or(w.base, |p| w.kin[p]);
     for j in chain.first..chain.end {
         let link = &plan.links[j];
-        w.joints[j].axis = over_joint(link, &mut kin, w.trig[j], g.qd[j]);
+        let axis = over_joint(link, &mut kin, w.trig[j]);
+        accelerate(&mut kin, axis, g.qd[j]);
+        w.joints[j].axis = axis;
         let b = &link.inertial;
         let mut rigid = Rigid::new(V::splat(b.mass), splat3(&b.com), splat_sym(&b.inertia), &kin);
         if let Some(scale) = &g.params.mass_scale {

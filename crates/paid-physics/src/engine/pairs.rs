@@ -7,7 +7,7 @@ use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::shapes::Capsule;
-use super::spatial::Motion;
+use super::spatial::{Motion, length};
 use super::step::Constants;
 
 /// Contacts are prepared when the gap closes to this within the step [m].
@@ -68,7 +68,7 @@ fn nearest<V: Real>(
     let (c, f) = (along_a.dot(apart), along_b.dot(apart));
     let det = mixed.neg_mul_add(mixed, length_a * length_b);
     let parallel = det.le(length_a * length_b * V::c(1e-5));
-    let s = mixed.mul_add(f, -(c * length_b)) / V::select(parallel, one, det);
+    let s = mixed.mul_add(f, -(c * length_b)) * V::select(parallel, one, det).recip();
     let s = V::select(parallel, V::c(0.5), s).clamp(zero, one);
     let t = (mixed.mul_add(s, f) * V::splat(b.inv_length2)).clamp(zero, one);
     let s = (mixed.mul_add(t, -c) * V::splat(a.inv_length2)).clamp(zero, one);
@@ -116,7 +116,7 @@ fn prepare_touch<V: Real>(
         let [on_a, on_b] = nearest(a, b, &w.ends[i], &w.ends[j]);
         let d = on_a - on_b;
         let (radius_a, radius_b) = (V::splat(a.radius), V::splat(b.radius));
-        let this = d.norm2().sqrt() - (radius_a + radius_b);
+        let this = length(d) - (radius_a + radius_b);
         let closer = this.lt(gap.min(V::c(0.1)));
         // Every step passes here for all pairs: what only contacts need is behind the branch.
         if !closer.any() {
@@ -207,7 +207,7 @@ pub(crate) fn finish<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>, 
             let chain = plan.chains[plan.pairs[i].chains[side]];
             let f = if side == 0 { force } else { -force };
             for b in chain.first + 1..chain.end + 1 {
-                w.force[b] = f.scale_add(is_body(touch.bodies[side], b), w.force[b]);
+                w.forces.add(b, f, is_body(touch.bodies[side], b));
             }
         }
     }

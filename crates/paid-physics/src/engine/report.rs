@@ -38,7 +38,8 @@ pub(crate) fn poses<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a mut Group<V>, w: &'
         let mut kin = chain.parent.map_or(base, |p| w.kin[p]);
         for j in chain.first..chain.end {
             let link = &plan.links[j];
-            over_joint(link, &mut kin, w.trig[j], g.qd[j]);
+            let axis = over_joint(link, &mut kin, w.trig[j]);
+            kin.vel = kin.vel.plus(axis, g.qd[j]);
             let frame = link.report.map(|f| Mat3([splat3(&f[0]).0, splat3(&f[1]).0, splat3(&f[2]).0]));
             g.state.bodies[j + 1] = body_state(&kin, g.pos, splat3(&link.inertial.com), frame);
             g.state.joint_pos[j] = g.q[j];
@@ -82,9 +83,10 @@ pub(crate) fn start<V: Real>(g: &mut Group<V>) {
 /// Takes the forces of a physics step into the maxima.
 #[inline(always)]
 pub(crate) fn forces<V: Real>(g: &mut Group<V>, w: &Work<V>) {
-    for b in 0..w.force.len() {
-        let contact = &mut g.state.contact_force[b];
-        *contact = Vec3::select(w.force[b].norm2().gt(contact.norm2()), w.force[b], *contact);
+    for (b, contact) in g.state.contact_force.iter_mut().enumerate() {
+        if let Some(force) = w.forces.on(b) {
+            *contact = Vec3::select(force.norm2().gt(contact.norm2()), force, *contact);
+        }
     }
 }
 

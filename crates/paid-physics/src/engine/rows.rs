@@ -6,10 +6,9 @@
 
 use paid_lanes::{Real, Vec3};
 
-use super::feet::dot6;
 use super::group::Work;
 use super::plan::Plan;
-use super::spatial::{Force, Motion};
+use super::spatial::{Force, Motion, dot6};
 
 /// Half-solved rows of a point on one path.
 #[derive(Clone, Debug)]

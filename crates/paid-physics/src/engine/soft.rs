@@ -2,9 +2,11 @@
 
 use paid_lanes::{Mask, Real, Vec3};
 
+use super::articulated::Articulated;
+use super::forces::BodyForces;
 use super::group::Group;
 use super::plan::Plan;
-use super::spatial::{Articulated, Motion};
+use super::spatial::Motion;
 use super::step::Constants;
 
 /// A 33 kg robot that lies on four points sinks 4 mm.
@@ -16,18 +18,19 @@ const MAX_VISCOSITY: f64 = 500.0;
 /// Speed below which friction is viscous [m/s].
 const SLIDE_SPEED: f64 = 0.01;
 
-/// Adds the ground's reaction on a body's shapes to its articulated inertia, and the estimated force to `force`.
+/// Adds the ground's reaction on a body's shapes to its articulated inertia, and the estimated force to `forces`.
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
 pub(crate) fn ground_contact<V: Real>(
     plan: &Plan<V::Scalar>,
     constants: &Constants<V>,
     g: &Group<V>,
+    body: usize,
     range: [usize; 2],
     ends: &[[Vec3<V>; 2]],
     vel: Motion<V>,
     art: &mut Articulated<V>,
-    force: &mut Vec3<V>,
+    forces: &mut BodyForces<V>,
 ) {
     let zero = V::zero();
     let h = constants.dt;
@@ -63,7 +66,7 @@ pub(crate) fn ground_contact<V: Real>(
             let f = n.scale(normal) - slide.scale(viscosity);
             let along = V::select(pressed, ahead * h, zero);
             art.add_point(p, n, along, viscosity * h, f);
-            *force += f;
+            forces.add(body, f, V::one());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! One physics step of a group.
 
-use paid_lanes::{Real, Vec3};
+use paid_lanes::Real;
 
 use super::block::Approach;
 use super::ground::Ground;
@@ -8,7 +8,7 @@ use super::group::{Group, Work};
 use super::inward::{Drive, dynamics};
 use super::phase::phase;
 use super::plan::Plan;
-use super::spatial::Motion;
+use super::spatial::{Motion, dot6};
 use super::{ball, feet, pairs, rows};
 use crate::SceneConfig;
 
@@ -55,9 +55,7 @@ pub(crate) fn physics_step<V: Real>(
     targets: &[V],
 ) {
     let plane = constants.ground.is_plane();
-    for force in &mut w.force {
-        *force = Vec3::zero();
-    }
+    w.forces.clear();
     dynamics(plan, constants, g, w, Drive::Targets(targets));
     feet::respond(plan, constants, g, w);
     if plane {
@@ -126,7 +124,7 @@ fn finish<'a, V>(
         for j in chain.first..chain.end {
             let joint = &w.joints[j];
             let own = joint.torque.mul_add(h, joint.impulse) * joint.inv;
-            let qd = own - feet::dot6(&joint.gain, &change.array());
+            let qd = own - dot6(&joint.gain, &change.array());
             change = change.plus(joint.axis, qd);
             let qd = (g.qd[j] + qd).min(limit).max(-limit);
             g.qd[j] = qd;

@@ -3,9 +3,8 @@
 use paid_lanes::{Kernel, Real};
 
 use super::Engine;
-use super::feet::dot6;
 use super::inward::{Drive, dynamics};
-use super::spatial::{Force, Motion};
+use super::spatial::{Force, Motion, dot6};
 use super::step::Constants;
 
 struct AccelerationKernel<'a, V: Real> {
