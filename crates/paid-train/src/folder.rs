@@ -118,7 +118,7 @@ pub fn checkpoint_name(iteration: u64) -> String {
 ///
 /// # Errors
 /// If the folder cannot be read.
-pub fn checkpoints(folder: &Path) -> Result<Vec<(u64, PathBuf)>, TrainError> {
+pub fn checkpoints(folder: &Path) -> Result<Vec<Numbered>, TrainError> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(TrainError::read(folder))? {
         let path = entry.map_err(TrainError::read(folder))?.path();
@@ -142,13 +142,23 @@ pub fn latest_checkpoint(path: &Path) -> Result<PathBuf, TrainError> {
     if path.is_file() {
         return Ok(path.to_owned());
     }
-    match checkpoints(path)?.pop() {
-        Some((_, checkpoint)) => Ok(checkpoint),
-        None => Err(TrainError::Folder {
-            path: path.to_owned(),
-            message: "expected a checkpoint model_<iteration>.safetensors, found none".to_owned(),
-        }),
-    }
+    Ok(newest_and_earlier(path)?.0.1)
+}
+
+/// A checkpoint file with its iteration.
+pub type Numbered = (u64, PathBuf);
+
+/// The newest checkpoint of a run folder, and the earlier ones, oldest first.
+///
+/// # Errors
+/// If there is none.
+pub fn newest_and_earlier(folder: &Path) -> Result<(Numbered, Vec<Numbered>), TrainError> {
+    let mut all = checkpoints(folder)?;
+    let newest = all.pop().ok_or_else(|| TrainError::Folder {
+        path: folder.to_owned(),
+        message: "expected a checkpoint model_<iteration>.safetensors, found none".to_owned(),
+    })?;
+    Ok((newest, all))
 }
 
 #[cfg(test)]

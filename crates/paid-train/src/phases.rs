@@ -61,6 +61,8 @@ impl RunPreset {
                 ("run", known.run == self.run),
                 ("learn.actor", known.learn.actor == self.learn.actor),
                 ("learn.critic", known.learn.critic == self.learn.critic),
+                // The rate is where its schedule has brought it: a phase goes on from there.
+                ("learn.ppo.learning_rate", known.learn.ppo.learning_rate == self.learn.ppo.learning_rate),
                 ("task.name", known.task.name == self.task.name),
                 ("task.scene", known.task.scene == self.task.scene),
             ];
@@ -172,6 +174,7 @@ target_kl = 0.01
             ("sigma = 0.05", "sgima = 0.05", "phases.1: "),
             ("sigma = 0.05", "sigma = -1.0", "phases.1: preset: rewards.body_pos.sigma"),
             ("[phases.learn.ppo]\ntarget_kl = 0.01", "[phases.run]\nenvs = 64", "phases.1.run"),
+            ("target_kl = 0.01", "learning_rate = 0.01", "phases.1.learn.ppo.learning_rate"),
             (
                 "[phases.learn.ppo]\ntarget_kl = 0.01",
                 "[phases.task.scene]\nball = true",

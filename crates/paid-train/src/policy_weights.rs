@@ -1,10 +1,10 @@
 //! The weights of a run's policy: those of one checkpoint, or the mean of the last ones.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use paid_learn::Checkpoint;
 
-use crate::folder::{PRESET_FILE, checkpoints, latest_checkpoint};
+use crate::folder::{Numbered, PRESET_FILE, newest_and_earlier};
 use crate::{RunPreset, TrainError};
 
 /// Name of a run's policy in its folder, as a small checkpoint.
@@ -16,15 +16,16 @@ pub const WEIGHTS_FILE: &str = "policy.safetensors";
 /// # Errors
 /// If there is none, or one is damaged or of other networks than the others.
 pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
-    let newest = latest_checkpoint(run)?;
-    if !run.join(PRESET_FILE).is_file() {
-        return mean(&[newest]);
+    if run.is_file() {
+        return Ok(Checkpoint::load(run)?);
     }
-    let share = RunPreset::of_run(run, &[])?.run.average_last;
-    let all = checkpoints(run)?;
-    let end = all.last().map_or(0, |(iteration, _)| *iteration) as f64;
-    let late = all.iter().filter(|(iteration, _)| *iteration as f64 >= (1.0 - share) * end).count();
-    load_mean(run, late)
+    let ((end, newest), earlier) = newest_and_earlier(run)?;
+    if !run.join(PRESET_FILE).is_file() {
+        return mean(&newest, &[]);
+    }
+    let first = (1.0 - RunPreset::of_run(run, &[])?.run.average_last) * end as f64;
+    let late = earlier.iter().position(|(iteration, _)| *iteration as f64 >= first);
+    mean(&newest, late.map_or(&[], |late| &earlier[late..]))
 }
 
 /// The mean of the weights of the newest `count` checkpoints of a run folder (at least one).
@@ -32,21 +33,23 @@ pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
 /// # Errors
 /// If there are fewer, or as [`load_weights`].
 pub fn load_mean(run: &Path, count: usize) -> Result<Checkpoint, TrainError> {
-    let mut all = checkpoints(run)?;
-    if count == 0 || all.len() < count {
-        let message = format!("expected at least {} checkpoints, found {}", count.max(1), all.len());
+    let ((_, newest), earlier) = newest_and_earlier(run)?;
+    let found = earlier.len() + 1;
+    if count == 0 || found < count {
+        let message = format!("expected at least {} checkpoints, found {found}", count.max(1));
         return Err(TrainError::Folder { path: run.to_owned(), message });
     }
-    let newest: Vec<PathBuf> = all.split_off(all.len() - count).into_iter().map(|(_, path)| path).collect();
-    mean(&newest)
+    mean(&newest, &earlier[found - count..])
 }
 
-/// The last of some checkpoints with the mean of all their weights.
-fn mean(paths: &[PathBuf]) -> Result<Checkpoint, TrainError> {
-    let mut all = paths.iter().map(|path| Checkpoint::load(path)).collect::<Result<Vec<_>, _>>()?;
-    let newest =
-        all.pop().ok_or_else(|| TrainError::Setup("expected a checkpoint, found none".to_owned()))?;
-    Ok(if all.is_empty() { newest } else { newest.mean_with(&all)? })
+/// The checkpoint `newest` with the mean of its weights and those of `others`.
+fn mean(newest: &Path, others: &[Numbered]) -> Result<Checkpoint, TrainError> {
+    let newest = Checkpoint::load(newest)?;
+    if others.is_empty() {
+        return Ok(newest);
+    }
+    let others = others.iter().map(|(_, path)| Checkpoint::load(path)).collect::<Result<Vec<_>, _>>()?;
+    Ok(newest.mean_with(&others)?)
 }
 
 /// Writes a checkpoint of weights, normalisers and preset only: small, free of anything that comes from the motion files, such as
