@@ -36,7 +36,7 @@ pub struct Args {
     /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/stage1 or runs/stage2; runs for both].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Stop after this much wall clock (for both stages: 65% for Stage I) [min].
+    /// Stop after this much wall clock (for both stages: at most 65% of it for Stage I) [min].
     #[arg(long, value_name = "M")]
     minutes: Option<f64>,
     /// Iterations of the stage, or of each stage [default: the preset's].
@@ -56,7 +56,7 @@ pub struct Args {
     quiet: bool,
 }
 
-/// Stage I's share of the wall clock that both stages have.
+/// The share of the wall clock that Stage I may use where there are two.
 const STAGE1_SHARE: f64 = 0.65;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -102,8 +102,9 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     let stages: &[(Stage, f64)] = if args.resume && begun(Stage::Stage2) {
         &[(Stage::Stage2, 1.0)]
     } else {
-        &[(Stage::Stage1, STAGE1_SHARE), (Stage::Stage2, 1.0 - STAGE1_SHARE)]
+        &[(Stage::Stage1, STAGE1_SHARE), (Stage::Stage2, 1.0)]
     };
+    let clock = Instant::now();
     let mut previous: Option<PathBuf> = None;
     for &(stage, share) in stages {
         let folder = out.join(stage.name());
@@ -112,7 +113,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
             None => Start::Fresh,
             Some(run) => Start::From(run),
         };
-        let minutes = args.minutes.map(|m| m * share);
+        // Stage II has all that Stage I leaves, also where its iterations end before its minutes.
+        let minutes = args.minutes.map(|all| share * (all - clock.elapsed().as_secs_f64() / 60.0).max(0.0));
         let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop)?;
         if outcome.end == End::Stopped {
             return Ok(exit_code(&outcome));
