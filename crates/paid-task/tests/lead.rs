@@ -12,6 +12,8 @@ use paid_task::{
 };
 
 const DT: f64 = 0.02;
+/// One group of the widest lanes.
+const ENVS: usize = 16;
 
 fn shard(overrides: &[&str], envs: usize) -> (Box<dyn TaskShard>, Arc<ReferenceLibrary>, TaskPreset) {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
@@ -45,9 +47,9 @@ fn seen_balls(shard: &mut dyn TaskShard) -> Vec<[f64; 2]> {
 fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
     for damping in ["0", "4.28"] {
         let damping = format!("ball_params.angular_damping={damping}");
-        let (mut shard, library, _) = shard(&["observations.lead_ball=true", &damping], 8);
+        let (mut shard, library, _) = shard(&["observations.lead_ball=true", &damping], ENVS);
         shard.eval().set_eval(Some(EvalOptions::default()));
-        let motions: Vec<usize> = (0..8).map(|env| env % library.len()).collect();
+        let motions: Vec<usize> = (0..ENVS).map(|env| env % library.len()).collect();
         for (env, &motion) in motions.iter().enumerate() {
             // Aside of the robot, which falls over in the default pose without meeting it.
             let (ball_xy, ball_velocity) = (Some([0.5, 2.5 + 0.1 * env as f64]), [0.25, 0.15]);
@@ -55,8 +57,8 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
             shard.eval().force_start(env, &start).expect("exists");
         }
         let first = seen_balls(shard.as_mut());
-        let actions = vec![0.0; shard.action_dim() * 8];
-        let (mut reward, mut terminated, mut truncated) = (vec![0.0; 8], vec![0; 8], vec![0; 8]);
+        let actions = vec![0.0; shard.action_dim() * ENVS];
+        let (mut reward, mut terminated, mut truncated) = (vec![0.0; ENVS], vec![0; ENVS], vec![0; ENVS]);
         let last = motions.iter().map(|m| library.facts()[*m].strike_frame).max().expect("motions");
         for step in 1..=last {
             shard.step(&actions, &mut reward, &mut terminated, &mut truncated);

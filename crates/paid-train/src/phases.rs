@@ -173,7 +173,7 @@ target_kl = 0.01
             ("from = 0.75", "from = 1.0", "phases.1.from"),
             ("sigma = 0.05", "sgima = 0.05", "phases.1: "),
             ("sigma = 0.05", "sigma = -1.0", "phases.1: preset: rewards.body_pos.sigma"),
-            ("[phases.learn.ppo]\ntarget_kl = 0.01", "[phases.run]\nenvs = 64", "phases.1.run"),
+            ("[phases.learn.ppo]\ntarget_kl = 0.01", "[phases.run]\nenvs = 640", "phases.1.run"),
             ("target_kl = 0.01", "learning_rate = 0.01", "phases.1.learn.ppo.learning_rate"),
             (
                 "[phases.learn.ppo]\ntarget_kl = 0.01",

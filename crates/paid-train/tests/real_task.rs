@@ -56,7 +56,7 @@ fn threads_and_interruptions_do_not_change_the_weights() {
         let one = run(at(&format!("{stage}-one")), &preset, Start::Fresh, 1, u64::MAX);
         assert_eq!((one.end, one.samples), (End::Done, 5 * 64 * 24));
         // The presets' second phase begins after three iterations; in Stage II it has delays that the first does not have.
-        assert_eq!([0.5, 0.6].map(|share| preset.phase(share)), [0, 1]);
+        assert_eq!([0.4, 0.6].map(|share| preset.phase(share)), [0, 1]);
         for stop_after in [2, 4] {
             let out = at(&format!("{stage}-{stop_after}"));
             let stopped = run(out.clone(), &preset, Start::Fresh, 2, stop_after);
