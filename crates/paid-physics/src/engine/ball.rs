@@ -7,7 +7,7 @@ use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
-use super::spatial::{Motion, length};
+use super::spatial::{Motion, length, unit};
 use super::step::Constants;
 
 /// Contacts are prepared when the gap closes to this within the step [m].
@@ -226,7 +226,7 @@ fn prepare_touch<'a, V>(
         vel = vel.plus(w.vel[b], is_body(body, b));
     }
     let d = center - axis_point;
-    let n = d.scale((d.norm2() + V::c(1e-12)).rsqrt());
+    let n = unit(d);
     let point = n.scale_add(shape_radius, axis_point);
     let robot = vel.at(point);
     let lever = n.scale(-ball.radius);

@@ -2,6 +2,8 @@
 
 use paid_lanes::{Real, Vec3};
 
+use super::spatial::unit;
+
 /// Relative inflation of the inverse mass, which keeps its inverse bounded.
 const REGULARISATION: f64 = 1.001;
 
@@ -92,7 +94,7 @@ pub(crate) fn tangents<V: Real>(n: Vec3<V>) -> [Vec3<V>; 2] {
     let along_z = V::c(0.7).lt(z.abs());
     let zero = V::zero();
     let t1 = Vec3::select(along_z, Vec3::new(z, zero, -x), Vec3::new(-y, x, zero));
-    let t1 = t1.scale((t1.norm2() + V::c(1e-12)).rsqrt());
+    let t1 = unit(t1);
     [t1, n.cross(t1)]
 }
 

@@ -7,7 +7,7 @@ use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::shapes::Capsule;
-use super::spatial::{Motion, length};
+use super::spatial::{Motion, length, unit};
 use super::step::Constants;
 
 /// Contacts are prepared when the gap closes to this within the step [m].
@@ -138,7 +138,7 @@ fn prepare_touch<V: Real>(
     if !gap.lt(V::c(0.1)).any() {
         return false;
     }
-    let n = apart.scale((apart.norm2() + V::c(1e-12)).rsqrt());
+    let n = unit(apart);
     let speed = (vel[0].at(surface) - vel[1].at(surface)).dot(n);
     let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(MARGIN));
     if !on.any() {

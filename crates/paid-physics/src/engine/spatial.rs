@@ -172,6 +172,12 @@ pub(crate) fn length<V: Real>(v: Vec3<V>) -> V {
     squared * squared.rsqrt()
 }
 
+/// The unit vector along `v`; zero stays zero.
+#[inline(always)]
+pub(crate) fn unit<V: Real>(v: Vec3<V>) -> Vec3<V> {
+    v.scale((v.norm2() + V::c(1e-12)).rsqrt())
+}
+
 /// A constant vector in every lane.
 #[inline(always)]
 pub(crate) fn splat3<V: Real>(x: &[V::Scalar; 3]) -> Vec3<V> {
