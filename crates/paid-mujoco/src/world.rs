@@ -1,12 +1,17 @@
 //! Safe access to one MuJoCo model with its own data.
 
+mod arrays;
+mod contact;
+
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::ptr::NonNull;
 
 use thiserror::Error;
 
-use crate::layout::{contact, data, model};
+use crate::layout::{data, model};
 use crate::library::{Library, LibraryError};
+
+pub use contact::Contact;
 
 /// `mjOBJ_XBODY`: a body with its regular frame.
 const OBJECT_XBODY: c_int = 2;
@@ -44,19 +49,6 @@ pub enum MujocoError {
     },
 }
 
-/// A point of contact between two geoms.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
-    /// Numbers of the geoms.
-    pub geoms: [usize; 2],
-    /// Distance of the surfaces, negative in penetration [m].
-    pub dist: f64,
-    /// Midpoint between the surfaces, world axes [m].
-    pub pos: [f64; 3],
-    /// Rows: normal from the first to the second geom, two tangents; world axes.
-    pub frame: [[f64; 3]; 3],
-}
-
 /// A compiled scene and its state. Every world owns its model, so parameters may differ between worlds.
 pub struct World {
     library: &'static Library,
@@ -88,28 +80,6 @@ impl Drop for World {
             (self.library.functions.mj_deleteModel)(self.model.as_ptr());
         }
     }
-}
-
-/// Number of elements of the arrays by entity.
-macro_rules! slices {
-    ($($(#[$doc:meta])* $get:ident $(, $get_mut:ident)?: $home:ident $offset:path, |$world:ident| $len:expr;)*) => {
-        $(
-            $(#[$doc])*
-            pub fn $get(&self) -> &[f64] {
-                let $world = self;
-                // SAFETY: the offset is that of an array of so many `mjtNum`, owned by self for its whole life.
-                unsafe { std::slice::from_raw_parts(read(self.$home, $offset), $len) }
-            }
-            $(
-                /// The same, writable.
-                pub fn $get_mut(&mut self) -> &mut [f64] {
-                    let $world = &*self;
-                    // SAFETY: as for reading; the exclusive borrow keeps every other access out.
-                    unsafe { std::slice::from_raw_parts_mut(read(self.$home, $offset), $len) }
-                }
-            )?
-        )*
-    };
 }
 
 /// The field at `offset` bytes from `base`.
@@ -226,56 +196,6 @@ impl World {
         unsafe { read(self.data, data::TIME) }
     }
 
-    slices! {
-        /// Body masses [nbody], kg.
-        body_mass, body_mass_mut: model model::BODY_MASS, |w| w.nbody();
-        /// Principal inertias [nbody * 3], kg m^2.
-        body_inertia, body_inertia_mut: model model::BODY_INERTIA, |w| w.nbody() * 3;
-        /// Centres of mass in body frames [nbody * 3], m.
-        body_ipos, body_ipos_mut: model model::BODY_IPOS, |w| w.nbody() * 3;
-        /// Passive damping of the velocity coordinates [nv].
-        dof_damping, dof_damping_mut: model model::DOF_DAMPING, |w| w.nv();
-        /// Geom sizes [ngeom * 3], m.
-        geom_size, geom_size_mut: model model::GEOM_SIZE, |w| w.ngeom() * 3;
-        /// Sliding, torsional and rolling friction [ngeom * 3].
-        geom_friction, geom_friction_mut: model model::GEOM_FRICTION, |w| w.ngeom() * 3;
-        /// Time constant and damping ratio of contacts [ngeom * 2].
-        geom_solref, geom_solref_mut: model model::GEOM_SOLREF, |w| w.ngeom() * 2;
-        /// Gain parameters of the actuators [nu * 10]; the first is the stiffness of a position actuator.
-        actuator_gainprm, actuator_gainprm_mut: model model::ACTUATOR_GAINPRM, |w| w.nu() * model::ACTUATOR_PARAMETERS;
-        /// Bias parameters of the actuators [nu * 10]; of a position actuator 0, -stiffness, -damping.
-        actuator_biasprm, actuator_biasprm_mut: model model::ACTUATOR_BIASPRM, |w| w.nu() * model::ACTUATOR_PARAMETERS;
-        /// Positions [nq].
-        qpos, qpos_mut: data data::QPOS, |w| w.nq();
-        /// Velocities [nv].
-        qvel, qvel_mut: data data::QVEL, |w| w.nv();
-        /// Controls [nu].
-        ctrl, ctrl_mut: data data::CTRL, |w| w.nu();
-        /// Start of the next solve [nv].
-        qacc_warmstart, qacc_warmstart_mut: data data::QACC_WARMSTART, |w| w.nv();
-        /// Accelerations of the last forward computation [nv].
-        qacc: data data::QACC, |w| w.nv();
-        /// Forces of the actuators in the last step [nu].
-        actuator_force: data data::ACTUATOR_FORCE, |w| w.nu();
-        /// Accelerations without constraints (contact, limits, friction loss) [nv].
-        qacc_smooth: data data::QACC_SMOOTH, |w| w.nv();
-        /// Bias forces: gravity, Coriolis, centrifugal [nv].
-        qfrc_bias: data data::QFRC_BIAS, |w| w.nv();
-        /// Body origins in the world [nbody * 3], m.
-        xpos: data data::XPOS, |w| w.nbody() * 3;
-        /// Body frames in the world, row-major [nbody * 9].
-        xmat: data data::XMAT, |w| w.nbody() * 9;
-        /// Centres of mass in the world [nbody * 3], m.
-        xipos: data data::XIPOS, |w| w.nbody() * 3;
-    }
-
-    /// Body of a geom.
-    pub fn geom_body(&self, geom: usize) -> usize {
-        assert!(geom < self.ngeom(), "geom {geom} of {}", self.ngeom());
-        // SAFETY: the array has `ngeom` entries of type int, none negative.
-        unsafe { read::<*const c_int>(self.model, model::GEOM_BODYID).add(geom).read() as usize }
-    }
-
     fn number(&self, kind: c_int, name: &str) -> Option<usize> {
         let name = CString::new(name).ok()?;
         // SAFETY: model and string are valid.
@@ -352,40 +272,6 @@ impl World {
             );
         }
         ([out[0], out[1], out[2]], [out[3], out[4], out[5]])
-    }
-
-    /// Number of contacts of the last step or forward computation.
-    pub fn contact_count(&self) -> usize {
-        // SAFETY: the offset is that of an `int` that is never negative.
-        unsafe { read::<c_int>(self.data, data::NCON) as usize }
-    }
-
-    /// A contact. The force at it is [`World::contact_force`].
-    pub fn contact(&self, index: usize) -> Contact {
-        assert!(index < self.contact_count(), "contact {index} of {}", self.contact_count());
-        // SAFETY: the array has `ncon` structures of this size with fields at these offsets.
-        unsafe {
-            let base = read::<*const u8>(self.data, data::CONTACT).add(index * contact::SIZE);
-            let geoms = base.add(contact::GEOM).cast::<[c_int; 2]>().read_unaligned();
-            Contact {
-                geoms: [geoms[0] as usize, geoms[1] as usize],
-                dist: base.add(contact::DIST).cast::<f64>().read(),
-                pos: base.add(contact::POS).cast::<[f64; 3]>().read(),
-                frame: base.add(contact::FRAME).cast::<[[f64; 3]; 3]>().read(),
-            }
-        }
-    }
-
-    /// Force on the second geom of a contact, world axes [N].
-    pub fn contact_force(&self, index: usize) -> [f64; 3] {
-        let frame = self.contact(index).frame;
-        let mut out = [0.0; 6];
-        // SAFETY: the contact exists and the buffer has six entries.
-        unsafe {
-            let (model, data) = (self.model.as_ptr(), self.data.as_ptr());
-            (self.library.functions.mj_contactForce)(model, data, index as c_int, out.as_mut_ptr());
-        }
-        std::array::from_fn(|k| frame[0][k] * out[0] + frame[1][k] * out[1] + frame[2][k] * out[2])
     }
 }
 

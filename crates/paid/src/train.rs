@@ -22,6 +22,12 @@ pub struct Args {
     /// Built-in run preset or the path of a preset file; needs a stage [default: the stage's].
     #[arg(long, value_name = "NAME|FILE", requires = "stage")]
     preset: Option<String>,
+    /// The same for Stage I where both stages are trained.
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "stage")]
+    stage1_preset: Option<String>,
+    /// The same for Stage II where both stages are trained.
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "stage")]
+    stage2_preset: Option<String>,
     /// Start from the weights of this run folder (the mean of its last checkpoints) or checkpoint; needs a stage. The noise is the
     /// policy's, but the preset's where Stage II begins from a Stage I policy.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
@@ -76,6 +82,50 @@ impl Stage {
     }
 }
 
+impl Args {
+    /// The run preset that was asked for `stage`, with the option that asked for it.
+    fn preset_of(&self, stage: Stage) -> Option<(&'static str, &str)> {
+        let of_both = match stage {
+            Stage::Stage1 => ("--stage1-preset", &self.stage1_preset),
+            Stage::Stage2 => ("--stage2-preset", &self.stage2_preset),
+        };
+        [("--preset", &self.preset), of_both]
+            .into_iter()
+            .find_map(|(option, preset)| Some((option, preset.as_deref()?)))
+    }
+
+    /// The values of a run of `stage` in `out`.
+    fn resolve(&self, stage: Stage, start: &Start, out: &Path) -> Result<RunPreset, Failure> {
+        let mut sets = self.sets.clone();
+        if let Some(motions) = &self.motions {
+            // A debug-formatted string is a TOML string for every path that people use.
+            sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+        }
+        if let Some(iterations) = self.iterations {
+            sets.push(format!("run.iterations={iterations}"));
+        }
+        let asked = self.preset_of(stage);
+        if matches!(start, Start::Resume) {
+            return match asked {
+                None => RunPreset::of_run(out, &sets).map_err(Failure::input),
+                Some((option, name)) => Err(Failure::input(format!(
+                    "{option} {name}: the run in {} has its preset; change its values with --set",
+                    out.display()
+                ))),
+            };
+        }
+        let (option, name) = asked.unwrap_or(("--preset", stage.name()));
+        let preset = RunPreset::resolve(name, &sets).map_err(Failure::input)?;
+        if preset.stage != stage.name() {
+            let (expected, found) = (stage.name(), &preset.stage);
+            return Err(Failure::input(format!(
+                "{option} {name}: expected a preset of {expected}, found one of {found}"
+            )));
+        }
+        Ok(preset)
+    }
+}
+
 /// Trains, prints progress, and ends with 0 when the budget is used up or 130 after Ctrl-C.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.minutes.is_some_and(|m| !(m > 0.0 && m.is_finite())) {
@@ -104,6 +154,10 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     } else {
         &[(Stage::Stage1, STAGE1_SHARE), (Stage::Stage2, 1.0)]
     };
+    if !begun(Stage::Stage2) {
+        // A mistake in it is told now and not after Stage I.
+        args.resolve(Stage::Stage2, &Start::Fresh, &out)?;
+    }
     let clock = Instant::now();
     let mut previous: Option<PathBuf> = None;
     for &(stage, share) in stages {
@@ -177,19 +231,7 @@ fn run_stage(
     minutes: Option<f64>,
     stop: &AtomicBool,
 ) -> Result<Outcome, Failure> {
-    let mut sets = args.sets.clone();
-    if let Some(motions) = &args.motions {
-        // A debug-formatted string is a TOML string for every path that people use.
-        sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
-    }
-    if let Some(iterations) = args.iterations {
-        sets.push(format!("run.iterations={iterations}"));
-    }
-    let preset = match start {
-        Start::Resume => RunPreset::of_run(&out, &sets),
-        _ => RunPreset::resolve(args.preset.as_deref().unwrap_or(stage.name()), &sets),
-    }
-    .map_err(Failure::input)?;
+    let preset = args.resolve(stage, &start, &out)?;
     let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let job = StageJob { preset, out, start, limits: Limits { minutes }, threads };
     let mut printer = Printer { json: args.json, quiet: args.quiet, last: None };

@@ -133,10 +133,23 @@ fn stage_two_starts_from_stage_one_and_a_run_resumes() {
 fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_second() {
     let folder = tempfile::tempdir().expect("folder");
     write_motions(folder.path());
+    let second = "base = \"stage2\"\nstage = \"stage2\"\n[task.sampling]\nmiss_weight = 0.25\n";
+    fs::write(folder.path().join("second.toml"), second).expect("a preset");
     succeeds(&paid(
         folder.path(),
-        &small(&["train", "--motions", "motions", "--iterations", "1", "--quiet"]),
+        &small(&[
+            "train",
+            "--motions",
+            "motions",
+            "--iterations",
+            "1",
+            "--quiet",
+            "--stage2-preset",
+            "second.toml",
+        ]),
     ));
+    let preset = fs::read_to_string(folder.path().join("runs/stage2/preset.toml")).expect("a preset");
+    assert!(preset.contains("miss_weight = 0.25"), "{preset}");
     for file in [
         "stage1/policy.safetensors",
         "stage1/policy.onnx",
