@@ -116,10 +116,9 @@ impl Args {
         }
         let (option, name) = asked.unwrap_or(("--preset", stage.name()));
         let preset = RunPreset::resolve(name, &sets).map_err(Failure::input)?;
-        if preset.stage != stage.name() {
-            let (expected, found) = (stage.name(), &preset.stage);
+        if stage == Stage::Stage2 && !preset.task.scene.ball {
             return Err(Failure::input(format!(
-                "{option} {name}: expected a preset of {expected}, found one of {found}"
+                "{option} {name}: Stage II kicks a ball; expected task.scene.ball = true, found false"
             )));
         }
         Ok(preset)
