@@ -261,8 +261,9 @@ mod tests {
             let text = preset.to_toml().expect("writes");
             assert_eq!(RunPreset::from_resolved(name, &text, &[]).expect("reads"), preset);
         }
-        // Stage II plays in its own scene, whatever its base does for Stage I.
+        // Stage II plays in its own scene, whatever its base does for Stage I; only the soles may bounce in both.
         let scene = TaskPreset::builtin("stage2").expect("built in").scene;
+        let scene = paid_physics::SceneConfig { bounce_threshold: 0.05, ..scene };
         assert_eq!(RunPreset::resolve("stage2", &[]).expect("stage2").task.scene, scene);
         let lstm = RunPreset::resolve("stage2_lstm", &[]).expect("stage2_lstm");
         assert_eq!(lstm.learn.actor.kind, paid_learn::NetworkKind::Lstm);
