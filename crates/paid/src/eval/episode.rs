@@ -4,8 +4,8 @@ use paid_eval::episodes::{Observer, run_episodes};
 use paid_eval::shooting::{self, Placement, ShootingOptions};
 use paid_task::{EvalOptions, ForcedStart};
 
-use super::engine::{EngineName, positive};
-use super::subject::{Setting, Subject};
+use super::engine::positive;
+use super::subject::Subject;
 use crate::failure::Failure;
 
 /// How the episode begins and when it ends.
@@ -45,18 +45,14 @@ impl Shot {
     /// observer sees them.
     ///
     /// # Errors
-    /// `--engine both`, a motion or a ball that the subject does not have, a policy that does not fit.
+    /// A motion or a ball that the subject does not have, a policy that does not fit.
     pub fn watch<O: Observer>(
         &self,
         subject: &Subject,
-        setting: &Setting,
         motion: Option<usize>,
         reward_terms: bool,
         observer: impl Fn(usize) -> O + Sync,
     ) -> Result<Watched<O>, Failure> {
-        if setting.engine == EngineName::Both {
-            return Err(Failure::input("--engine: expected builtin or mujoco for one episode, found both"));
-        }
         if self.ball.is_some() || self.velocity != [0.0; 2] {
             subject.needs_ball()?;
         }

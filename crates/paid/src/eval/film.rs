@@ -28,9 +28,10 @@ pub struct Args {
 
 /// Plays the episode and writes the pictures.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    args.common.setting.one_engine()?;
     let subject = Subject::load(&args.common, "stage2")?;
     let arena = &subject.arena;
-    let watched = args.shot.watch(&subject, &args.common.setting, args.motion, false, |_| Film::default())?;
+    let watched = args.shot.watch(&subject, args.motion, false, |_| Film::default())?;
     let (film, half_width, dt) = (&watched.seen, watched.goal_half_width_m, arena.preset.control_dt_s());
     let ball = arena.preset.scene.ball.then_some(arena.preset.ball_params.radius_m);
     let save = |image: Canvas, name: &str| image.save(&args.frames.join(name)).map_err(Failure::input);

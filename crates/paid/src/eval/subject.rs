@@ -64,6 +64,18 @@ pub struct Setting {
     scene: EngineArgs,
 }
 
+impl Setting {
+    /// Refuses `--engine both` where a single episode is played, before anything is read.
+    pub fn one_engine(&self) -> Result<(), Failure> {
+        match self.engine {
+            EngineName::Builtin | EngineName::Mujoco => Ok(()),
+            EngineName::Both => {
+                Err(Failure::input("--engine: expected builtin or mujoco for one episode, found both"))
+            }
+        }
+    }
+}
+
 impl Common {
     /// A policy on the built-in engine, everything else as usual.
     pub fn usual(policy: PathBuf, motions: Option<PathBuf>, seed: u64, threads: Option<usize>) -> Self {
