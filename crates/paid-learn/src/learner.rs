@@ -245,9 +245,15 @@ impl Learner {
     }
 
     /// Sets the largest standard deviation to what holds when `share` (0 to 1) of a run is over
-    /// ([`crate::PpoConfig::std_limit`]). It takes effect in the next update; a new learner is at 0.
+    /// ([`crate::PpoConfig::std_limit`]). A larger one is cut at once, before the next horizon is collected with it: cut
+    /// in the update, it would read as a divergence there. A new learner is at 0.
     pub fn anneal(&mut self, share: f64) {
         self.std_limit = self.config.ppo.std_limit(share);
+        let limit = self.std_limit.ln() as f32;
+        let weights = self.actor.net.layout().len();
+        for log_std in &mut self.actor.params[weights..] {
+            *log_std = log_std.min(limit);
+        }
     }
 
     /// Clears the memory of all shards, whose environments begin anew.

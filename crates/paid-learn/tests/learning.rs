@@ -157,3 +157,17 @@ fn a_shard_of_other_sizes_is_refused() {
     let error = learner.iterate(&mut point_masses(1, 16), 1).unwrap_err();
     assert_eq!(error.to_string(), "shard 1: expected 16 environments, found no such shard");
 }
+
+#[test]
+fn a_lower_limit_of_the_noise_holds_for_the_next_horizon_and_is_no_divergence() {
+    let mut config = config(NetworkKind::Mlp, &[16]);
+    config.ppo = PpoConfig { initial_std: 0.5, max_std: 0.5, final_std: Some(0.1), ..config.ppo };
+    let mut learner = Learner::new(2, 3, 1, &config, 3).expect("valid");
+    let mut envs = point_masses(1, 32);
+    learner.anneal(1.0);
+    assert!(learner.policy().std.iter().all(|std| *std < 0.1001), "{:?}", learner.policy().std);
+    learner.collect(&mut envs, 1).expect("collects");
+    let kl = learner.update(1).kl;
+    // From 0.5 to 0.1 within the update the divergence is above 10.
+    assert!(kl < 1.0, "{kl}");
+}
