@@ -250,8 +250,7 @@ impl Learner {
     pub fn anneal(&mut self, share: f64) {
         self.std_limit = self.config.ppo.std_limit(share);
         let limit = self.std_limit.ln() as f32;
-        let weights = self.actor.net.layout().len();
-        for log_std in &mut self.actor.params[weights..] {
+        for log_std in self.actor.log_std_mut() {
             *log_std = log_std.min(limit);
         }
     }
@@ -293,8 +292,7 @@ impl Learner {
         let mut config = self.config.clone();
         config.ppo.initial_std = std;
         config.check()?;
-        let weights = self.actor.net.layout().len();
-        self.actor.params[weights..].fill(std.ln() as f32);
+        self.actor.log_std_mut().fill(std.ln() as f32);
         Ok(())
     }
 

@@ -50,6 +50,12 @@ impl Model {
         &self.params[self.net.layout().len()..]
     }
 
+    /// The same, writable.
+    pub fn log_std_mut(&mut self) -> &mut [f32] {
+        let weights = self.net.layout().len();
+        &mut self.params[weights..]
+    }
+
     /// Weights and biases.
     pub fn weights(&self) -> &[f32] {
         &self.params[..self.net.layout().len()]

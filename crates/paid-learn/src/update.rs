@@ -358,8 +358,7 @@ fn step(
     }
     for_each(workers, items, |_, item| item.apply());
     let (lo, hi) = (config.min_std.ln() as f32, config.max_std.ln() as f32);
-    let weights = actor.net.layout().len();
-    for log_std in &mut actor.params[weights..] {
+    for log_std in actor.log_std_mut() {
         *log_std = log_std.clamp(lo, hi);
     }
 }

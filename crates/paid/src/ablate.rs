@@ -13,7 +13,7 @@ use paid_train::{End, Limits, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
 use crate::stop::{self, STOPPED};
-use crate::train::thread_count;
+use crate::train::{motions_value, thread_count};
 use judge::{Judge, Settings};
 use result::{Score, Scores};
 
@@ -131,8 +131,7 @@ fn finish(args: &Args, scores: &Scores) -> Result<(), Failure> {
 fn preset(args: &Args, name: &str) -> Result<RunPreset, Failure> {
     let mut sets = args.sets.clone();
     if let Some(motions) = &args.motions {
-        // A debug-formatted string is a TOML string for every path that people use.
-        sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+        sets.push(motions_value(motions));
     }
     let mut preset = RunPreset::resolve(name, &sets).map_err(Failure::input)?;
     let an_iteration = (preset.run.envs * preset.learn.ppo.horizon) as u64;

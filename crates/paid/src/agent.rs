@@ -9,6 +9,7 @@ use paid_train::{RunPreset, Scene};
 use serde::Serialize;
 
 use crate::failure::Failure;
+use crate::train::motions_value;
 
 /// Arguments of `paid agent`.
 #[derive(Debug, clap::Args)]
@@ -66,7 +67,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         format!("run.seed={}", args.seed),
     ]);
     if let Some(motions) = &args.motions {
-        sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+        sets.push(motions_value(motions));
     }
     let preset = RunPreset::resolve(&args.preset, &sets).map_err(Failure::input)?;
     let scene = Scene::load(&preset).map_err(Failure::input)?;

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use paid_train::{RunPreset, TrainBench, bench_train};
 
 use crate::failure::Failure;
+use crate::train::motions_value;
 
 /// Arguments of `paid bench train`.
 #[derive(Debug, clap::Args)]
@@ -52,7 +53,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         let mut sets: Vec<String> = set.into_iter().map(str::to_owned).collect();
         sets.push(format!("run.envs={}", args.envs));
         if let Some(motions) = &args.motions {
-            sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+            sets.push(motions_value(motions));
         }
         sets.extend(args.sets.iter().cloned());
         let preset = RunPreset::resolve(preset, &sets).map_err(Failure::input)?;

@@ -98,8 +98,7 @@ impl Args {
     fn resolve(&self, stage: Stage, start: &Start, out: &Path) -> Result<RunPreset, Failure> {
         let mut sets = self.sets.clone();
         if let Some(motions) = &self.motions {
-            // A debug-formatted string is a TOML string for every path that people use.
-            sets.push(format!("run.motions={:?}", motions.to_string_lossy()));
+            sets.push(motions_value(motions));
         }
         if let Some(iterations) = self.iterations {
             sets.push(format!("run.iterations={iterations}"));
@@ -209,6 +208,12 @@ fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure
     Ok(ExitCode::SUCCESS)
 }
 
+/// The folder of the motions as a preset value.
+pub fn motions_value(motions: &Path) -> String {
+    // A debug-formatted string is a TOML string for every path that people use.
+    format!("run.motions={:?}", motions.to_string_lossy())
+}
+
 /// Worker threads: as asked, or one a core.
 pub fn thread_count(asked: Option<usize>) -> Result<usize, Failure> {
     match asked {
@@ -231,7 +236,7 @@ fn run_stage(
     stop: &AtomicBool,
 ) -> Result<Outcome, Failure> {
     let preset = args.resolve(stage, &start, &out)?;
-    let threads = args.threads.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
+    let threads = thread_count(args.threads)?;
     let job = StageJob { preset, out, start, limits: Limits { minutes }, threads };
     let mut printer = Printer { json: args.json, quiet: args.quiet, last: None };
     let outcome = train_stage(&job, stop, &mut |record| printer.iteration(record)).map_err(Failure::input)?;
