@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::divergence::{Divergence, Trace, csv_fields, divergence, first_table};
 use crate::engine::Engine;
-use crate::episodes::Arena;
+use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
 use crate::policy::PolicyMaker;
 use crate::shooting::{Outcome, ShootingOptions, ShootingReport, evaluate_traced, plan};
@@ -50,17 +50,17 @@ pub struct AgreementReport {
 /// # Errors
 /// As [`crate::shooting::evaluate`].
 pub fn evaluate(
-    arena: &Arena,
+    setup: &EvalSetup,
     scene: &paid_mujoco::SceneOptions,
     policy: &PolicyMaker,
     options: &ShootingOptions,
 ) -> Result<AgreementReport, EvalError> {
-    let with = |engine| Arena { engine, ..arena.clone() };
+    let with = |engine| EvalSetup { engine, ..setup.clone() };
     let referee = with(Engine::Mujoco(Box::new(scene.clone())));
     let trials = plan(&referee, options)?;
     let (builtin, ours) = evaluate_traced(&with(Engine::Builtin), policy, options, &trials)?;
     let (mujoco, theirs) = evaluate_traced(&referee, policy, options, &trials)?;
-    let pairs = pairs(arena, (&builtin, &ours), (&mujoco, &theirs));
+    let pairs = pairs(setup, (&builtin, &ours), (&mujoco, &theirs));
     let (same_outcome, same_contact) = same(&pairs);
     Ok(AgreementReport { same_outcome, same_contact, builtin, mujoco, pairs })
 }
@@ -75,12 +75,12 @@ pub(crate) fn same(pairs: &[Pair]) -> (Share, Share) {
 
 /// The trials that both runs finished, side by side.
 pub(crate) fn pairs(
-    arena: &Arena,
+    setup: &EvalSetup,
     (first, ours): (&ShootingReport, &[(usize, Trace)]),
     (second, theirs): (&ShootingReport, &[(usize, Trace)]),
 ) -> Vec<Pair> {
-    let joints: Vec<String> = arena.robot.joints.iter().map(|j| j.name.clone()).collect();
-    let dt = arena.preset.control_dt_s();
+    let joints: Vec<String> = setup.robot.joints.iter().map(|j| j.name.clone()).collect();
+    let dt = setup.preset.control_dt_s();
     let both = |f: fn(&Outcome) -> bool, a: &Outcome, b: &Outcome| [f(a), f(b)];
     let mut pairs = Vec::new();
     // Trials are in the order of their numbers; a stopped run has gaps.

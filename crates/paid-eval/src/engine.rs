@@ -6,7 +6,7 @@ use paid_task::{Task, TaskPreset, TaskShard, build_shard};
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::episodes::Arena;
+use crate::episodes::EvalSetup;
 
 /// The simulator of an evaluation.
 #[derive(Clone, Debug, Default)]
@@ -115,7 +115,7 @@ fn surfaces(scene: &SceneOptions, preset: &TaskPreset) -> String {
     words.join(", ")
 }
 
-impl Arena {
+impl EvalSetup {
     /// Environments that step together: batches are a multiple of it.
     pub(crate) fn lanes(&self) -> usize {
         match self.engine {
@@ -135,7 +135,7 @@ impl Arena {
         }
     }
 
-    /// Environments `first_env..first_env + num_envs` of the task on the arena's engine.
+    /// Environments `first_env..first_env + num_envs` of the task on the setup's engine.
     pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
         let scene = match &self.engine {
             Engine::Builtin => {

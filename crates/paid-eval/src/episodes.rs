@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use paid_lanes::Isa;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EnvSample, EvalControl, EvalOptions, ForcedStart, ReferenceLibrary, TaskPreset, TaskShard};
+use paid_task::{EnvSample, EvalControl, EvalOptions, InitialState, ReferenceLibrary, TaskPreset, TaskShard};
 
 use crate::EvalError;
 use crate::engine::Engine;
@@ -22,7 +22,7 @@ const BATCH: usize = 64;
 
 /// The task that the trials run in.
 #[derive(Clone, Debug)]
-pub struct Arena {
+pub struct EvalSetup {
     /// Who simulates.
     pub engine: Engine,
     /// Lane type of the built-in engine.
@@ -60,27 +60,27 @@ pub trait Observer: Send {
 }
 
 /// Runs every start as a trial and returns the observers of those that ended, with their numbers, in the order of
-/// `starts`: all of them, unless the arena's monitor was told to stop. `observer` makes the observer of a trial by number.
+/// `starts`: all of them, unless the setup's monitor was told to stop. `observer` makes the observer of a trial by number.
 /// A trial is over when its observer says so, when the task ended its episode, or after `max_steps` control steps.
 ///
 /// # Errors
 /// If the policy does not fit the task or returns a number that is not finite, the task refuses a start, or the engine cannot
 /// be built.
 pub fn run_episodes<O: Observer>(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
-    starts: &[ForcedStart],
+    starts: &[InitialState],
     options: EvalOptions,
     max_steps: usize,
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
-    let run = Run { arena, policy, starts, options, max_steps, observer: &observer };
+    let run = Run { setup, policy, starts, options, max_steps, observer: &observer };
     let batches = starts.len().div_ceil(run.width());
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::new());
-    arena.monitor.plan(starts.len());
+    setup.monitor.plan(starts.len());
     let worker = || {
-        while !arena.monitor.stopped() {
+        while !setup.monitor.stopped() {
             let batch = next.fetch_add(1, Ordering::Relaxed);
             if batch >= batches {
                 break;
@@ -95,7 +95,7 @@ pub fn run_episodes<O: Observer>(
         }
     };
     thread::scope(|scope| {
-        for _ in 1..arena.threads.clamp(1, batches.max(1)) {
+        for _ in 1..setup.threads.clamp(1, batches.max(1)) {
             scope.spawn(worker);
         }
         worker();
@@ -111,9 +111,9 @@ pub fn run_episodes<O: Observer>(
 
 /// What all batches of a run share.
 struct Run<'a, F> {
-    arena: &'a Arena,
+    setup: &'a EvalSetup,
     policy: &'a PolicyMaker<'a>,
-    starts: &'a [ForcedStart],
+    starts: &'a [InitialState],
     options: EvalOptions,
     max_steps: usize,
     observer: &'a F,
@@ -123,15 +123,15 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
     /// Trials of a batch. On the built-in engine as many as make the policy's products worth while; an engine without
     /// lanes gets one at a time, so that no finished trial is simulated on beside longer ones.
     fn width(&self) -> usize {
-        if self.arena.lanes() == 1 { 1 } else { BATCH }
+        if self.setup.lanes() == 1 { 1 } else { BATCH }
     }
 
     /// Runs the trials of a batch.
     fn batch(&self, batch: usize) -> Result<Vec<(usize, O)>, EvalError> {
-        let Self { arena, starts, .. } = *self;
+        let Self { setup, starts, .. } = *self;
         let trials = batch * self.width()..((batch + 1) * self.width()).min(starts.len());
-        let envs = trials.len().next_multiple_of(arena.lanes());
-        let mut shard = arena.build(envs, trials.start)?;
+        let envs = trials.len().next_multiple_of(setup.lanes());
+        let mut shard = setup.build(envs, trials.start)?;
         let mut policy = (self.policy)()?;
         check_contract(shard.as_ref(), policy.as_ref())?;
         let mut observers: Vec<O> = trials.clone().map(self.observer).collect();
@@ -152,7 +152,7 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
         let (mut terminated, mut truncated) = (vec![0; envs], vec![0; envs]);
         policy.begin(envs);
         for step in 0..self.max_steps {
-            if !active.contains(&true) || arena.monitor.stopped() {
+            if !active.contains(&true) || setup.monitor.stopped() {
                 break;
             }
             let start = Instant::now();
@@ -166,14 +166,14 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
             }
             shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
             let physics = acted.elapsed() + (observed - start);
-            arena.monitor.spend(envs, physics, acted - observed);
+            setup.monitor.spend(envs, physics, acted - observed);
             let before = active.iter().filter(|a| **a).count();
             look(shard.eval(), &mut observers, &mut active, &terminated, &truncated)?;
-            arena.monitor.finish(before - active.iter().filter(|a| **a).count());
+            setup.monitor.finish(before - active.iter().filter(|a| **a).count());
         }
-        let stopped = arena.monitor.stopped();
+        let stopped = setup.monitor.stopped();
         if !stopped {
-            arena.monitor.finish(active.iter().filter(|a| **a).count());
+            setup.monitor.finish(active.iter().filter(|a| **a).count());
         }
         let ended = trials.zip(observers).zip(active).filter(|(_, active)| !(stopped && *active));
         Ok(ended.map(|(result, _)| result).collect())

@@ -13,13 +13,13 @@ use crate::EvalError;
 use crate::agreement::{pairs, same};
 use crate::divergence::Trace;
 use crate::engine::Engine;
-use crate::episodes::Arena;
+use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
 use crate::policy::PolicyMaker;
 use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced, plan};
 use crate::table::{Table, number};
 
-/// A change of MuJoCo's scene towards the built-in engine.
+/// A change of MuJoCo's scene toward the built-in engine.
 #[derive(Clone, Copy, Debug)]
 pub struct Difference {
     /// Short name.
@@ -157,15 +157,15 @@ pub struct GapReport {
 /// # Errors
 /// As [`crate::shooting::evaluate`].
 pub fn evaluate(
-    arena: &Arena,
+    setup: &EvalSetup,
     scene: &SceneOptions,
     policy: &PolicyMaker,
     options: &ShootingOptions,
 ) -> Result<GapReport, EvalError> {
-    let with = |engine: Engine, isa: Isa| Arena { engine, isa, ..arena.clone() };
-    let trials = plan(&with(Engine::Mujoco(Box::new(scene.clone())), arena.isa), options)?;
+    let with = |engine: Engine, isa: Isa| EvalSetup { engine, isa, ..setup.clone() };
+    let trials = plan(&with(Engine::Mujoco(Box::new(scene.clone())), setup.isa), options)?;
     let run = |engine: Engine, isa: Isa| evaluate_traced(&with(engine, isa), policy, options, &trials);
-    let reference = run(Engine::Builtin, arena.isa)?;
+    let reference = run(Engine::Builtin, setup.isa)?;
     let mut report = GapReport { titles: vec![reference.0.title()], rows: Vec::new() };
     report.rows.push(GapRow {
         name: "built-in engine".into(),
@@ -175,10 +175,10 @@ pub fn evaluate(
         same_contact: None,
         apart_s: None,
     });
-    if arena.isa != Isa::Portable && !arena.monitor.stopped() {
+    if setup.isa != Isa::Portable && !setup.monitor.stopped() {
         let other = run(Engine::Builtin, Isa::Portable)?;
         report.rows.push(row(
-            arena,
+            setup,
             "other rounding",
             "the built-in engine in portable arithmetic",
             &reference,
@@ -201,30 +201,30 @@ pub fn evaluate(
     ));
     changes.push(("all together", "both of these".into(), each(|d| !d.alone).collect()));
     for (name, what, differences) in changes {
-        if arena.monitor.stopped() {
+        if setup.monitor.stopped() {
             break;
         }
         let mut changed = scene.clone();
         for difference in &differences {
-            (difference.change)(&mut changed, &arena.preset);
+            (difference.change)(&mut changed, &setup.preset);
         }
         // MuJoCo needs two steps for a contact.
         let least = 2.0 * changed.physics_dt_s;
         changed.floor.solref[0] = changed.floor.solref[0].max(least);
         ball(&mut changed, |b| b.solref[0] = b.solref[0].max(least));
-        let theirs = run(Engine::Mujoco(Box::new(changed)), arena.isa)?;
+        let theirs = run(Engine::Mujoco(Box::new(changed)), setup.isa)?;
         if differences.is_empty() {
             report.titles.push(theirs.0.title());
         }
-        report.rows.push(row(arena, name, &what, &reference, &theirs));
+        report.rows.push(row(setup, name, &what, &reference, &theirs));
     }
     Ok(report)
 }
 
 type Run = (ShootingReport, Vec<(usize, Trace)>);
 
-fn row(arena: &Arena, name: &str, what: &str, reference: &Run, theirs: &Run) -> GapRow {
-    let pairs = pairs(arena, (&reference.0, &reference.1), (&theirs.0, &theirs.1));
+fn row(setup: &EvalSetup, name: &str, what: &str, reference: &Run, theirs: &Run) -> GapRow {
+    let pairs = pairs(setup, (&reference.0, &reference.1), (&theirs.0, &theirs.1));
     let (same_outcome, same_contact) = same(&pairs);
     let mut times: Vec<f64> = pairs.iter().filter_map(|p| p.first.as_ref()).map(|f| f.time_s).collect();
     times.sort_by(f64::total_cmp);

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::divergence::{Divergence, csv_fields, divergence, first_table};
 use crate::engine::Engine;
-use crate::episodes::Arena;
+use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
 use crate::policy::PolicyMaker;
 use crate::tracking::{TrackingOptions, TrackingReport, evaluate_traced};
@@ -47,15 +47,15 @@ pub struct TrackingAgreement {
 /// # Errors
 /// As [`crate::tracking::evaluate`].
 pub fn evaluate(
-    arena: &Arena,
+    setup: &EvalSetup,
     scene: &paid_mujoco::SceneOptions,
     policy: &PolicyMaker,
     options: &TrackingOptions,
 ) -> Result<TrackingAgreement, EvalError> {
-    let with = |engine| Arena { engine, ..arena.clone() };
+    let with = |engine| EvalSetup { engine, ..setup.clone() };
     let (builtin, ours) = evaluate_traced(&with(Engine::Builtin), policy, options)?;
     let (mujoco, theirs) = evaluate_traced(&with(Engine::Mujoco(Box::new(scene.clone()))), policy, options)?;
-    let joints: Vec<String> = arena.robot.joints.iter().map(|j| j.name.clone()).collect();
+    let joints: Vec<String> = setup.robot.joints.iter().map(|j| j.name.clone()).collect();
     let mut pairs = Vec::new();
     // Runs are in the order of their numbers; a stopped evaluation has gaps.
     for ((run, trace), a) in ours.iter().zip(&builtin.runs) {
@@ -67,7 +67,7 @@ pub fn evaluate(
             exact: a.exact,
             completed: [a.completed, b.completed],
             mpjpe_mm: [a.errors.mpjpe_mm, b.errors.mpjpe_mm],
-            first: divergence(trace, &theirs[k].1, &joints, arena.preset.control_dt_s()),
+            first: divergence(trace, &theirs[k].1, &joints, setup.preset.control_dt_s()),
         });
     }
     let same_completion = Share::of(pairs.iter().map(|p| p.completed[0] == p.completed[1]));

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use common::{Puppet, arena};
+use common::{Puppet, setup};
 use paid_eval::engine::Engine;
 use paid_eval::policy::Policy;
 use paid_eval::shooting::{self, Grid, ShootingOptions};
@@ -24,9 +24,9 @@ fn figures(engine: Engine) -> Figures {
     let mut add = |name: &str, value: Option<f64>| {
         out.insert(format!("{prefix} {name}"), value.unwrap_or(-1.0));
     };
-    let mut arena = arena("stage2");
-    arena.engine = engine;
-    let puppet = Puppet::new(&arena);
+    let mut setup = setup("stage2");
+    setup.engine = engine;
+    let puppet = Puppet::new(&setup);
     let maker = || Ok(Box::new(puppet.clone()) as Box<dyn Policy>);
     let options = ShootingOptions {
         grid: Grid { x: [0.3, 0.35], y: [0.05, 0.15], step: 0.05 },
@@ -36,7 +36,7 @@ fn figures(engine: Engine) -> Figures {
         limit_s: 2.5,
         ..ShootingOptions::default()
     };
-    let report = shooting::evaluate(&arena, &maker, &options).expect("runs");
+    let report = shooting::evaluate(&setup, &maker, &options).expect("runs");
     let total = &report.total;
     for (name, share) in [
         ("success", &total.success),
@@ -53,10 +53,10 @@ fn figures(engine: Engine) -> Figures {
     for (i, trial) in report.trials.iter().enumerate() {
         add(&format!("kick {i} time"), trial.kick_time_s);
     }
-    arena.preset = paid_task::TaskPreset::builtin("stage1").expect("built in");
-    let sets = vec!["own".to_owned(); arena.library.len()];
+    setup.preset = paid_task::TaskPreset::builtin("stage1").expect("built in");
+    let sets = vec!["own".to_owned(); setup.library.len()];
     let options = TrackingOptions { starts: 0, sets, limits: false };
-    let report = tracking::evaluate(&arena, &maker, &options).expect("runs");
+    let report = tracking::evaluate(&setup, &maker, &options).expect("runs");
     let exact = report.sets[0].exact.expect("exact starts");
     add("mpjpe", Some(exact.errors.mpjpe_mm));
     add("g-mpjpe", Some(exact.errors.g_mpjpe_mm));
@@ -107,13 +107,13 @@ fn mujoco_gives_the_known_figures() {
 
 #[test]
 fn a_stopped_evaluation_reports_the_trials_that_ended() {
-    let arena = arena("stage2");
+    let setup = setup("stage2");
     // Told to stop in the second batch of trials, a long way before its end.
     let stopper = Arc::new(std::sync::atomic::AtomicUsize::new(0));
     let maker = || {
         let batch = stopper.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
-        let mut puppet = Puppet::new(&arena);
-        puppet.stop = (batch == 1).then(|| arena.monitor.clone());
+        let mut puppet = Puppet::new(&setup);
+        puppet.stop = (batch == 1).then(|| setup.monitor.clone());
         Ok(Box::new(puppet) as Box<dyn Policy>)
     };
     let options = ShootingOptions {
@@ -122,15 +122,15 @@ fn a_stopped_evaluation_reports_the_trials_that_ended() {
         limit_s: 0.2,
         ..ShootingOptions::default()
     };
-    let report = shooting::evaluate(&arena, &maker, &options).expect("runs");
+    let report = shooting::evaluate(&setup, &maker, &options).expect("runs");
     assert_eq!((report.trials.len(), report.planned()), (64, 100), "the first batch of 64 ended");
     assert!(report.table().contains("stopped: 64 of 100 trials"), "{}", report.table());
     assert_eq!(report.csv().lines().count(), 65);
     assert_eq!((report.cells[0].success.trials, report.cells[1].success.trials), (50, 14));
     // Another evaluation under the same monitor does not begin, and says so without inventing figures.
-    let sets = vec!["own".to_owned(); arena.library.len()];
+    let sets = vec!["own".to_owned(); setup.library.len()];
     let options = TrackingOptions { starts: 1, sets, limits: true };
-    let report = tracking::evaluate(&arena, &maker, &options).expect("runs");
+    let report = tracking::evaluate(&setup, &maker, &options).expect("runs");
     assert_eq!((report.runs.len(), report.planned), (0, 4));
     assert!(report.sets[0].exact.is_none() && report.clips[0].exact_completed.is_none());
     assert!(report.table().contains("stopped: 0 of 4 runs"), "{}", report.table());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_eval::engine::Engine;
-use paid_eval::episodes::Arena;
+use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Policy, ZeroPolicy};
 use paid_eval::shooting::{self, Grid, Placement, ShootingOptions, Variant, plan};
@@ -28,11 +28,11 @@ fn motions(test: &str) -> Option<PathBuf> {
     None
 }
 
-fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
+fn setup(folder: &Path, task: &str, threads: usize) -> EvalSetup {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::load(folder, &robot, &spec, 50.0).expect("good motions");
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
-    Arena {
+    EvalSetup {
         engine: Engine::Builtin,
         isa: Isa::detect(),
         robot,
@@ -45,10 +45,10 @@ fn arena(folder: &Path, task: &str, threads: usize) -> Arena {
     }
 }
 
-fn zero(arena: &Arena) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
-    let layout = ObservationLayout::new(&arena.spec, false);
+fn zero(setup: &EvalSetup) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
+    let layout = ObservationLayout::new(&setup.spec, false);
     let obs_dim = layout.policy.iter().map(|t| t.size).sum();
-    let action_dim = arena.spec.policy_joint_order.len();
+    let action_dim = setup.spec.policy_joint_order.len();
     move || Ok(Box::new(ZeroPolicy { obs_dim, action_dim }) as Box<dyn Policy>)
 }
 
@@ -63,8 +63,8 @@ fn shots_repeat_whatever_the_number_of_threads() {
         ..ShootingOptions::default()
     };
     let run = |threads| {
-        let arena = arena(&folder, "stage2", threads);
-        shooting::evaluate(&arena, &zero(&arena), &options).expect("runs")
+        let setup = setup(&folder, "stage2", threads);
+        shooting::evaluate(&setup, &zero(&setup), &options).expect("runs")
     };
     let (one, three) = (run(1), run(3));
     assert_eq!(one, three);
@@ -84,11 +84,11 @@ fn shots_repeat_whatever_the_number_of_threads() {
 #[test]
 fn standing_still_tracks_no_kick() {
     let Some(folder) = motions("standing_still_tracks_no_kick") else { return };
-    let arena = arena(&folder, "stage1", 2);
+    let setup = setup(&folder, "stage1", 2);
     let options =
-        TrackingOptions { starts: 2, sets: vec!["standard".to_owned(); arena.library.len()], limits: true };
-    let report = tracking::evaluate(&arena, &zero(&arena), &options).expect("runs");
-    assert_eq!(report.runs.len(), 3 * arena.library.len());
+        TrackingOptions { starts: 2, sets: vec!["standard".to_owned(); setup.library.len()], limits: true };
+    let report = tracking::evaluate(&setup, &zero(&setup), &options).expect("runs");
+    assert_eq!(report.runs.len(), 3 * setup.library.len());
     let set = &report.sets[0];
     let exact = set.exact.expect("exact starts");
     assert!(exact.displacement_share.abs() < 0.5, "{set:?}");
@@ -96,7 +96,7 @@ fn standing_still_tracks_no_kick() {
     assert!(report.table().contains("PAiD (paper)"));
     let bodies: Vec<f64> = report.bodies.iter().filter_map(|b| b.error_mm[0]).collect();
     let mean = bodies.iter().sum::<f64>() / bodies.len() as f64;
-    assert_eq!((bodies.len(), bodies[0]), (arena.spec.tracked_bodies.len(), 0.0));
+    assert_eq!((bodies.len(), bodies[0]), (setup.spec.tracked_bodies.len(), 0.0));
     assert!((mean - exact.errors.mpjpe_mm).abs() < 1e-9, "{bodies:?}");
     assert!(report.table().contains("left_ankle_roll_link"), "{}", report.table());
     // The first frame is the motion's own: its error is the engine's rounding.
@@ -106,10 +106,10 @@ fn standing_still_tracks_no_kick() {
 #[test]
 fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
     let Some(folder) = motions("a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball") else { return };
-    let arena = arena(&folder, "stage2", 1);
-    let placement = Placement::new(&arena);
+    let setup = setup(&folder, "stage2", 1);
+    let placement = Placement::new(&setup);
     let options = ShootingOptions { grid: Grid::EFFECTIVE, trials: 5, ..ShootingOptions::default() };
-    let world = plan(&arena, &options).expect("plans");
+    let world = plan(&setup, &options).expect("plans");
     assert_eq!(world.len(), 7 * 9 * 5);
     for t in &world {
         for k in 0..2 {
@@ -120,7 +120,7 @@ fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
         assert_eq!(t.motion, placement.motion(t.ball, t.ball_velocity));
     }
     let robot = ShootingOptions { trials: 1, variant: Variant::Robot, ..ShootingOptions::default() };
-    assert!(plan(&arena, &robot).expect("plans").iter().all(|t| t.ball == t.place && t.goal == [5.0, 0.0]));
+    assert!(plan(&setup, &robot).expect("plans").iter().all(|t| t.ball == t.place && t.goal == [5.0, 0.0]));
     // The ball does not fit under the feet; and motion 001 goes 0.82 m straight ahead.
     assert!(placement.overlaps(0, [0.0, 0.1]) && placement.overlaps(0, [0.0, -0.1]));
     assert_eq!(placement.motion([0.82, 0.0], [0.0; 2]), 0);
@@ -129,28 +129,28 @@ fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
 #[test]
 fn a_policy_of_another_size_is_refused() {
     let Some(folder) = motions("a_policy_of_another_size_is_refused") else { return };
-    let arena = arena(&folder, "stage2", 1);
+    let setup = setup(&folder, "stage2", 1);
     let options = ShootingOptions { trials: 1, ..ShootingOptions::default() };
     let small = || Ok(Box::new(ZeroPolicy { obs_dim: 3, action_dim: 29 }) as Box<dyn Policy>);
-    let error = shooting::evaluate(&arena, &small, &options).expect_err("does not fit").to_string();
+    let error = shooting::evaluate(&setup, &small, &options).expect_err("does not fit").to_string();
     assert!(error.contains("length of the observation") && error.contains('3'), "{error}");
 }
 
 #[test]
 fn a_film_shows_the_robot() {
     let Some(folder) = motions("a_film_shows_the_robot") else { return };
-    let arena = arena(&folder, "stage2", 1);
+    let setup = setup(&folder, "stage2", 1);
     let (control, _) = shooting::control_of(&ShootingOptions::default(), 0.02);
-    let start = paid_task::ForcedStart::nominal(0);
-    let films = paid_eval::episodes::run_episodes(&arena, &zero(&arena), &[start], control, 10, |_| {
+    let start = paid_task::InitialState::nominal(0);
+    let films = paid_eval::episodes::run_episodes(&setup, &zero(&setup), &[start], control, 10, |_| {
         picture::Film::default()
     })
     .expect("runs");
     assert_eq!(films[0].1.poses.len(), 11);
-    let image = picture::frame(&arena.robot, &films[0].1.poses[10], Some(0.11), 1.0, [160, 120]);
+    let image = picture::frame(&setup.robot, &films[0].1.poses[10], Some(0.11), 1.0, [160, 120]);
     let mut empty = films[0].1.poses[10].clone();
     empty.pos.truncate(1);
-    let without = picture::frame(&arena.robot, &empty, Some(0.11), 1.0, [160, 120]);
+    let without = picture::frame(&setup.robot, &empty, Some(0.11), 1.0, [160, 120]);
     let differ = (0..120).flat_map(|y| (0..160).map(move |x| (x, y)));
     let differ = differ.filter(|&(x, y)| image.get(x, y) != without.get(x, y)).count();
     assert!(differ > 300, "the robot covers part of the picture: {differ} pixels");

@@ -1,4 +1,4 @@
-//! Portable lanes: `[f32; N]`, left to the compiler's vectoriser.
+//! Portable lanes: `[f32; N]`, left to the compiler's vectorizer.
 
 use crate::ops::assign_ops;
 use crate::{Kernel, Mask, Real, functions};

@@ -73,7 +73,7 @@ impl Mask for Mask8 {
     }
 }
 
-// Never inlined: kernels stay separate functions, which keeps the optimiser's time linear in their number.
+// Never inlined: kernels stay separate functions, which keeps the optimizer's time linear in their number.
 #[inline(never)]
 #[target_feature(enable = "avx2,fma")]
 fn enter<K: Kernel>(kernel: K) -> K::Output {

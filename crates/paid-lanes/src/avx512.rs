@@ -64,7 +64,7 @@ impl Mask for Mask16 {
     }
 }
 
-// Never inlined: kernels stay separate functions, which keeps the optimiser's time linear in their number.
+// Never inlined: kernels stay separate functions, which keeps the optimizer's time linear in their number.
 #[inline(never)]
 #[target_feature(enable = "avx512f,avx512dq,avx512vl,avx2,fma")]
 fn enter<K: Kernel>(kernel: K) -> K::Output {
@@ -158,7 +158,7 @@ impl Real for F32x16 {
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        // SAFETY: see the top of the file. 0x01 rounds towards minus infinity with scale 0.
+        // SAFETY: see the top of the file. 0x01 rounds toward minus infinity with scale 0.
         unsafe { Self(_mm512_roundscale_ps::<0x01>(self.0)) }
     }
     #[inline(always)]

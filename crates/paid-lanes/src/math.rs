@@ -300,7 +300,7 @@ impl<V: Real> Quat<V> {
         let t = t + t;
         u.cross_add(t, t.scale_add(w, v))
     }
-    /// Turned by the world angular velocity `omega` [rad/s] for `dt` [s]: first-order step, renormalised.
+    /// Turned by the world angular velocity `omega` [rad/s] for `dt` [s]: first-order step, renormalized.
     #[inline(always)]
     pub fn integrate(self, omega: Vec3<V>, dt: V) -> Self {
         let half = V::c(0.5) * dt;

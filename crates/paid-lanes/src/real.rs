@@ -119,7 +119,7 @@ pub trait Real:
     fn rsqrt(self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// Rounds towards minus infinity.
+    /// Rounds toward minus infinity.
     fn floor(self) -> Self;
     /// `2^self` for integral `self` in [-126, 127].
     fn exp2_int(self) -> Self;

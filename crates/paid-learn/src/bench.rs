@@ -32,7 +32,7 @@ pub struct BenchSize {
 pub struct LearnBench {
     /// Samples through forward, backward and Adam of both networks [1/s]: one epoch, all threads.
     pub update_samples_per_s: f64,
-    /// Samples through normalisation, both networks' forward passes and sampling [1/s], all threads.
+    /// Samples through normalization, both networks' forward passes and sampling [1/s], all threads.
     pub collect_samples_per_s: f64,
     /// Arithmetic of the update's matrix products [GFLOP/s], all threads.
     pub update_gflop_per_s: f64,

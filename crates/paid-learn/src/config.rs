@@ -77,7 +77,7 @@ pub struct PpoConfig {
     pub minibatches: usize,
     /// Discount a control step.
     pub gamma: f64,
-    /// Decay of the generalised advantage estimate.
+    /// Decay of the generalized advantage estimate.
     pub lambda: f64,
     /// Clip range of the probability ratio and of the value.
     pub clip: f64,

@@ -26,7 +26,7 @@ pub trait VecEnv: Send {
     /// Advances all environments by one control step under `actions` `[action_dim, num_envs]`; environments whose
     /// episode ended are reset before this returns, so the next `observe` shows the new episode.
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>);
-    /// Serialises everything that the next steps depend on, for an exact resume.
+    /// Serializes everything that the next steps depend on, for an exact resume.
     fn save(&self) -> Vec<u8>;
     /// Restores what `save` wrote.
     ///

@@ -1,4 +1,4 @@
-//! Generalised advantage estimation (Schulman et al. 2016).
+//! Generalized advantage estimation (Schulman et al. 2016).
 
 /// Discount and decay.
 #[derive(Clone, Copy, Debug)]

@@ -148,7 +148,7 @@ pub struct ActorBatch<'a, S> {
     pub old_log_std: &'a [S],
     /// Their log probabilities then, `[n]`.
     pub old_log_prob: &'a [S],
-    /// Advantages before normalisation, `[n]`.
+    /// Advantages before normalization, `[n]`.
     pub advantage: &'a [S],
 }
 
@@ -159,7 +159,7 @@ pub struct ActorLossConfig {
     pub clip: f64,
     /// Mean of the advantages, subtracted.
     pub advantage_mean: f64,
-    /// Factor on the centred advantages.
+    /// Factor on the centered advantages.
     pub advantage_scale: f64,
     /// Weight of each sample: 1 / (samples of the minibatch).
     pub weight: f64,

@@ -19,7 +19,7 @@ use crate::update::{Gradients, Schedule, UpdateStats, Worker, update};
 const INIT_STREAM: u32 = 0x696E_6974;
 const SHUFFLE_STREAM: u32 = 0x7368_7566;
 
-/// Actor, critic, normalisers, optimiser and the shards' carried states.
+/// Actor, critic, normalizers, optimizer and the shards' carried states.
 ///
 /// Same seed and same shards (number and sizes, in order) give the same weights bit for bit, whatever the thread count.
 #[derive(Clone, Debug)]
@@ -58,7 +58,7 @@ pub struct CollectStats {
     pub wall_s: f64,
     /// Time in environments [s], summed over threads.
     pub env_s: f64,
-    /// Time in normalisation [s], summed over threads.
+    /// Time in normalization [s], summed over threads.
     pub normalize_s: f64,
     /// Time in networks and sampling [s], summed over threads.
     pub forward_s: f64,
@@ -139,12 +139,12 @@ impl Learner {
         self.iteration
     }
 
-    /// Actor with its optimiser state.
+    /// Actor with its optimizer state.
     pub fn actor(&self) -> &Model {
         &self.actor
     }
 
-    /// Critic with its optimiser state.
+    /// Critic with its optimizer state.
     pub fn critic(&self) -> &Model {
         &self.critic
     }
@@ -194,7 +194,7 @@ impl Learner {
         })
     }
 
-    /// Collects a horizon from every shard and merges what the normalisers saw. Shards keep their order, number and sizes
+    /// Collects a horizon from every shard and merges what the normalizers saw. Shards keep their order, number and sizes
     /// for the life of a learner.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Networks, PPO, normaliser, checkpoints.
+//! Networks, PPO, normalizer, checkpoints.
 //!
 //! Batches are *feature-major*: element (feature `f`, environment `e`) of an `[F, N]` matrix is at `f * N + e`, so that SIMD
 //! lanes (environments) are contiguous from the physics to the matrix products.

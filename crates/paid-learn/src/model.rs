@@ -1,4 +1,4 @@
-//! A network with its parameters and optimiser state, and the policy that a trained one makes.
+//! A network with its parameters and optimizer state, and the policy that a trained one makes.
 
 use paid_lanes::rng::Rng;
 
@@ -36,7 +36,7 @@ impl Model {
     ) -> Self {
         let net = Network::new(input, output, config);
         let mut layout = net.layout().clone();
-        let mut params = net.initialise(rng);
+        let mut params = net.initialize(rng);
         if let Some(std) = initial_std {
             layout.add(LOG_STD, &[output]);
             params.resize(layout.len(), std.ln() as f32);
@@ -74,7 +74,7 @@ pub struct Policy {
     pub net: Network,
     /// Weights, laid out by `net.layout()`.
     pub params: Vec<f32>,
-    /// Normalisation of the observation.
+    /// Normalization of the observation.
     pub normalizer: Normalizer,
     /// Standard deviation of each action in training.
     pub std: Vec<f32>,

@@ -49,7 +49,7 @@ pub struct Normalizer {
     inv_std: Vec<f32>,
 }
 
-/// What one shard saw in one iteration: sums of the normalised values.
+/// What one shard saw in one iteration: sums of the normalized values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seen {
     count: f64,
@@ -67,12 +67,12 @@ impl Seen {
 }
 
 impl Normalizer {
-    /// A normaliser that has seen nothing.
+    /// A normalizer that has seen nothing.
     pub fn new(features: usize) -> Self {
         Self::from_moments(Moments::new(features))
     }
 
-    /// A normaliser with given statistics.
+    /// A normalizer with given statistics.
     pub fn from_moments(moments: Moments) -> Self {
         let mut normalizer = Self { mean: Vec::new(), inv_std: Vec::new(), moments };
         normalizer.refresh();
@@ -107,7 +107,7 @@ impl Normalizer {
         };
     }
 
-    /// Normalises `x` `[features, n]` into `out`; values that are not finite become zero. Counts what it saw in `seen`.
+    /// Normalizes `x` `[features, n]` into `out`; values that are not finite become zero. Counts what it saw in `seen`.
     pub fn apply(&self, x: Mat<'_, f32>, out: MatMut<'_, f32>, seen: Option<&mut Seen>) {
         assert!(
             x.rows() == self.mean.len() && out.rows() == x.rows() && out.cols() == x.cols(),

@@ -86,9 +86,9 @@ pub struct Rollout {
     pub plan: Plan,
     /// Features of the policy's observation, the critic's, and actions.
     pub dims: [usize; 3],
-    /// Normalised policy observations.
+    /// Normalized policy observations.
     pub policy_obs: Vec<f32>,
-    /// Normalised critic observations.
+    /// Normalized critic observations.
     pub critic_obs: Vec<f32>,
     /// Actions taken.
     pub action: Vec<f32>,

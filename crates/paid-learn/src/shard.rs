@@ -24,9 +24,9 @@ pub struct Shard {
     pub actor_start: Vec<State<f32>>,
     /// The critic's at the start of the horizon.
     pub critic_start: Vec<State<f32>>,
-    /// What the policy's normaliser saw.
+    /// What the policy's normalizer saw.
     pub policy_seen: Seen,
-    /// What the critic's normaliser saw.
+    /// What the critic's normalizer saw.
     pub critic_seen: Seen,
     /// Counts and times of the last horizon.
     pub stats: ShardStats,
@@ -53,7 +53,7 @@ pub struct ShardStats {
     pub advantage: (f64, f64),
     /// Time in the environment [s].
     pub env_s: f64,
-    /// Time in normalisation [s].
+    /// Time in normalization [s].
     pub normalize_s: f64,
     /// Time in the networks and in sampling [s].
     pub forward_s: f64,
@@ -66,9 +66,9 @@ pub struct Collect<'a> {
     pub actor: &'a Model,
     /// Value function.
     pub critic: &'a Model,
-    /// Normaliser of the policy's observation.
+    /// Normalizer of the policy's observation.
     pub policy_normalizer: &'a Normalizer,
-    /// Normaliser of the critic's observation.
+    /// Normalizer of the critic's observation.
     pub critic_normalizer: &'a Normalizer,
     /// Discount and decay.
     pub gae: GaeConfig,
@@ -128,7 +128,7 @@ impl Shard {
         self.stats.non_finite += self.policy_seen.non_finite + self.critic_seen.non_finite;
     }
 
-    /// Normalises, evaluates both networks and draws actions for block `b` at step `t`.
+    /// Normalizes, evaluates both networks and draws actions for block `b` at step `t`.
     fn act(&mut self, shared: Collect<'_>, t: usize, b: usize, work: &mut StepWorkspace<f32>) {
         let r = &mut self.rollout;
         let [policy_obs, critic_obs, actions] = r.dims;

@@ -40,7 +40,7 @@ impl Case {
         }
         // Episodes begin in the middle of some sequences.
         let keep = (0..cols).map(|k| if k >= width && k % 7 == 3 { 0.0 } else { 1.0 }).collect();
-        let params = net.initialise(&mut Rng::new(6, 0, 0));
+        let params = net.initialize(&mut Rng::new(6, 0, 0));
         Self { net, params, input, keep, state, target, steps, width }
     }
 
@@ -243,7 +243,7 @@ fn actor_loss_reports_the_divergence_of_the_formula() {
 
 #[test]
 fn value_loss_gradients_match_differences_inside_and_outside_the_clip_range() {
-    // value, old value, target: inside; outside towards the target (clipped branch wins, no gradient); outside away.
+    // value, old value, target: inside; outside toward the target (clipped branch wins, no gradient); outside away.
     let cases = [(1.1, 1.0, 3.0), (1.5, 1.0, 3.0), (0.5, 1.0, 3.0), (1.5, 1.0, 1.0), (0.9, 1.0, 0.0)];
     let clip = 0.2;
     let run = |value: &[f64], clip, gradient: &mut [f64]| {

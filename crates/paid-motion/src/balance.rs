@@ -1,4 +1,4 @@
-//! Whole-body balance of a clip: centre of mass, zero-moment point, support polygon.
+//! Whole-body balance of a clip: center of mass, zero-moment point, support polygon.
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_robot::RobotModel;
@@ -11,11 +11,11 @@ pub const GRAVITY: f64 = 9.81;
 /// Balance of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
-    /// Centre of mass of the whole robot, world [m].
+    /// Center of mass of the whole robot, world [m].
     pub com: [f64; 3],
     /// Force that the ground must give, world axes [N].
     pub force: [f64; 3],
-    /// Zero-moment point on the floor (z = 0), world x, y [m]; the centre of pressure if it is inside the support.
+    /// Zero-moment point on the floor (z = 0), world x, y [m]; the center of pressure if it is inside the support.
     pub zmp: [f64; 2],
     /// Moment about the vertical through `zmp` that the ground must give [N m].
     pub yaw_moment: f64,
@@ -26,8 +26,8 @@ pub struct Balance {
 /// first and after its last frame the robot is taken to stand still.
 pub fn balance(clip: &Clip, model: &RobotModel) -> Vec<Balance> {
     let dt = 1.0 / clip.fps;
-    let coms: Vec<Vec<Vec3<f64>>> = (0..clip.frames).map(|t| centres(clip, model, t)).collect();
-    // Angular momentum about each body's own centre, between frames t and t + 1.
+    let coms: Vec<Vec<Vec3<f64>>> = (0..clip.frames).map(|t| centers(clip, model, t)).collect();
+    // Angular momentum about each body's own center, between frames t and t + 1.
     let spins: Vec<Vec3<f64>> = (0..clip.frames - 1).map(|t| spin(clip, model, t, dt)).collect();
     (0..clip.frames)
         .map(|t| {
@@ -55,7 +55,7 @@ pub fn balance(clip: &Clip, model: &RobotModel) -> Vec<Balance> {
         .collect()
 }
 
-fn centres(clip: &Clip, model: &RobotModel, t: usize) -> Vec<Vec3<f64>> {
+fn centers(clip: &Clip, model: &RobotModel, t: usize) -> Vec<Vec3<f64>> {
     let (pos, quat) = (clip.body_pos(t), clip.body_quat(t));
     model
         .bodies
@@ -80,7 +80,7 @@ fn spin(clip: &Clip, model: &RobotModel, t: usize, dt: f64) -> Vec3<f64> {
     total
 }
 
-/// The convex hull of points on the floor, anticlockwise (Andrew's monotone chain).
+/// The convex hull of points on the floor, counterclockwise (Andrew's monotone chain).
 pub fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
@@ -131,7 +131,7 @@ mod tests {
     use crate::testing::{model, steady_clip};
 
     #[test]
-    fn a_robot_at_constant_velocity_presses_below_its_centre_of_mass() {
+    fn a_robot_at_constant_velocity_presses_below_its_center_of_mass() {
         let clip = steady_clip(21, 50.0, 0.0);
         for b in &balance(&clip, &model())[1..20] {
             assert!((b.zmp[0] - b.com[0]).abs() < 1e-9 && (b.zmp[1] - b.com[1]).abs() < 1e-9);
@@ -160,7 +160,7 @@ mod tests {
             let angle = 0.5 * 3.0 * (t as f64 / 50.0_f64).powi(2);
             for i in 0..3 {
                 clip.body_pos[t * 3 + i] = [0.0, 0.0, 0.5];
-                // Turn only the trunk, whose centre of mass lies on the axis.
+                // Turn only the trunk, whose center of mass lies on the axis.
                 let about_z = [(0.5 * angle).cos(), 0.0, 0.0, (0.5 * angle).sin()];
                 clip.body_quat[t * 3 + i] = if i == 0 { about_z } else { [1.0, 0.0, 0.0, 0.0] };
             }

@@ -62,7 +62,7 @@ pub struct Clip {
     /// The frame in which the foot meets the ball, if it is known.
     pub kick_frame: Option<usize>,
     /// Terms of use, if the file states them.
-    pub licence: Option<String>,
+    pub license: Option<String>,
     /// T.
     pub frames: usize,
     /// J.
@@ -77,7 +77,7 @@ pub struct Clip {
     pub body_pos: Vec<[f64; 3]>,
     /// Orientations of the body frames `[T, B]`, unit, w, x, y, z.
     pub body_quat: Vec<[f64; 4]>,
-    /// Velocities of the bodies' centres of mass `[T, B]`, world axes [m/s].
+    /// Velocities of the bodies' centers of mass `[T, B]`, world axes [m/s].
     pub body_lin_vel: Vec<[f64; 3]>,
     /// Angular velocities `[T, B]`, world axes [rad/s].
     pub body_ang_vel: Vec<[f64; 3]>,
@@ -104,7 +104,7 @@ impl Clip {
     pub fn body_quat(&self, t: usize) -> &[[f64; 4]] {
         &self.body_quat[t * self.bodies..(t + 1) * self.bodies]
     }
-    /// Velocities of the bodies' centres of mass of frame `t`, world axes [m/s].
+    /// Velocities of the bodies' centers of mass of frame `t`, world axes [m/s].
     pub fn body_lin_vel(&self, t: usize) -> &[[f64; 3]] {
         &self.body_lin_vel[t * self.bodies..(t + 1) * self.bodies]
     }

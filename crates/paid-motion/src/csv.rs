@@ -3,7 +3,7 @@
 //!
 //! Lines that begin with `#` are comments, which other readers skip. Ours state there what the numbers leave open, a key a line:
 //! `# fps: 50`, `# kick_leg: right`, `# kick_frame: 141`, `# joint_order: model` (or `policy`),
-//! `# licence: ...`. A first line of column names is understood: its last
+//! `# license: ...`. A first line of column names is understood: its last
 //! names are then those of the joints, in any order.
 
 use std::fmt::Write as _;
@@ -79,7 +79,7 @@ pub fn parse_csv(
         name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
         kick_frame: stated.kick_frame.filter(|&k| k < frames.len()),
-        licence: stated.licence,
+        license: stated.license,
         ..Clip::from_poses(model, fps, &base, &angles)
     };
     let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
@@ -101,7 +101,7 @@ struct Stated {
     fps_line: usize,
     kick_leg: Option<KickLeg>,
     kick_frame: Option<usize>,
-    licence: Option<String>,
+    license: Option<String>,
     joint_order: Option<JointOrder>,
 }
 
@@ -205,7 +205,7 @@ impl Reader<'_> {
             "joint_order" => {
                 stated.joint_order = Some(value.parse().map_err(|_| bad("'model' or 'policy'"))?);
             }
-            "licence" => stated.licence = Some(value.to_owned()),
+            "license" | "licence" => stated.license = Some(value.to_owned()),
             _ => {}
         }
         Ok(())
@@ -222,9 +222,9 @@ pub fn write_csv(path: &Path, clip: &Clip) -> Result<(), MotionError> {
     if let Some(frame) = clip.kick_frame {
         text += &format!("# kick_frame: {frame}\n");
     }
-    if let Some(licence) = &clip.licence {
-        // A licence of several lines must not end the comment.
-        text += &format!("# licence: {}\n", licence.split_whitespace().collect::<Vec<_>>().join(" "));
+    if let Some(license) = &clip.license {
+        // A license of several lines must not end the comment.
+        text += &format!("# license: {}\n", license.split_whitespace().collect::<Vec<_>>().join(" "));
     }
     for t in 0..clip.frames {
         let ([x, y, z], [qw, qx, qy, qz]) = (clip.body_pos(t)[0], clip.body_quat(t)[0]);

@@ -65,7 +65,7 @@ proptest! {
             write_motion(&path, &clip, &model(), &spec()).expect("written");
             let back = read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect("read");
             prop_assert_eq!((back.frames, back.kick_leg, back.kick_frame), (6, leg, Some(kick)));
-            prop_assert_eq!(back.licence.as_deref(), Some("CC0"));
+            prop_assert_eq!(back.license.as_deref(), Some("CC0"));
             prop_assert!((back.fps - fps).abs() < 1e-12);
             let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < tolerance * (1.0 + y.abs()));
             prop_assert!(near(&back.joint_pos, &clip.joint_pos));
@@ -91,13 +91,13 @@ proptest! {
 }
 
 #[test]
-fn a_bare_file_needs_a_frame_rate_and_is_labelled_by_its_faster_foot() {
+fn a_bare_file_needs_a_frame_rate_and_is_labeled_by_its_faster_foot() {
     let (_dir, path) = written(&[ROW, ROW, "0.1,0.2,0.7,0,0,0,1,0.3,0.4\n"].concat());
     let error = read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect_err("no rate");
     assert!(matches!(error, MotionError::Unstated { .. }), "{error}");
     let options = ReadOptions { fps: Some(30.0), ..ReadOptions::default() };
     let clip = read_motion(&path, &model(), &spec(), &options).expect("good");
-    assert_eq!((clip.frames, clip.fps, clip.kick_leg, clip.licence), (3, 30.0, KickLeg::Right, None));
+    assert_eq!((clip.frames, clip.fps, clip.kick_leg, clip.license), (3, 30.0, KickLeg::Right, None));
     assert_eq!(clip.joint_vel[5], 0.8 * 30.0);
 }
 

@@ -57,7 +57,7 @@ fn folder() -> TempDir {
 fn an_unaltered_file_is_read() {
     let dir = folder();
     let clip = read_clip(&file_with(&dir, |_, _| false), &model(), &spec()).expect("good");
-    assert_eq!((clip.frames, clip.fps, clip.kick_leg.index(), clip.licence), (4, 50.0, 0, None));
+    assert_eq!((clip.frames, clip.fps, clip.kick_leg.index(), clip.license), (4, 50.0, 0, None));
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn a_written_clip_reads_back_to_single_precision_in_model_order() {
         assert!((back.body_quat(t)[1][3] - clip.body_quat(t)[1][3]).abs() < 1e-6);
         assert!((back.body_lin_vel(t)[1][0] - clip.body_lin_vel(t)[1][0]).abs() < 1e-6);
     }
-    assert_eq!(back.licence.as_deref(), Some("CC0"));
+    assert_eq!(back.license.as_deref(), Some("CC0"));
     assert_eq!(fs::read_dir(dir.path()).expect("readable").count(), 1, "no temporary file is left");
 }
 

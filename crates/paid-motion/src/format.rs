@@ -62,9 +62,9 @@ pub fn read_motion(
     let mut head = Vec::new();
     File::open(path).map_err(io)?.take(4).read_to_end(&mut head).map_err(io)?;
     if head == *b"PK\x03\x04" || has_extension(path, "npz") {
-        let (mut clip, labelled) = read_npz(path, model, spec)?;
+        let (mut clip, labeled) = read_npz(path, model, spec)?;
         let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
-        let leg = if labelled { options.kick_leg } else { options.kick_leg.or_else(fastest) };
+        let leg = if labeled { options.kick_leg } else { options.kick_leg.or_else(fastest) };
         clip.kick_leg = leg.unwrap_or(clip.kick_leg);
         Ok(clip)
     } else if has_extension(path, "csv") {

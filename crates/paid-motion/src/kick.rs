@@ -11,7 +11,7 @@ pub struct KickFacts {
     /// Displacement of the anchor from the first to the last frame, x forward and y left in the first frame's heading
     /// of the anchor [m].
     pub anchor_displacement: [f64; 2],
-    /// Largest speed of the kicking foot's centre of mass [m/s].
+    /// Largest speed of the kicking foot's center of mass [m/s].
     pub peak_foot_speed: f64,
     /// The frame of that speed.
     pub kick_frame: usize,
@@ -93,14 +93,14 @@ mod tests {
 
     #[test]
     fn displacement_is_seen_from_the_first_heading() {
-        // Facing -y, two metres towards -y is two metres forward; one towards +x is one metre to the left.
+        // Facing -y, two meters toward -y is two meters forward; one toward +x is one meter to the left.
         let facing_minus_y = [0.5_f64.sqrt(), 0.0, 0.0, -(0.5_f64.sqrt())];
         let d = displacement_in_heading(facing_minus_y, [1.0, 1.0, 0.0], [2.0, -1.0, 5.0]);
         assert!((d[0] - 2.0).abs() < 1e-12 && (d[1] - 1.0).abs() < 1e-12, "{d:?}");
     }
 
     #[test]
-    fn the_kick_is_where_the_labelled_foot_is_fastest() {
+    fn the_kick_is_where_the_labeled_foot_is_fastest() {
         let mut clip = steady_clip(11, 50.0, 0.0);
         let foot = 2; // spec().feet[1], the label is right
         for t in 0..11 {

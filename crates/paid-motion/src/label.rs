@@ -10,7 +10,7 @@ use crate::{Clip, KickLeg};
 pub struct KickLabel {
     /// The leg with the faster foot.
     pub leg: KickLeg,
-    /// The frame in which that foot's centre of mass is fastest.
+    /// The frame in which that foot's center of mass is fastest.
     pub frame: usize,
     /// Its speed there [m/s].
     pub speed: f64,

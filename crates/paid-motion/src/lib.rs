@@ -2,7 +2,7 @@
 //! scratch.
 //!
 //! A [`Clip`] is in *model order* (see [`paid_robot`]); the orders of files are permuted by name on the way in. Every
-//! quaternion is w, x, y, z and unit; positions are world metres, velocities per second.
+//! quaternion is w, x, y, z and unit; positions are world meters, velocities per second.
 
 mod balance;
 pub mod check;

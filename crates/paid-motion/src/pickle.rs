@@ -21,7 +21,7 @@ pub(crate) struct PickleError {
     pub found: String,
 }
 
-/// Runs the opcodes; objects live in an arena, so that what is shared or changed later is one object.
+/// Runs the opcodes; objects live in an setup, so that what is shared or changed later is one object.
 pub(crate) struct Machine<'a> {
     bytes: &'a [u8],
     at: usize,

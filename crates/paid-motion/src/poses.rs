@@ -28,7 +28,7 @@ impl Clip {
             fps,
             kick_leg: KickLeg::Right,
             kick_frame: None,
-            licence: None,
+            license: None,
             frames: base.len(),
             joints,
             bodies: model.bodies.len(),

@@ -17,7 +17,7 @@ pub(crate) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
 /// Keys: `fps` (one number), `joint_pos`, `joint_vel` `[T, J]`, `body_pos_w`, `body_lin_vel_w`, `body_ang_vel_w`
 /// `[T, B, 3]`, `body_quat_w` `[T, B, 4]` (w, x, y, z), `kick_leg` (`left` or `right`); optionally `joint_names`,
 /// `body_names` (text lists; without them the orders of [`RobotSpec`] hold), `kick_frame` (one number: the frame in which
-/// the foot meets the ball) and `licence` (text).
+/// the foot meets the ball) and `license` (text).
 ///
 /// # Errors
 /// Names the file, the key, what was expected and what was found.
@@ -42,16 +42,16 @@ pub fn parse_npz(
     read_arrays(npz, path, model, spec, kick_leg)
 }
 
-/// As [`read_clip`], but the label may be missing: the clip is then labelled `right` and the second value is false.
+/// As [`read_clip`], but the label may be missing: the clip is then labeled `right` and the second value is false.
 pub(crate) fn read_npz(
     path: &Path,
     model: &RobotModel,
     spec: &RobotSpec,
 ) -> Result<(Clip, bool), MotionError> {
     let mut npz = Npz::open(path)?;
-    let labelled = npz.has("kick_leg");
-    let kick_leg = if labelled { label(&mut npz)? } else { KickLeg::Right };
-    Ok((read_arrays(npz, path, model, spec, kick_leg)?, labelled))
+    let labeled = npz.has("kick_leg");
+    let kick_leg = if labeled { label(&mut npz)? } else { KickLeg::Right };
+    Ok((read_arrays(npz, path, model, spec, kick_leg)?, labeled))
 }
 
 fn read_arrays(
@@ -78,9 +78,10 @@ fn read_arrays(
     let body_lin_vel = reader.vectors::<3>("body_lin_vel_w", &bodies)?;
     let body_ang_vel = reader.vectors::<3>("body_ang_vel_w", &bodies)?;
     let kick_frame = kick_frame(&mut npz, frames)?;
-    let licence = match npz.has("licence") {
-        true => npz.texts("licence")?.into_iter().next(),
-        false => None,
+    // Files of older versions spell the key the British way.
+    let license = match ["license", "licence"].into_iter().find(|key| npz.has(key)) {
+        Some(key) => npz.texts(key)?.into_iter().next(),
+        None => None,
     };
     Ok(Clip {
         name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
@@ -88,7 +89,7 @@ fn read_arrays(
         fps,
         kick_leg,
         kick_frame,
-        licence,
+        license,
         frames,
         joints: model.joints.len(),
         bodies: model.bodies.len(),

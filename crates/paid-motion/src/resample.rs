@@ -9,7 +9,7 @@ use crate::{Clip, rotation_log, slerp};
 ///
 /// Angles and positions are interpolated linearly, orientations along the shorter arc. Velocities are not
 /// interpolated but recomputed as central differences (one-sided at the ends) of the new frames; linear velocity is
-/// that of the centre of mass, which needs the robot's model.
+/// that of the center of mass, which needs the robot's model.
 pub fn resample(clip: &Clip, model: &RobotModel, rate_hz: f64) -> Clip {
     let last = clip.frames - 1;
     // A hair of tolerance keeps the last frame when both rates divide the duration.
@@ -82,15 +82,15 @@ mod tests {
                 prop_assert!((out.joint_pos(t)[1] - 0.5 * time).abs() < 1e-9);
                 prop_assert!((out.joint_vel(t)[1] - 0.5).abs() < 1e-6);
                 prop_assert!((out.body_ang_vel(t)[0][2] - turn).abs() < 1e-6);
-                // The centre of mass of body 0 is on its z axis, so turning about z does not move it.
+                // The center of mass of body 0 is on its z axis, so turning about z does not move it.
                 prop_assert!((out.body_lin_vel(t)[0][0] - 1.0).abs() < 1e-6);
             }
         }
     }
 
     #[test]
-    fn a_turning_body_moves_its_centre_of_mass() {
-        // Body 1 has its centre of mass 0.1 m along x from its origin and turns at 2 rad/s about z.
+    fn a_turning_body_moves_its_center_of_mass() {
+        // Body 1 has its center of mass 0.1 m along x from its origin and turns at 2 rad/s about z.
         let mut clip = steady_clip(201, 1000.0, 2.0);
         differentiate(&mut clip, &model());
         let v = clip.body_lin_vel(100)[1];

@@ -78,7 +78,7 @@ pub(crate) fn steady_clip(frames: usize, fps: f64, turn: f64) -> Clip {
         fps,
         kick_leg: KickLeg::Right,
         kick_frame: None,
-        licence: Some("CC0".to_owned()),
+        license: Some("CC0".to_owned()),
         frames,
         joints: 2,
         bodies: 3,

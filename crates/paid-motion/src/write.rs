@@ -74,8 +74,8 @@ fn write_all<W: Write + Seek>(
     if let Some(frame) = clip.kick_frame {
         numbers(&mut zip, "kick_frame", &[1], &[frame as i64])?;
     }
-    if let Some(licence) = &clip.licence {
-        text(&mut zip, "licence", licence)?;
+    if let Some(license) = &clip.license {
+        text(&mut zip, "license", license)?;
     }
     zip.finish().map_err(io::Error::other)?.flush()
 }

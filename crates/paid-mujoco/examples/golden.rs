@@ -75,7 +75,7 @@ fn golden() -> Result<Value, Box<dyn std::error::Error>> {
         states.push(entry);
     }
     Ok(json!({
-        "note": "Written by `cargo golden` from the project's own robot description; do not edit. Generalised vectors: base \
+        "note": "Written by `cargo golden` from the project's own robot description; do not edit. Generalized vectors: base \
                  origin (world axes), base rotation (world axes), joints in model order. SI units.",
         "mujoco": MUJOCO_VERSION,
         "robot": model.name,

@@ -30,7 +30,7 @@ impl World {
         same("timestep", &[w.timestep(), w.time()], &[0.003, 0.0])?;
         same("masses", w.body_mass(), &[0.0, 2.0])?;
         same("inertias", &w.body_inertia()[3..], &[0.03, 0.02, 0.01])?;
-        same("centre of mass", &w.body_ipos()[3..], &[0.0, 0.0, 0.001])?;
+        same("center of mass", &w.body_ipos()[3..], &[0.0, 0.0, 0.001])?;
         same("damping", w.dof_damping(), &[0.4; 6])?;
         same("size", &w.geom_size()[3..4], &[0.1])?;
         same("friction", &w.geom_friction()[..3], &[0.7, 0.06, 0.005])?;
@@ -39,7 +39,7 @@ impl World {
         same("position", &w.qpos()[..3], &[0.2, 0.3, 0.09])?;
         same("origin", &w.xpos()[3..], &[0.2, 0.3, 0.09])?;
         same("frame", &w.xmat()[9..], &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])?;
-        same("centre", &w.xipos()[3..], &[0.2, 0.3, 0.091])?;
+        same("center", &w.xipos()[3..], &[0.2, 0.3, 0.091])?;
         same("bias", &w.qfrc_bias()[..3], &[0.0, 0.0, 2.0 * 9.81])?;
         same("free acceleration", &w.qacc_smooth()[2..3], &[-9.81])?;
         same("contacts", &[w.contact_count() as f64], &[1.0])?;

@@ -175,7 +175,7 @@ impl Library {
 
     fn open(file: &Path) -> Result<Self, LibraryError> {
         let open_error = |reason: String| LibraryError::Open { file: file.to_owned(), reason };
-        // SAFETY: loading runs the library's initialisers; a file that the user or `cargo mujoco` put in place is trusted.
+        // SAFETY: loading runs the library's initializers; a file that the user or `cargo mujoco` put in place is trusted.
         let library = unsafe { libloading::Library::new(file) }.map_err(|e| open_error(e.to_string()))?;
         let functions = Functions::find(&library).map_err(open_error)?;
         // SAFETY: the function takes nothing and returns a static string.

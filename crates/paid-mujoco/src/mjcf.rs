@@ -6,7 +6,7 @@ use paid_robot::{ControlSpec, RobotModel, Shape};
 
 use crate::scene::{BALL, BallOptions, Cone, FLOOR, FootShapes, PdControl, SceneOptions, ball_inertia};
 
-/// Centres of the spheres of [`FootShapes::Spheres`] in the frame of a foot of the G1 [m].
+/// Centers of the spheres of [`FootShapes::Spheres`] in the frame of a foot of the G1 [m].
 const SPHERES: [[f64; 3]; 4] =
     [[-0.05, 0.025, -0.03], [-0.05, -0.025, -0.03], [0.12, 0.03, -0.03], [0.12, -0.03, -0.03]];
 /// Their radius [m].

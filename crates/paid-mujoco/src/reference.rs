@@ -1,6 +1,6 @@
 //! Reference quantities for comparisons with other engines: random states, and what MuJoCo computes for them.
 //!
-//! Vectors of generalised quantities are in the layout of the built-in engine: base origin (world axes, 3), base rotation
+//! Vectors of generalized quantities are in the layout of the built-in engine: base origin (world axes, 3), base rotation
 //! (world axes, 3), joints in model order. MuJoCo's own layout differs in the base's rotation, which is in base axes: with the
 //! base's rotation matrix R its accelerations and forces are multiplied by R (the derivative of R times the angular
 //! velocity in base axes vanishes), rows and columns of the mass matrix likewise.

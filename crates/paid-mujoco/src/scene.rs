@@ -124,7 +124,7 @@ impl Default for BallOptions {
 }
 
 impl Default for GoalMarker {
-    /// Five metres ahead, two metres wide, in the direction of x.
+    /// Five meters ahead, two meters wide, in the direction of x.
     fn default() -> Self {
         Self { center: [5.0, 0.0], yaw: 0.0, width: 2.0, height: 1.0 }
     }

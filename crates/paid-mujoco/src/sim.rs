@@ -19,7 +19,7 @@ const FREE_NQ: usize = 7;
 ///
 /// Joint targets are followed by PD control, by default explicit and clipped to the effort limits at every physics step, as
 /// the public evaluation does (release facts). Forces are those of MuJoCo's solver. [`Simulator::set_params`] applies masses, inertias,
-/// the base's centre of mass, gains, and the ball's mass, radius and damping; surfaces (friction, restitution) and the
+/// the base's center of mass, gains, and the ball's mass, radius and damping; surfaces (friction, restitution) and the
 /// floor come from [`SceneOptions`] alone, since MuJoCo's contact model has other parameters.
 #[derive(Debug)]
 pub struct MujocoSim {

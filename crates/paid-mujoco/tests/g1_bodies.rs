@@ -79,7 +79,7 @@ fn masses_inertias_and_mass_matrix_of_the_scene_are_those_of_the_table() {
     let mut expected = World::from_xml(&text).unwrap();
     close("masses", scene.body_mass(), expected.body_mass(), 1e-15);
     close("total mass", &[scene.body_mass().iter().sum()], &[33.341], 1e-4);
-    close("centres of mass", scene.body_ipos(), expected.body_ipos(), 1e-15);
+    close("centers of mass", scene.body_ipos(), expected.body_ipos(), 1e-15);
     for (index, body) in table.iter().enumerate() {
         let b = scene.body(body["name"].as_str().unwrap()).unwrap();
         assert_eq!(b, index + 1);

@@ -226,7 +226,7 @@ fn velocities_are_reported_in_world_axes() {
         close(base.ang_vel.0[k], start.base_ang_vel[k], 1e-12);
         close(state.ball.ang_vel.0[k], start.ball_ang_vel[k], 1e-12);
     }
-    // The centre of mass moves with the turning frame.
+    // The center of mass moves with the turning frame.
     let com = base.rot.mul_vec(paid_lanes::Vec3([0.0, 0.0, 0.01]));
     let expected = base.ang_vel.cross(com) + base.lin_vel;
     for k in 0..3 {

@@ -17,7 +17,7 @@ pub struct Contract {
     /// Name of the robot.
     pub robot: String,
     /// Terms under which the file may be used, with their reason (the motions that it was trained on).
-    pub licence: String,
+    pub license: String,
     /// Time between two actions [s].
     pub control_period_s: f64,
     /// What an action means: target angle = default + scale * action.
@@ -68,7 +68,7 @@ pub struct ObservationTerm {
     pub frame: String,
     /// Unit before scaling.
     pub unit: String,
-    /// Factor on the physical quantity before the file's own normalisation.
+    /// Factor on the physical quantity before the file's own normalization.
     pub scale: f64,
 }
 
@@ -89,7 +89,7 @@ impl Contract {
     }
 
     /// How `found` differs from `self` in anything that changes what the policy sees or does: one sentence a difference, empty if
-    /// the two agree. Licence and embedded reference do not count.
+    /// the two agree. License and embedded reference do not count.
     pub fn differences(&self, found: &Self) -> Vec<String> {
         let mut out = Vec::new();
         let d = &mut out;

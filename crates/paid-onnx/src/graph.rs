@@ -22,7 +22,7 @@ pub(crate) fn build(
         let size = n.mean.len();
         let mean = g.float("normalizer.mean", &[1, size], &n.mean);
         let scale = g.float("normalizer.scale", &[1, size], &n.scale);
-        x = g.node("Sub", &[&x, &mean], "obs_centred");
+        x = g.node("Sub", &[&x, &mean], "obs_centered");
         x = g.node("Mul", &[&x, &scale], "obs_normalized");
         if let Some(clip) = n.clip {
             let low = g.float("normalizer.low", &[], &[-clip]);

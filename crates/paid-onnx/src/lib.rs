@@ -1,6 +1,6 @@
 //! Policies as ONNX files: written for deployment, read back and checked term by term.
 //!
-//! A policy file holds the graph (observation normalisation, optional LSTM, layers), the metadata keys of PAiD's public release
+//! A policy file holds the graph (observation normalization, optional LSTM, layers), the metadata keys of PAiD's public release
 //! (release-facts, "Released ONNX interface") and one entry of this project, [`CONTRACT_KEY`], in which the file describes itself
 //! ([`Contract`]). The graph's interface is the released one:
 //!
@@ -10,7 +10,7 @@
 //! | `h_in`, `c_in` (recurrent only) | `[layers, 1, hidden]` | `h_out`, `c_out` | `[layers, 1, hidden]` |
 //! | `time_step` (frame of the embedded reference) | `[1, 1]` | `joint_pos`, ... (only with a reference) | `[1, ...]` |
 //!
-//! A reference motion is embedded only on request ([`Reference`]), because a file that carries one inherits the motion's licence.
+//! A reference motion is embedded only on request ([`Reference`]), because a file that carries one inherits the motion's license.
 
 mod contract;
 mod error;

@@ -103,7 +103,7 @@ impl OnnxPolicy {
         PolicyState { h: vec![0.0; n], c: vec![0.0; n] }
     }
 
-    /// The actions `[joints]` for one observation `[observation]` (not normalised: the file does that); advances `state`.
+    /// The actions `[joints]` for one observation `[observation]` (not normalized: the file does that); advances `state`.
     ///
     /// # Errors
     /// [`OnnxError::Input`] if the observation or the state has the wrong size or the observation is not finite;

@@ -1,13 +1,13 @@
-//! A policy's numbers as plain arrays, independent of how they were learnt.
+//! A policy's numbers as plain arrays, independent of how they were learned.
 
-/// Observation normalisation: `clamp((obs - mean) * scale, -clip, clip)` per feature.
+/// Observation normalization: `clamp((obs - mean) * scale, -clip, clip)` per feature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Normalizer {
     /// Mean `[features]`.
     pub mean: Vec<f32>,
     /// Factor `[features]`, positive: the inverse of the standard deviation and whatever the learner adds to it.
     pub scale: Vec<f32>,
-    /// Bound of the normalised value, if the learner clips it.
+    /// Bound of the normalized value, if the learner clips it.
     pub clip: Option<f32>,
 }
 
@@ -39,10 +39,10 @@ pub struct DenseLayer {
     pub b: Vec<f32>,
 }
 
-/// The deterministic policy: normaliser, LSTM layers, dense layers with ELU between them and none after the last.
+/// The deterministic policy: normalizer, LSTM layers, dense layers with ELU between them and none after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolicyWeights {
-    /// Observation normalisation.
+    /// Observation normalization.
     pub normalizer: Option<Normalizer>,
     /// Recurrent layers from input to output; empty for a feed-forward policy. All of one state size.
     pub lstm: Vec<LstmLayer>,
@@ -68,13 +68,13 @@ impl PolicyWeights {
     pub fn check(&self) -> Result<(), String> {
         let mut width = self.observations();
         if let Some(n) = &self.normalizer {
-            check("normaliser mean", &n.mean, width)?;
-            check("normaliser scale", &n.scale, width)?;
+            check("normalizer mean", &n.mean, width)?;
+            check("normalizer scale", &n.scale, width)?;
             if let Some(i) = n.scale.iter().position(|&s| s <= 0.0) {
-                return Err(format!("normaliser scale[{i}] is {}, expected a positive number", n.scale[i]));
+                return Err(format!("normalizer scale[{i}] is {}, expected a positive number", n.scale[i]));
             }
             if n.clip.is_some_and(|c| !c.is_finite() || c <= 0.0) {
-                return Err("normaliser clip is not a positive number".to_owned());
+                return Err("normalizer clip is not a positive number".to_owned());
             }
         }
         let hidden = self.lstm.first().map_or(0, |l| l.hidden);

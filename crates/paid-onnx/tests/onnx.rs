@@ -37,7 +37,7 @@ fn contract(recurrent: Option<(usize, usize)>) -> Contract {
     Contract {
         format: FORMAT,
         robot: "arm".to_owned(),
-        licence: "test".to_owned(),
+        license: "test".to_owned(),
         control_period_s: 0.02,
         action: "joint position target = default + scale * action".to_owned(),
         joints: (0..JOINTS)
@@ -333,7 +333,7 @@ fn wrong_sizes_and_numbers_are_refused() {
     assert!(e.to_string().contains("NaN or infinity at element 0"), "{e}");
     let e = error_after(|m| initializer(m, "actor.0.bias").dims = vec![i64::MAX, i64::MAX]);
     assert!(matches!(e, OnnxError::Shape { .. }), "{e}");
-    // A layer whose own size is consistent but does not fit its neighbours.
+    // A layer whose own size is consistent but does not fit its neighbors.
     let e = error_after(|m| {
         *initializer(m, "actor.0.bias") = TensorProto::float("actor.0.bias", &[7], &[0.0; 7])
     });
@@ -362,7 +362,7 @@ fn a_differing_contract_is_refused_with_every_difference() {
     expected.observation[3].frame = "world".to_owned();
     expected.observation[3].size = 3;
     expected.recurrent = Some(RecurrentContract { layers: 1, hidden: 8 });
-    expected.licence = "another licence is no difference".to_owned();
+    expected.license = "another license is no difference".to_owned();
     let Err(OnnxError::ContractDiffers { differences, .. }) = OnnxPolicy::load_expecting(&path, &expected)
     else {
         panic!("accepted");

@@ -28,7 +28,7 @@ fn contract() -> Contract {
     Contract {
         format: FORMAT,
         robot: "arm".to_owned(),
-        licence: "test".to_owned(),
+        license: "test".to_owned(),
         control_period_s: 0.02,
         action: "target".to_owned(),
         joints: vec![joint("shoulder", 0.1, 40.0), joint("elbow", 0.6, 30.0)],

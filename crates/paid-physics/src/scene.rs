@@ -28,7 +28,7 @@ pub enum Combine {
     Max,
 }
 
-/// The ball: a solid-shell sphere with measured contact behaviour.
+/// The ball: a solid-shell sphere with measured contact behavior.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallParams {
@@ -102,7 +102,7 @@ pub struct SceneConfig {
 pub struct EnvParams {
     /// Surface of the robot.
     pub robot: Material,
-    /// Added to the base's centre of mass [m].
+    /// Added to the base's center of mass [m].
     pub base_com_offset: [f64; 3],
     /// Mass and inertia of every body are multiplied by this, model order; empty means 1.
     pub mass_scale: Vec<f64>,

@@ -14,7 +14,7 @@ pub struct BodyState<V> {
     pub rot: Mat3<V>,
     /// Velocity of the body frame's origin [m/s].
     pub lin_vel: Vec3<V>,
-    /// Velocity of the centre of mass [m/s] (what the motion files call `body_lin_vel_w`).
+    /// Velocity of the center of mass [m/s] (what the motion files call `body_lin_vel_w`).
     pub com_vel: Vec3<V>,
     /// Angular velocity in world axes [rad/s].
     pub ang_vel: Vec3<V>,
@@ -23,9 +23,9 @@ pub struct BodyState<V> {
 /// The ball, world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct BallState<V> {
-    /// Centre [m].
+    /// Center [m].
     pub pos: Vec3<V>,
-    /// Velocity of the centre [m/s].
+    /// Velocity of the center [m/s].
     pub vel: Vec3<V>,
     /// Angular velocity [rad/s].
     pub ang_vel: Vec3<V>,
@@ -93,7 +93,7 @@ pub struct LaneState {
     pub joint_pos: Vec<f64>,
     /// Joint velocities, model order [rad/s].
     pub joint_vel: Vec<f64>,
-    /// Ball centre [m].
+    /// Ball center [m].
     pub ball_pos: [f64; 3],
     /// Ball velocity [m/s].
     pub ball_vel: [f64; 3],

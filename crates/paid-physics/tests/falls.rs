@@ -38,7 +38,7 @@ fn g1() -> (RobotModel, EngineSpec, Vec<f64>) {
 }
 
 #[test]
-fn a_lying_robot_sinks_less_than_two_centimetres() {
+fn a_lying_robot_sinks_less_than_two_centimeters() {
     let (model, spec, default) = g1();
     // Forward, backward, onto each side.
     let half = std::f64::consts::FRAC_1_SQRT_2;

@@ -7,7 +7,7 @@ use paid_lanes::Vec3;
 use paid_physics::{Engine, SceneConfig, Simulator};
 use paid_robot::RobotModel;
 
-/// Mass, momentum, angular momentum about the centre of mass, kinetic and potential energy of the robot's bodies.
+/// Mass, momentum, angular momentum about the center of mass, kinetic and potential energy of the robot's bodies.
 struct Totals {
     momentum: Vec3<f64>,
     spin: Vec3<f64>,
@@ -18,12 +18,12 @@ fn totals(model: &RobotModel, engine: &Engine<f64>, gravity: f64) -> Totals {
     let s = engine.state(0);
     let mass = model.mass();
     let mut momentum = Vec3::zero();
-    let mut centre = Vec3::zero();
+    let mut center = Vec3::zero();
     let placed: Vec<Vec3<f64>> =
         s.bodies.iter().zip(&model.bodies).map(|(b, m)| b.pos + b.rot.mul_vec(Vec3(m.com))).collect();
     for ((b, m), &c) in s.bodies.iter().zip(&model.bodies).zip(&placed) {
         momentum += b.com_vel.scale(m.mass);
-        centre += c.scale(m.mass / mass);
+        center += c.scale(m.mass / mass);
     }
     let mut spin = Vec3::zero();
     let mut energy = 0.0;
@@ -31,7 +31,7 @@ fn totals(model: &RobotModel, engine: &Engine<f64>, gravity: f64) -> Totals {
         let [xx, yy, zz, xy, xz, yz] = m.inertia;
         let local = b.rot.tr_mul_vec(b.ang_vel);
         let i = paid_lanes::Mat3([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).mul_vec(local);
-        spin += b.rot.mul_vec(i) + (c - centre).cross(b.com_vel.scale(m.mass));
+        spin += b.rot.mul_vec(i) + (c - center).cross(b.com_vel.scale(m.mass));
         energy += 0.5 * m.mass * b.com_vel.norm2() + 0.5 * i.dot(local) - m.mass * gravity * c.0[2];
     }
     for (joint, qd) in model.joints.iter().zip(&s.joint_vel) {

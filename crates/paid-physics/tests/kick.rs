@@ -132,7 +132,7 @@ fn every_shaped_body_meets_the_ball() {
         let state = &engine.state(0).bodies[body];
         let middle = (Vec3(ends[0]) + Vec3(ends[1])).scale(0.5);
         let target = state.pos + state.rot.mul_vec(middle);
-        // From the front, 1 cm before the surface, towards the body.
+        // From the front, 1 cm before the surface, toward the body.
         start.ball_pos = (target + Vec3([radius + 0.12, 0.0, 0.0])).0;
         start.ball_vel = [-4.0, 0.0, 0.0];
         reset_all(&mut engine, &start);

@@ -78,7 +78,7 @@ fn repeats_bit_for_bit() {
 }
 
 #[test]
-fn a_lane_does_not_depend_on_its_neighbours() {
+fn a_lane_does_not_depend_on_its_neighbors() {
     let a = saved(&run(&[0, 1, 2, 3, 4, 5, 6, 7], 0..150, None));
     let b = saved(&run(&[20, 1, 21, 22, 23, 5, 24, 2], 0..150, None));
     assert_eq!(a[1], b[1]);

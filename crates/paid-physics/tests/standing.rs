@@ -11,7 +11,7 @@ fn stance_height() -> f64 {
 }
 
 #[test]
-fn stands_for_two_seconds_and_sinks_less_than_two_millimetres() {
+fn stands_for_two_seconds_and_sinks_less_than_two_millimeters() {
     let (model, _) = biped();
     let mut e = engine::<f64>(&SceneConfig::default());
     let mut start = lane_at(model.joints.len(), stance_height());

@@ -18,7 +18,7 @@ enum Shape {
     Moves,
 }
 
-/// The texts of an ASF and an AMC file of `motion`: y up, centimetres (`length 2.54`), degrees, angles about x, y, z.
+/// The texts of an ASF and an AMC file of `motion`: y up, centimeters (`length 2.54`), degrees, angles about x, y, z.
 ///
 /// A bone whose point is constant in its parent's axes, a joint of a BVH file, hangs on a stiff bone of its own, named after it with
 /// `_offset`. A root of another name than `root` becomes a bone without length on it. [`crate::parse_asf`] and [`crate::parse_amc`] read the same points and
@@ -48,7 +48,7 @@ pub fn amc_texts(motion: &HumanMotion) -> [String; 2] {
         word(&motion.name),
     );
     let mut text = format!(
-        "# {} frames a second\n# centimetres: {}.asf\n:FULLY-SPECIFIED\n:DEGREES\n",
+        "# {} frames a second\n# centimeters: {}.asf\n:FULLY-SPECIFIED\n:DEGREES\n",
         motion.fps,
         word(&motion.name)
     );

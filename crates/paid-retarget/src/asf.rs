@@ -16,7 +16,7 @@ const INCH_M: f64 = 0.0254;
 #[derive(Clone, Debug, PartialEq)]
 pub struct AsfSkeleton {
     pub(crate) skeleton: Skeleton,
-    /// Metres of a unit of length.
+    /// Meters of a unit of length.
     pub(crate) unit_m: f64,
     /// Radians of a unit of angle.
     pub(crate) unit_rad: f64,

@@ -1,6 +1,6 @@
 //! A quadratic with bounds: the step of the inverse kinematics.
 
-/// Minimises `x H x / 2 - g x` with every `x` between its bounds; `H` symmetric and positive definite.
+/// Minimizes `x H x / 2 - g x` with every `x` between its bounds; `H` symmetric and positive definite.
 ///
 /// An active-set method: solve for the variables that are free, put those that leave their bounds onto them, let go of the one that
 /// presses inwards hardest, until the conditions of Karush, Kuhn and Tucker hold.
@@ -110,7 +110,7 @@ impl BoxedSystem {
         worst.1.is_some()
     }
 
-    /// Cholesky factorisation of the free part and substitution.
+    /// Cholesky factorization of the free part and substitution.
     fn solve_free(&mut self, damping: f64) {
         self.free.clear();
         self.free.extend((0..self.n).filter(|&i| self.state[i] == Bound::Free));

@@ -8,7 +8,7 @@ use crate::{Bone, HumanMotion, RetargetError, Skeleton};
 /// More bones than this are no human.
 const MOST_BONES: usize = 1024;
 
-/// Reads the text of a BVH file; `path` names it in messages. Y is up; a unit of length is `unit_m` metres.
+/// Reads the text of a BVH file; `path` names it in messages. Y is up; a unit of length is `unit_m` meters.
 ///
 /// The channels of a joint multiply in the order in which they are listed; position channels take the place of its offset. An `End
 /// Site` becomes a bone without channels, named after its parent with `_end`.

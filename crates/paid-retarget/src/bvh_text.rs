@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crate::HumanMotion;
 use crate::local::{children, constant_cm, local_cm, never_turns, turn_angles};
 
-/// The text of a BVH file of `motion`: y up, centimetres, rotation channels Z, X, Y.
+/// The text of a BVH file of `motion`: y up, centimeters, rotation channels Z, X, Y.
 ///
 /// A bone whose point keeps its place in its parent's axes has an offset and three channels. One that does not (those of an ASF
 /// file, whose points are the bones' ends) has position channels too. So [`crate::parse_bvh`] reads back the same points and

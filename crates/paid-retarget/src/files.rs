@@ -10,7 +10,7 @@ use crate::{HumanMotion, RetargetError, parse_amc, parse_asf, parse_bvh};
 /// What files of human motion leave open.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HumanOptions {
-    /// Metres of a unit of length of a BVH file [default: 0.01].
+    /// Meters of a unit of length of a BVH file [default: 0.01].
     pub unit_m: Option<f64>,
     /// Frames a second of an AMC file [default: 120].
     pub fps: Option<f64>,

@@ -8,7 +8,7 @@ use paid_motion::slerp;
 use crate::Skeleton;
 use crate::skeleton::about;
 
-/// A human motion, world metres, z up. Row `t` of a `[T, N]` array is at `t * N ..`.
+/// A human motion, world meters, z up. Row `t` of a `[T, N]` array is at `t * N ..`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HumanMotion {
     /// File name without extension.
@@ -30,7 +30,7 @@ pub struct HumanMotion {
 impl HumanMotion {
     /// Forward kinematics of all frames; from the files' axes (y up) to ours (z up): x, y, z become x, -z, y.
     ///
-    /// `values` is `[T, channels]`, angles in rad, lengths in units of `unit_m` metres.
+    /// `values` is `[T, channels]`, angles in rad, lengths in units of `unit_m` meters.
     pub(crate) fn from_channels(
         path: &Path,
         skeleton: Skeleton,

@@ -1,7 +1,7 @@
 //! Human motion onto the robot.
 //!
 //! A file of human motion ([`read_human`]: BVH, or ASF with AMC) gives a [`Skeleton`] and its angles; forward kinematics makes a
-//! [`HumanMotion`] of them: positions and orientations of all bones, world, metres, z up. [`retarget`] scales it, turns it into
+//! [`HumanMotion`] of them: positions and orientations of all bones, world, meters, z up. [`retarget`] scales it, turns it into
 //! goals for bodies of the robot (a [`Table`]) and finds the joint angles that meet them best, frame by frame, within the joints'
 //! ranges and speeds. The result is a [`paid_motion::Clip`].
 //!

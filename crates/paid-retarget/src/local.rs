@@ -7,7 +7,7 @@ use paid_lanes::{Quat, Vec3};
 use crate::HumanMotion;
 use crate::skeleton::about;
 
-/// Metres of a unit of length in the texts that are written: the centimetre, as in nearly every BVH.
+/// Meters of a unit of length in the texts that are written: the centimeter, as in nearly every BVH.
 pub const TEXT_UNIT_M: f64 = 0.01;
 /// A place that changes by less over a motion is constant [cm].
 const CONSTANT_CM: f64 = 1e-5;

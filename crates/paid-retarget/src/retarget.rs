@@ -35,7 +35,7 @@ pub struct RetargetOptions {
     /// The kicking leg; `None`: that with the faster foot.
     pub kick_leg: Option<KickLeg>,
     /// Terms of use to state in the clip.
-    pub licence: Option<String>,
+    pub license: Option<String>,
     /// Stage two's end; tests ask for more.
     pub limits: SolveLimits,
 }
@@ -49,7 +49,7 @@ impl Default for RetargetOptions {
             time_scale: TimeScale::Fixed(1.0),
             speed_share: Some(1.0),
             kick_leg: None,
-            licence: None,
+            license: None,
             limits: SolveLimits { steps: 30, share: 1e-3 },
         }
     }
@@ -60,7 +60,7 @@ impl Default for RetargetOptions {
 pub struct Report {
     /// Frames of the clip.
     pub frames: usize,
-    /// Names and axes that were recognised.
+    /// Names and axes that were recognized.
     pub naming: &'static str,
     /// Everything takes this many times as long as in the file.
     pub time_scale: f64,
@@ -86,7 +86,7 @@ pub struct Report {
     pub sliding_m: f64,
     /// The kick: frame of the fastest foot.
     pub kick_frame: usize,
-    /// Speed of the kicking foot's centre of mass there [m/s].
+    /// Speed of the kicking foot's center of mass there [m/s].
     pub kick_speed: f64,
     /// Time of the inverse kinematics of all frames [s].
     pub solve_s: f64,
@@ -304,7 +304,7 @@ impl Run<'_> {
         Clip {
             name: self.motion.name.clone(),
             path: self.motion.path.clone(),
-            licence: self.options.licence.clone(),
+            license: self.options.license.clone(),
             ..Clip::from_poses(self.model, self.options.fps, &base, &joints)
         }
     }

@@ -79,7 +79,7 @@ impl Table {
     }
 
     /// As [`Table::lafan_to_g1`], for the axes of the Bandai-Namco-Research-Motiondataset: x along the bone, away from the body on the
-    /// left and towards it on the right.
+    /// left and toward it on the right.
     pub fn bandai_to_g1() -> Self {
         use Role::*;
         const QUARTER: f64 = FRAC_PI_2;

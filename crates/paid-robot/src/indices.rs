@@ -19,7 +19,7 @@ pub struct RobotIndices {
     pub end_effectors: Vec<usize>,
     /// Bodies that may touch ground and robot without penalty.
     pub allowed_contacts: Vec<usize>,
-    /// Joints whose action rate is penalised separately.
+    /// Joints whose action rate is penalized separately.
     pub waist_joints: Vec<usize>,
     /// Brings joint values in model order into the policy's order.
     pub policy_from_model: Permutation,

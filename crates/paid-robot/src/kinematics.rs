@@ -20,7 +20,7 @@ pub struct BodyPose<V> {
 pub struct BodyVelocity<V> {
     /// Of the body frame's origin [m/s].
     pub origin: Vec3<V>,
-    /// Of the centre of mass [m/s]; motion files store this one.
+    /// Of the center of mass [m/s]; motion files store this one.
     pub com: Vec3<V>,
     /// Angular velocity [rad/s].
     pub ang: WorldAngVel<V>,
@@ -93,7 +93,7 @@ pub fn forward_velocity<V: Real>(
     velocities
 }
 
-/// Velocity of a body's origin, given that of its centre of mass (as motion files store it) [m/s].
+/// Velocity of a body's origin, given that of its center of mass (as motion files store it) [m/s].
 #[inline(always)]
 pub fn origin_velocity<V: Real>(
     model: &RobotModel,

@@ -26,9 +26,9 @@ pub struct Body {
     pub quat: [f64; 4],
     /// Mass [kg].
     pub mass: f64,
-    /// Centre of mass in the body frame [m].
+    /// Center of mass in the body frame [m].
     pub com: [f64; 3],
-    /// Inertia about the centre of mass in body axes [kg m^2]: xx, yy, zz, xy, xz, yz.
+    /// Inertia about the center of mass in body axes [kg m^2]: xx, yy, zz, xy, xz, yz.
     pub inertia: [f64; 6],
     /// Contact shapes in the body frame.
     pub geoms: Vec<Geom>,
@@ -73,7 +73,7 @@ pub struct Geom {
 pub enum Shape {
     /// A ball.
     Sphere {
-        /// Centre.
+        /// Center.
         center: [f64; 3],
         /// Radius.
         radius: f64,
@@ -87,7 +87,7 @@ pub enum Shape {
     },
     /// A cuboid.
     Box {
-        /// Centre.
+        /// Center.
         center: [f64; 3],
         /// Half extents along its own axes.
         half_size: [f64; 3],

@@ -29,7 +29,7 @@ pub struct RobotSpec {
     pub end_effectors: Vec<String>,
     /// Bodies that may touch the ground or the robot without penalty.
     pub allowed_contacts: Vec<String>,
-    /// Joints whose action rate is penalised separately.
+    /// Joints whose action rate is penalized separately.
     pub waist_joints: Vec<String>,
     /// Default joint angles [rad]; joints without an entry are zero.
     pub default_pos: Vec<JointValue>,

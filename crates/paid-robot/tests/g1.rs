@@ -20,7 +20,7 @@ fn quat_gap(a: [f64; 4], b: [f64; 4]) -> f64 {
     gap(1.0).min(gap(-1.0))
 }
 
-/// Ends, or twice the centre, and radius.
+/// Ends, or twice the center, and radius.
 fn ends(shape: &Shape) -> ([[f64; 3]; 2], f64) {
     match *shape {
         Shape::Sphere { center, radius } => ([center; 2], radius),

@@ -108,7 +108,7 @@ fn every_body_of_every_motion_file_is_where_its_joints_put_it() {
 }
 
 #[test]
-fn velocities_of_the_motion_files_are_those_of_centres_of_mass() {
+fn velocities_of_the_motion_files_are_those_of_centers_of_mass() {
     let Some(motions) = motions("body velocities of the motion files") else { return };
     let model = RobotModel::g1();
     for (name, m) in &motions {

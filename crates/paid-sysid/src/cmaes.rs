@@ -94,7 +94,7 @@ impl<const N: usize> CmaEs<N> {
         self.generation
     }
 
-    /// The centre of the search.
+    /// The center of the search.
     pub fn mean(&self) -> [f64; N] {
         self.mean
     }
@@ -178,7 +178,7 @@ impl<const N: usize> CmaEs<N> {
 mod tests {
     use super::*;
 
-    fn minimise<const N: usize>(
+    fn minimize<const N: usize>(
         population: usize,
         generations: usize,
         f: impl Fn(&[f64; N]) -> f64,
@@ -200,7 +200,7 @@ mod tests {
             let sums = [d[0] + d[1], d[0] - d[1], d[2] + d[3] + d[4], d[3] - d[4], d[2] - d[4]];
             sums.iter().enumerate().map(|(i, s)| 10_f64.powi(i as i32) * s * s).sum::<f64>()
         };
-        let found = minimise(4, 1500, loss);
+        let found = minimize(4, 1500, loss);
         for i in 0..5 {
             assert!((found[i] - target[i]).abs() < 1e-5, "{found:?}");
         }
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn a_candidate_without_a_loss_is_the_worst() {
         let found =
-            minimise(
+            minimize(
                 6,
                 400,
                 |x: &[f64; 2]| {
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn equal_seeds_give_equal_searches() {
-        let run = || minimise(4, 50, |x: &[f64; 3]| x.iter().map(|v| (v - 0.2).powi(2)).sum());
+        let run = || minimize(4, 50, |x: &[f64; 3]| x.iter().map(|v| (v - 0.2).powi(2)).sum());
         assert_eq!(run(), run());
     }
 }

@@ -57,7 +57,7 @@ pub struct Estimate {
     pub flat: [f64; 2],
     /// True if the best value lies at an end of its search range: the truth may lie beyond.
     pub at_bound: bool,
-    /// The judgement.
+    /// The judgment.
     pub verdict: Verdict,
     /// The value that the surface takes instead, where these measurements do not tell.
     pub kept: Option<f64>,

@@ -138,7 +138,7 @@ pub fn parse_runs(path: &Path, text: &str, quantity: Quantity) -> Result<Vec<Run
         let time = place.number("time_s", cells[time_at])?;
         let value = place.number(value_column, cells[value_at])?;
         if value.abs() > LARGEST_M {
-            return place.bad(value_column, format!("metres, within {LARGEST_M} m"), value);
+            return place.bad(value_column, format!("meters, within {LARGEST_M} m"), value);
         }
         if let Some(open) = runs.last_mut().filter(|r| r.run.name == name) {
             let last = open.start + open.run.times.last().copied().unwrap_or(0.0);
@@ -209,7 +209,7 @@ pub fn write_runs(runs: &[Run], quantity: Quantity, comments: &[String]) -> Stri
     let _ = writeln!(out, "run,time_s,{}", quantity.column());
     for run in runs {
         for (t, v) in run.times.iter().zip(&run.values) {
-            // Tenths of a millimetre: finer than any camera.
+            // Tenths of a millimeter: finer than any camera.
             let _ = writeln!(out, "{},{t:.4},{v:.4}", run.name);
         }
     }
@@ -262,7 +262,7 @@ mod tests {
             (GOOD.replace("time_s", "t"), ["line 1, column 'time_s'", "a header", "'run,t,height_m'"]),
             (GOOD.replace("1.0", "0.1"), ["line 2", "0.2 m or higher", "found 0.1"]),
             (GOOD.replace("0.2\n", "\n"), ["line 6, column 'height_m'", "a finite number", "''"]),
-            (GOOD.replace("1.0", "1000"), ["line 2", "metres", "1000"]),
+            (GOOD.replace("1.0", "1000"), ["line 2", "meters", "1000"]),
             ("run,time_s,height_m\n1,0,1\n1,0.1,0.9".into(), ["line 2", "at least 5 rows", "found 2"]),
             ("run,time_s,height_m\n".into(), ["line 1", "rows below the header", "none"]),
             (String::new(), ["line 1", "a header", "no rows"]),

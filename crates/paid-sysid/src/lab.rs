@@ -16,7 +16,7 @@ pub enum Start {
     },
     /// On the ground, moving along x.
     Roll {
-        /// Speed of its centre [m/s].
+        /// Speed of its center [m/s].
         speed: f64,
         /// Distance shown at the start [m].
         offset_m: f64,
@@ -48,7 +48,7 @@ pub trait Lab {
 pub struct EngineLab<V: Real> {
     engine: Engine<V>,
     lane: LaneState,
-    /// Height of the ball's centre and its distance after every physics step of the launches under way.
+    /// Height of the ball's center and its distance after every physics step of the launches under way.
     trace: Vec<[V; 2]>,
     rollouts: u64,
 }

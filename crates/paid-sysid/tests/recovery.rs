@@ -122,7 +122,7 @@ fn equal_seeds_give_equal_results() {
 }
 
 #[test]
-fn measurements_of_other_physics_are_reproduced_to_a_few_centimetres() {
+fn measurements_of_other_physics_are_reproduced_to_a_few_centimeters() {
     let mut sources = vec![Source::Fifa(FifaFigures::TURF)];
     if paid_mujoco::testing::mujoco_or_skip("measurements_of_other_physics").is_some() {
         sources.push(Source::Mujoco(MujocoBall::default()));

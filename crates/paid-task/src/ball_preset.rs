@@ -13,7 +13,7 @@ pub enum BallRule {
     Arc,
     /// Uniform in a rectangle ahead of the robot, kicked with the motion whose torso displacement is nearest, as in the
     /// evaluation. Episodes from the first frame draw the ball first; others draw motion and phase first and then a ball that
-    /// belongs to the motion, and begin displaced towards it by the share of the way to the strike that is behind them.
+    /// belongs to the motion, and begin displaced toward it by the share of the way to the strike that is behind them.
     Workspace,
 }
 
@@ -39,7 +39,7 @@ pub struct BallPlacement {
     /// meets few balls elsewhere, and learns to avoid them.
     #[serde(default = "one")]
     pub spread_from: f64,
-    /// The share of the episodes of an iteration that must have sent the ball towards the goal for the balls to spread.
+    /// The share of the episodes of an iteration that must have sent the ball toward the goal for the balls to spread.
     #[serde(default = "spread_at")]
     pub spread_at: f64,
     /// Iterations with that success from the first share to 1.
@@ -49,11 +49,11 @@ pub struct BallPlacement {
     pub velocity: f64,
     /// Share of episodes whose ball rolls at the start; the others' lies still.
     pub rolling_share: f64,
-    /// Placements nearer than this to a foot (ankle to ball centre, horizontally) are redrawn [m].
+    /// Placements nearer than this to a foot (ankle to ball center, horizontally) are redrawn [m].
     pub clearance_m: f64,
 }
 
-/// The evaluation's effective workspace and a quarter of a metre around it.
+/// The evaluation's effective workspace and a quarter of a meter around it.
 fn workspace_ahead() -> Range {
     [0.25, 2.25]
 }
@@ -78,7 +78,7 @@ fn spread_iterations() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalPreset {
-    /// Centre of the rectangle ahead of the motion's first base position, along its heading [m].
+    /// Center of the rectangle ahead of the motion's first base position, along its heading [m].
     pub distance_m: f64,
     /// Side of the rectangle across the heading [m].
     pub rectangle_across_m: f64,

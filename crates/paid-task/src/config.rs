@@ -29,7 +29,7 @@ pub(crate) struct TaskConfig {
     pub bodies: usize,
     /// Policy joints of the waist.
     pub waist: Vec<usize>,
-    /// Centre of mass of the base in its frame [m].
+    /// Center of mass of the base in its frame [m].
     pub base_com: [f64; 3],
     /// Control period [s].
     pub dt_s: f64,

@@ -4,17 +4,17 @@ use crate::TaskError;
 
 /// How an environment's next episodes begin.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForcedStart {
+pub struct InitialState {
     /// Index of the motion in the library.
     pub motion: usize,
     /// Frame of the motion; 0 is its start.
     pub frame: usize,
-    /// Ball centre (x, y) in the motion's start frame (origin: the anchor's horizontal position at frame 0; x along its
+    /// Ball center (x, y) in the motion's start frame (origin: the anchor's horizontal position at frame 0; x along its
     /// heading, y left) [m]; `None`: the motion's nominal place.
     pub ball_xy: Option<[f64; 2]>,
     /// Initial ball velocity in the same axes [m/s].
     pub ball_velocity: [f64; 2],
-    /// Goal centre (x, y) in the same frame [m]; `None`: the centre of the preset's rectangle.
+    /// Goal center (x, y) in the same frame [m]; `None`: the center of the preset's rectangle.
     pub goal_xy: Option<[f64; 2]>,
     /// Displacement (x, y) of the robot from the reference in the same axes [m].
     pub displacement: [f64; 2],
@@ -22,7 +22,7 @@ pub struct ForcedStart {
     pub noise: bool,
 }
 
-impl ForcedStart {
+impl InitialState {
     /// The unperturbed first frame of a motion with ball and goal at their nominal places.
     pub fn nominal(motion: usize) -> Self {
         Self {
@@ -48,7 +48,7 @@ pub struct EvalOptions {
     pub max_steps: Option<u32>,
     /// Environments whose episode ended begin a new one at once; else they go on and keep reporting their end.
     pub auto_reset: bool,
-    /// Observation noise, perception errors, pushes and randomisation stay as in the preset; else all are off.
+    /// Observation noise, perception errors, pushes and randomization stay as in the preset; else all are off.
     pub disturbances: bool,
     /// Samples carry the reward terms of their step ([`EnvSample::rewards`]).
     pub reward_terms: bool,
@@ -75,11 +75,11 @@ pub struct KickEvent {
     pub step: u32,
     /// The foot nearer to the ball: 0 left, 1 right.
     pub foot: usize,
-    /// True if that is the labelled foot.
+    /// True if that is the labeled foot.
     pub correct: bool,
     /// Model index of the body that the engine says touched the ball; `None` if it does not say.
     pub body: Option<usize>,
-    /// Velocity of that foot's centre of mass just after the contact step, world axes [m/s].
+    /// Velocity of that foot's center of mass just after the contact step, world axes [m/s].
     pub foot_vel: [f64; 3],
     /// Ball velocity 5 control steps after the contact, world axes [m/s]; `None` before then.
     pub ball_vel_after: Option<[f64; 3]>,
@@ -92,7 +92,7 @@ pub struct BodySample {
     pub pos: [f64; 3],
     /// Body frame in the world, row-major.
     pub rot: [[f64; 3]; 3],
-    /// Velocity of the centre of mass [m/s].
+    /// Velocity of the center of mass [m/s].
     pub com_vel: [f64; 3],
     /// Angular velocity [rad/s].
     pub ang_vel: [f64; 3],
@@ -120,13 +120,13 @@ pub struct EnvSample {
     pub joint_torque: Vec<f64>,
     /// Net contact force on each body, model order, world axes [N].
     pub contact_force: Vec<[f64; 3]>,
-    /// Ball centre [m].
+    /// Ball center [m].
     pub ball_pos: [f64; 3],
     /// Ball velocity [m/s].
     pub ball_vel: [f64; 3],
     /// Force of the robot on the ball, world axes [N].
     pub ball_force: [f64; 3],
-    /// Goal centre [m].
+    /// Goal center [m].
     pub goal_pos: [f64; 3],
     /// Heading of the motion's first frame in the world [rad]: the goal plane is perpendicular to it.
     pub heading: f64,
@@ -145,7 +145,7 @@ pub trait EvalControl {
     ///
     /// # Errors
     /// If the environment, motion or frame does not exist or a number is not finite.
-    fn force_start(&mut self, env: usize, start: &ForcedStart) -> Result<(), TaskError>;
+    fn force_start(&mut self, env: usize, start: &InitialState) -> Result<(), TaskError>;
     /// The state of an environment.
     ///
     /// # Errors

@@ -23,7 +23,7 @@ pub(crate) struct GroupTask<V> {
     pub previous: Vec<V>,
     /// Error of the default joint angles, model order [rad].
     pub joint_offset: Vec<V>,
-    /// Goal centre, world [m].
+    /// Goal center, world [m].
     pub goal: Vec3<V>,
     /// Cosine and sine of the motion's initial heading.
     pub heading: [V; 2],
@@ -41,7 +41,7 @@ pub(crate) struct GroupTask<V> {
     pub late: Option<Late<V>>,
     /// Undiscounted return so far.
     pub episode_return: V,
-    /// Largest speed of the labelled foot so far [m/s].
+    /// Largest speed of the labeled foot so far [m/s].
     pub foot_peak: V,
     /// The same of the reference.
     pub reference_peak: V,

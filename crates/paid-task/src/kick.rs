@@ -9,11 +9,11 @@ use crate::terms::soccer::past_goal_plane;
 /// Kick state of a group. Flags are 0 or 1.
 #[derive(Clone, Debug)]
 pub(crate) struct KickState<V> {
-    /// Labelled foot: -1 left, +1 right.
+    /// Labeled foot: -1 left, +1 right.
     pub label: V,
     /// The robot has touched the ball.
     pub touched: V,
-    /// The first contact was the labelled foot's.
+    /// The first contact was the labeled foot's.
     pub correct: V,
     /// Control steps until a contact counts as a kick.
     pub wait: V,
@@ -46,7 +46,7 @@ pub(crate) struct KickState<V> {
 pub(crate) struct KickStep<V: Real> {
     /// First contact of the episode.
     pub first: V::Mask,
-    /// The first contact, by the labelled foot.
+    /// The first contact, by the labeled foot.
     pub correct: V::Mask,
     /// The right foot is the nearer one.
     pub right: V::Mask,
@@ -222,7 +222,7 @@ mod tests {
     const FEET: [Vec3<f64>; 2] = [Vec3([0.2, 0.2, 0.0]), Vec3([-0.1, 0.2, 0.0])];
 
     #[test]
-    fn the_first_hard_contact_with_the_labelled_foot_pays_once() {
+    fn the_first_hard_contact_with_the_labeled_foot_pays_once() {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
         let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, &preset());
@@ -269,7 +269,7 @@ mod tests {
         kick.observe_outcome(&hit, goal, heading, 5, 1.0);
         assert!((kick.best_speed - 9.09_f64.sqrt()).abs() < 1e-12);
         assert!((kick.best_cosine - 3.0 / 9.09_f64.sqrt()).abs() < 1e-12);
-        // After 4.99 / 3 s the ball is 0.499 m beside the centre.
+        // After 4.99 / 3 s the ball is 0.499 m beside the center.
         assert_eq!((kick.on_target, kick.scored), (1.0, 0.0));
         let far = ball(0.0, [0.0, -1.0, 0.0], -5.1);
         kick.observe_outcome(&far, goal, heading, 5, 1.0);

@@ -23,7 +23,7 @@ impl<V: Real> Late<V> {
     /// Where the preset has delays.
     pub(crate) fn new(config: &TaskConfig) -> Option<Self> {
         let numbers = 6 + 2 * config.joints();
-        config.preset.randomisation.delays().then(|| Self {
+        config.preset.randomization.delays().then(|| Self {
             action: V::zero(),
             observation: V::zero(),
             before: vec![V::zero(); numbers],

@@ -19,12 +19,12 @@ pub struct ObservationTerm {
     pub frame: String,
     /// SI unit; empty for pure numbers.
     pub unit: String,
-    /// Factor on the physical value before normalisation.
+    /// Factor on the physical value before normalization.
     pub scale: f64,
 }
 
 /// Name of the ball's term where the policy sees a rolling ball where it will be.
-pub const LED_BALL: &str = "ball_at_strike";
+pub const BALL_AT_STRIKE: &str = "ball_at_strike";
 
 /// Terms of the policy's and the critic's observation, in order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,7 +61,7 @@ impl ObservationLayout {
     ///
     /// With `lead_ball` ([`crate::ObservationPreset::lead_ball`]) the ball's term is called `ball_at_strike`.
     pub fn new(spec: &RobotSpec, lead_ball: bool) -> Self {
-        let ball = if lead_ball { LED_BALL } else { "ball_pos" };
+        let ball = if lead_ball { BALL_AT_STRIKE } else { "ball_pos" };
         let joints = spec.policy_joint_order.len();
         let bodies = spec.tracked_bodies.len();
         let rotation = "first two columns of the rotation, row by row";

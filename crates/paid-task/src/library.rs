@@ -12,7 +12,7 @@ pub struct ReferenceClip {
     pub name: String,
     /// Frames a second; must be the control rate.
     pub fps: f64,
-    /// Labelled kicking foot: 0 left, 1 right.
+    /// Labeled kicking foot: 0 left, 1 right.
     pub kick_foot: usize,
     /// Number of frames T.
     pub frames: usize,
@@ -24,7 +24,7 @@ pub struct ReferenceClip {
     pub body_pos: Vec<[f64; 3]>,
     /// Body orientations `[T, B]`, w, x, y, z.
     pub body_quat: Vec<[f64; 4]>,
-    /// Velocities of the bodies' centres of mass `[T, B]`, world [m/s].
+    /// Velocities of the bodies' centers of mass `[T, B]`, world [m/s].
     pub body_com_vel: Vec<[f64; 3]>,
     /// Angular velocities `[T, B]`, world [rad/s].
     pub body_ang_vel: Vec<[f64; 3]>,
@@ -37,9 +37,9 @@ pub struct MotionFacts {
     pub name: String,
     /// Number of frames.
     pub frames: usize,
-    /// Labelled kicking foot: 0 left, 1 right.
+    /// Labeled kicking foot: 0 left, 1 right.
     pub kick_foot: usize,
-    /// Frame in which the kicking foot's centre of mass is fastest.
+    /// Frame in which the kicking foot's center of mass is fastest.
     pub strike_frame: usize,
     /// That speed [m/s].
     pub strike_speed: f64,
@@ -54,7 +54,7 @@ pub struct MotionFacts {
 }
 
 /// Positions of values in a packed frame: joint angles, joint velocities (policy order), then 13 numbers a followed body: position,
-/// quaternion, centre-of-mass velocity, angular velocity.
+/// quaternion, center-of-mass velocity, angular velocity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameLayout {
     /// Number of joints.

@@ -50,7 +50,7 @@ pub struct KickStatistics {
     pub episodes: u64,
     /// Of these, with a contact.
     pub contacts: u64,
-    /// Of these, with the labelled foot first.
+    /// Of these, with the labeled foot first.
     pub correct_foot: u64,
     /// Sum over contacts of the ball's horizontal speed, the largest of the outcome window [m/s].
     pub ball_speed_sum: f64,
@@ -72,7 +72,7 @@ pub struct TaskMetrics {
     pub reward_terms: [f64; REWARD_TERMS],
     /// Sums over steps of the tracking errors, order of [`TRACKING_NAMES`].
     pub tracking: [f64; TRACKING_NAMES.len()],
-    /// Largest speed of the labelled kicking foot's centre of mass, summed over episodes that ended [m/s].
+    /// Largest speed of the labeled kicking foot's center of mass, summed over episodes that ended [m/s].
     pub kick_foot_peak_sum: f64,
     /// The same of the reference over the same frames.
     pub reference_foot_peak_sum: f64,

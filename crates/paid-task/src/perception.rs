@@ -48,7 +48,7 @@ impl<V: Real> Perception<V> {
     }
 }
 
-/// Deviation of the Gaussian noise on an object (paper, physics-guided randomisation): `c_min + |v| / c_vel + d / c_dist` [m].
+/// Deviation of the Gaussian noise on an object (paper, physics-guided randomization): `c_min + |v| / c_vel + d / c_dist` [m].
 #[inline(always)]
 pub(crate) fn deviation<V: Real>(speed: V, distance: V, preset: &PerceptionPreset) -> V {
     V::c(preset.c_min) + speed * V::c(1.0 / preset.c_vel) + distance * V::c(1.0 / preset.c_dist)

@@ -16,7 +16,7 @@ pub struct PerceptionPreset {
     /// Range of the band's far end [m].
     pub far_m: Range,
     /// True: Gaussian noise with deviation `c_min + |v| / c_vel + distance / c_dist` on ball and goal (paper, section on
-    /// physics-guided randomisation).
+    /// physics-guided randomization).
     pub gaussian: bool,
     /// Constant part [m].
     pub c_min: f64,
@@ -26,7 +26,7 @@ pub struct PerceptionPreset {
     pub c_dist: f64,
     /// Deviation of the Gaussian noise on each horizontal component of the ball's velocity, with `gaussian`; it matters where the policy
     /// sees the ball ahead of time ([`crate::ObservationPreset::lead_ball`]) [m/s].
-    #[serde(default = "centimetres_per_second")]
+    #[serde(default = "centimeters_per_second")]
     pub ball_velocity_m_s: f64,
     /// Age of what is seen [s], drawn for each episode and rounded to control steps: a position of then, in the base frame
     /// of then.
@@ -81,7 +81,7 @@ impl CameraPreset {
     }
 }
 
-fn centimetres_per_second() -> f64 {
+fn centimeters_per_second() -> f64 {
     0.03
 }
 
@@ -126,7 +126,7 @@ mod tests {
     use crate::TaskPreset;
 
     #[test]
-    fn the_default_noise_is_two_centimetres_near_and_ten_far_and_fast() {
+    fn the_default_noise_is_two_centimeters_near_and_ten_far_and_fast() {
         let preset = TaskPreset::builtin("stage2").expect("valid").observations.perception;
         let sigma = |v, d| crate::perception::deviation::<f64>(v, d, &preset);
         assert!((sigma(0.0, 1.0) - 0.02).abs() < 0.001, "{}", sigma(0.0, 1.0));

@@ -40,7 +40,7 @@ pub fn nearest_motion(motions: &[MotionFacts], xy: [f64; 2]) -> usize {
 /// A ball when the robot begins, in axes of the horizontal plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollingBall {
-    /// Centre [m].
+    /// Center [m].
     pub place: [f64; 2],
     /// Velocity [m/s].
     pub velocity: [f64; 2],
@@ -98,7 +98,7 @@ pub(crate) fn draw_ball_of_motion(
     displacement_in_start_frame(&motions[motion])
 }
 
-/// A ball of the workspace (start frame) moved towards its motion's nominal place until `reach` of the way between is left.
+/// A ball of the workspace (start frame) moved toward its motion's nominal place until `reach` of the way between is left.
 /// Its nearest motion stays the same.
 pub(crate) fn drawn_in(ball: [f64; 2], facts: &MotionFacts, reach: f64) -> [f64; 2] {
     let nominal = displacement_in_start_frame(facts);
@@ -157,13 +157,13 @@ pub(crate) fn moved_clear(
     ball
 }
 
-/// The centre of the goal rectangle: ahead of the motion's first base position, world [m].
+/// The center of the goal rectangle: ahead of the motion's first base position, world [m].
 pub(crate) fn nominal_goal(facts: &MotionFacts, preset: &GoalPreset) -> [f64; 2] {
     let [x, y] = turned([preset.distance_m, 0.0], facts.heading);
     [facts.base_xy[0] + x, facts.base_xy[1] + y]
 }
 
-/// Draws a goal centre from the rectangle, world [m].
+/// Draws a goal center from the rectangle, world [m].
 pub(crate) fn draw_goal(facts: &MotionFacts, preset: &GoalPreset, rng: &mut Rng) -> [f64; 2] {
     let along = preset.rectangle_along_m * (rng.unit() - 0.5);
     let across = preset.rectangle_across_m * (rng.unit() - 0.5);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
 pub use crate::overrides::{OverrideError, apply_override};
 pub use crate::perception_preset::{CameraPreset, PerceptionPreset};
-pub use crate::randomisation_preset::{RandomisationPreset, SurfacePreset};
+pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
 use crate::{RewardPreset, TaskError};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
@@ -43,7 +43,7 @@ pub struct TaskPreset {
     /// Disturbances.
     pub pushes: PushPreset,
     /// Physical parameters drawn anew at every reset.
-    pub randomisation: RandomisationPreset,
+    pub randomization: RandomizationPreset,
 }
 
 /// Half-widths of uniform noise on the policy's copy of the observation; zero is none.
@@ -146,7 +146,7 @@ pub struct SamplingPreset {
     /// More than 0 draws episodes to the motions whose shots miss: by the workspace rule half of the episodes from the first
     /// frame then take their motion from the sampler instead of from a uniform ball.
     #[serde(default)]
-    pub miss_weight: f64,
+    pub miss_sampling_weight: f64,
     /// Time after the first contact with the ball at which an episode times out [s]; 0: never. The outcome is decided by
     /// then, and almost half of a clip is follow-through and recovery.
     #[serde(default)]
@@ -217,7 +217,7 @@ impl TaskPreset {
         ];
         check_ranges(&ranges)?;
         self.observations.perception.check()?;
-        self.randomisation.check(self.control_dt_s())?;
+        self.randomization.check(self.control_dt_s())?;
         let positive = [
             ("episode_length_s", self.episode_length_s),
             ("scene.physics_dt_s", self.scene.physics_dt_s),

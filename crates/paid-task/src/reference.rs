@@ -68,7 +68,7 @@ impl<V: Real> Reference<V> {
         let q = &self.values[at..at + 4];
         Quat([q[0], q[1], q[2], q[3]]).to_mat()
     }
-    /// Velocity of a followed body's centre of mass, world [m/s].
+    /// Velocity of a followed body's center of mass, world [m/s].
     #[inline(always)]
     pub(crate) fn com_vel(&self, body: usize) -> Vec3<V> {
         self.vec(body, 7)

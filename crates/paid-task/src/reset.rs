@@ -11,7 +11,7 @@ use crate::placement::{
     moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
-use crate::{ForcedStart, ReferenceLibrary, SamplerState};
+use crate::{InitialState, ReferenceLibrary, SamplerState};
 
 /// Everything drawn for a new episode.
 #[derive(Clone, Debug)]
@@ -46,11 +46,11 @@ pub(crate) struct StartContext<'a> {
     pub config: &'a TaskConfig,
     pub library: &'a ReferenceLibrary,
     pub sampler: &'a SamplerState,
-    pub forced: Option<&'a ForcedStart>,
+    pub forced: Option<&'a InitialState>,
     /// Number of the environment over all shards.
     pub env: u32,
     /// False: nominal parameters whatever the preset says.
-    pub randomise: bool,
+    pub randomize: bool,
 }
 
 /// A factor that changes nothing.
@@ -84,7 +84,7 @@ impl StartContext<'_> {
         }
         let motions = self.library.facts();
         let ball = by_workspace.then(|| {
-            let by_motion = frame > 0 || (preset.sampling.miss_weight > 0.0 && rng.unit() < 0.5);
+            let by_motion = frame > 0 || (preset.sampling.miss_sampling_weight > 0.0 && rng.unit() < 0.5);
             let ball = if !by_motion {
                 let ball = draw_from_workspace(&preset.ball, rng);
                 motion = nearest_motion(motions, ball);
@@ -114,7 +114,7 @@ impl StartContext<'_> {
 
     /// Factors of gains and masses, where the preset has them.
     fn scales(&self, params: &mut EnvParams, rng: &mut Rng) {
-        let ranges = &self.config.preset.randomisation;
+        let ranges = &self.config.preset.randomization;
         if ranges.gain_scale != NONE {
             params.gain_scale = [draw(ranges.gain_scale, rng), draw(ranges.gain_scale, rng)];
         }
@@ -126,8 +126,8 @@ impl StartContext<'_> {
 
     /// Delays of actions and observations [control steps].
     fn delays(&self, rng: &mut Rng) -> [f64; 2] {
-        let ranges = &self.config.preset.randomisation;
-        if !self.randomise || !ranges.delays() {
+        let ranges = &self.config.preset.randomization;
+        if !self.randomize || !ranges.delays() {
             return [0.0; 2];
         }
         [ranges.action_delay_s, ranges.observation_delay_s].map(|r| draw(r, rng) / self.config.dt_s)
@@ -136,11 +136,11 @@ impl StartContext<'_> {
     /// Physical parameters: nominal, or drawn from the preset's ranges.
     fn params(&self, rng: &mut Rng) -> (EnvParams, Vec<f64>) {
         let preset = &self.config.preset;
-        let ranges = &preset.randomisation;
+        let ranges = &preset.randomization;
         let mut params =
             EnvParams { robot: preset.robot_material, ball: preset.ball_params, ..EnvParams::default() };
         let mut offsets = vec![0.0; self.config.joints()];
-        if !self.randomise {
+        if !self.randomize {
             return (params, offsets);
         }
         if let (true, paid_physics::Terrain::Rough { cell_m, size, .. }) =
@@ -293,7 +293,7 @@ impl StartContext<'_> {
         let turn = Quat::from_roll_pitch_yaw(roll, pitch, symmetric(preset.yaw_rad));
         let reference_rot = Quat(clip.body_quat[row]);
         let rot = turn.mul(reference_rot).normalize();
-        // The file's velocity is the centre of mass's: v_origin = v_com - omega x (R com).
+        // The file's velocity is the center of mass's: v_origin = v_com - omega x (R com).
         let omega = Vec3(clip.body_ang_vel[row]);
         let arm = reference_rot.rotate(Vec3(config.base_com));
         let origin = Vec3(clip.body_com_vel[row]) - omega.cross(arm);

@@ -133,7 +133,7 @@ pub struct KickPreset {
     #[serde(default)]
     pub full_ball_speed: f64,
     /// How long before the reference's strike the first contact may come and still pay [s]; 0: at any time. A touch in walking
-    /// otherwise pays a little, and is learnt where the ball lies in the way of a step.
+    /// otherwise pays a little, and is learned where the ball lies in the way of a step.
     #[serde(default)]
     pub early_s: f64,
 }
@@ -157,7 +157,7 @@ pub struct RewardPreset {
     pub body_pos: BodyPosition,
     /// Orientations of the tracked bodies, yaw-aligned [rad].
     pub body_ori: Kernel,
-    /// Centre-of-mass velocities of the tracked bodies [m/s].
+    /// Center-of-mass velocities of the tracked bodies [m/s].
     pub lin_vel: Kernel,
     /// Angular velocities of the tracked bodies [rad/s].
     pub ang_vel: Kernel,
@@ -165,7 +165,7 @@ pub struct RewardPreset {
     pub foot_pos: Kernel,
     /// Nearness to the ball, frozen at the first contact.
     pub ball_prox: Proximity,
-    /// First contact, if it is with the labelled foot.
+    /// First contact, if it is with the labeled foot.
     pub contact: Plain,
     /// Lateral share of the kicking foot's velocity at that contact.
     pub side_kick: Plain,
@@ -187,12 +187,12 @@ pub struct RewardPreset {
     pub waist_rate: Rate,
     /// Squared horizontal part of gravity in the base frame.
     pub upright: Plain,
-    /// Centre-of-mass velocity of the labelled kicking foot [m/s] (ours; off by default). The mean over all bodies gives one ankle
+    /// Center-of-mass velocity of the labeled kicking foot [m/s] (ours; off by default). The mean over all bodies gives one ankle
     /// 1/14 of the pull that the action rate costs at the strike.
     pub kick_foot_vel: StrikeKernel,
-    /// Centre-of-mass velocity of both feet [m/s] (ours; off by default).
+    /// Center-of-mass velocity of both feet [m/s] (ours; off by default).
     pub feet_vel: Kernel,
-    /// Yaw-aligned position of the labelled kicking foot [m] (ours; off by default).
+    /// Yaw-aligned position of the labeled kicking foot [m] (ours; off by default).
     pub kick_foot_pos: StrikeKernel,
     /// Yaw-aligned positions of the end effectors that are not feet [m] (ours; off by default). Once the feet are in place, the arms
     /// hold most of what is left of the mean error over the bodies.

@@ -26,7 +26,7 @@ impl SamplerState {
         Self { motions, bins, failures: vec![0.0; pairs], probabilities, spread: 0.0 }
     }
 
-    /// Lets the balls spread by a step if in an iteration this share of the episodes sent the ball towards the goal.
+    /// Lets the balls spread by a step if in an iteration this share of the episodes sent the ball toward the goal.
     pub fn widen(&mut self, on_target: f64, preset: &BallPlacement) {
         if on_target >= preset.spread_at {
             self.spread = (self.spread + 1.0 / preset.spread_iterations.max(1) as f32).min(1.0);
@@ -98,7 +98,7 @@ mod tests {
             kernel_ratio: 0.1,
             first_frame_share: 0.0,
             latest_start_before_strike_s: -1.0,
-            miss_weight: 0.0,
+            miss_sampling_weight: 0.0,
             stop_after_kick_s: 0.0,
             stop_share: 0.0,
         }

@@ -36,7 +36,7 @@ pub(crate) struct Score<V> {
     pub failed: [u32; 5],
     /// First contact between robot and ball.
     pub first_contact: u32,
-    /// It was by the labelled foot.
+    /// It was by the labeled foot.
     pub correct: u32,
     /// The right foot is nearer to the ball.
     pub right: u32,

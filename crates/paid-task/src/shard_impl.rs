@@ -5,7 +5,7 @@ use paid_physics::Simulator;
 
 use crate::score::Sums;
 use crate::{
-    BodySample, EnvSample, EvalControl, EvalOptions, ForcedStart, ObservationLayout, REWARD_TERMS,
+    BodySample, EnvSample, EvalControl, EvalOptions, InitialState, ObservationLayout, REWARD_TERMS,
     SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard,
 };
 
@@ -99,7 +99,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
         }
     }
 
-    fn force_start(&mut self, env: usize, start: &ForcedStart) -> Result<(), TaskError> {
+    fn force_start(&mut self, env: usize, start: &InitialState) -> Result<(), TaskError> {
         let (group, lane) = self.env_index(env)?;
         let facts =
             self.library.facts().get(start.motion).ok_or_else(|| {

@@ -6,7 +6,7 @@ use paid_lanes::Real;
 use paid_physics::{EnvParams, LaneState, Material, Simulator};
 
 use crate::words::{Reader, Writer};
-use crate::{EndCause, ForcedStart, KickEvent, Task, TaskMetrics};
+use crate::{EndCause, InitialState, KickEvent, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
 const MAGIC: &[u8; 8] = b"paidtsk\x02";
@@ -115,7 +115,7 @@ fn read_kick(r: &mut Reader<'_>) -> Result<Option<KickEvent>, String> {
     }))
 }
 
-fn write_forced(w: &mut Writer, forced: Option<&ForcedStart>) {
+fn write_forced(w: &mut Writer, forced: Option<&InitialState>) {
     w.u64(u64::from(forced.is_some()));
     let Some(f) = forced else { return };
     w.u64(f.motion as u64);
@@ -129,7 +129,7 @@ fn write_forced(w: &mut Writer, forced: Option<&ForcedStart>) {
     w.u64(u64::from(f.noise));
 }
 
-fn read_forced(r: &mut Reader<'_>) -> Result<Option<ForcedStart>, String> {
+fn read_forced(r: &mut Reader<'_>) -> Result<Option<InitialState>, String> {
     if r.u64()? == 0 {
         return Ok(None);
     }
@@ -140,7 +140,7 @@ fn read_forced(r: &mut Reader<'_>) -> Result<Option<ForcedStart>, String> {
         let xy = r.array()?;
         *place = known.then_some(xy);
     }
-    Ok(Some(ForcedStart {
+    Ok(Some(InitialState {
         motion,
         frame,
         ball_xy: places[0],

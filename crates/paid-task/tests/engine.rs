@@ -7,7 +7,7 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EndCause, EvalOptions, ForcedStart, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard,
+    Agent, EndCause, EvalOptions, InitialState, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard,
     build_shard, run_agent,
 };
 
@@ -92,7 +92,7 @@ fn an_undisturbed_start_matches_its_reference() {
         let frame = 10 * env;
         shard
             .eval()
-            .force_start(env, &ForcedStart { frame, ..ForcedStart::nominal(motion) })
+            .force_start(env, &InitialState { frame, ..InitialState::nominal(motion) })
             .expect("exists");
         let sample = shard.eval().sample(env).expect("exists");
         let clip = &library.clips()[motion];
@@ -141,16 +141,16 @@ fn a_restored_shard_continues_bit_for_bit() {
     }
 }
 
-/// Every option of `[randomisation]` and of the camera.
+/// Every option of `[randomization]` and of the camera.
 const SIM_TO_REAL: [&str; 13] = [
-    "randomisation.robot=true",
-    "randomisation.surfaces=[{name=\"a\",static_friction=0.8,dynamic_friction=0.1,restitution=0.7,linear_damping=0.01,\
+    "randomization.robot=true",
+    "randomization.surfaces=[{name=\"a\",static_friction=0.8,dynamic_friction=0.1,restitution=0.7,linear_damping=0.01,\
      angular_damping=4.0}]",
-    "randomisation.gain_scale=[0.9, 1.1]",
-    "randomisation.link_mass_scale=[0.9, 1.1]",
-    "randomisation.base_mass_scale=[0.8, 1.2]",
-    "randomisation.action_delay_s=[0, 0.02]",
-    "randomisation.observation_delay_s=[0, 0.02]",
+    "randomization.gain_scale=[0.9, 1.1]",
+    "randomization.link_mass_scale=[0.9, 1.1]",
+    "randomization.base_mass_scale=[0.8, 1.2]",
+    "randomization.action_delay_s=[0, 0.02]",
+    "randomization.observation_delay_s=[0, 0.02]",
     "observations.perception.gaussian=true",
     "observations.perception.blind_zone=true",
     "observations.perception.latency_s=[0.02, 0.1]",
@@ -193,7 +193,7 @@ fn looking(more: &[&str], test: &str) -> Option<Box<dyn TaskShard>> {
     let mut shard = shard("stage2", &options, 16, test)?;
     shard.eval().set_eval(Some(EvalOptions::default()));
     for env in 0..16 {
-        shard.eval().force_start(env, &ForcedStart::nominal(0)).expect("exists");
+        shard.eval().force_start(env, &InitialState::nominal(0)).expect("exists");
     }
     Some(shard)
 }
@@ -255,12 +255,12 @@ fn delays_are_up_to_one_control_step() {
     ];
     let with = |more: &[&str]| shard("stage2", &[&quiet[..], more].concat(), 16, test);
     let Some(mut now) = with(&[]) else { return };
-    let Some(mut late) = with(&["randomisation.observation_delay_s=[0.02, 0.02]"]) else { return };
-    let Some(mut slack) = with(&["randomisation.action_delay_s=[0.02, 0.02]"]) else { return };
+    let Some(mut late) = with(&["randomization.observation_delay_s=[0.02, 0.02]"]) else { return };
+    let Some(mut slack) = with(&["randomization.action_delay_s=[0.02, 0.02]"]) else { return };
     for shard in [&mut now, &mut late, &mut slack] {
         shard.eval().set_eval(Some(EvalOptions { disturbances: true, ..EvalOptions::default() }));
         for env in 0..16 {
-            shard.eval().force_start(env, &ForcedStart::nominal(0)).expect("exists");
+            shard.eval().force_start(env, &InitialState::nominal(0)).expect("exists");
         }
     }
     let row = now
@@ -299,8 +299,8 @@ fn environments_are_split_evenly_between_the_surfaces() {
              angular_damping=0.0}}"
         )
     };
-    let surfaces = format!("randomisation.surfaces=[{}, {}]", surface("dead", 0.0), surface("lively", 1.0));
-    let options = [&surfaces[..], "randomisation.surface_deviation=0", "scene.ground.restitution=1.0"];
+    let surfaces = format!("randomization.surfaces=[{}, {}]", surface("dead", 0.0), surface("lively", 1.0));
+    let options = [&surfaces[..], "randomization.surface_deviation=0", "scene.ground.restitution=1.0"];
     let Some(shard) = shard("stage2", &options, 32, test) else { return };
     // Restitution 0 and 1 are in the snapshot's parameters of even and odd environments.
     let bytes = shard.save();
@@ -317,8 +317,8 @@ fn every_option_at_once_stays_finite() {
     let options = [
         "observations.perception.blind_zone=true",
         "observations.perception.gaussian=true",
-        "randomisation.robot=true",
-        "randomisation.ball=true",
+        "randomization.robot=true",
+        "randomization.ball=true",
         "rewards.body_kernel=mean_of_exp",
         "rewards.kick_foot_vel.weight=1",
         "rewards.feet_vel.weight=1",

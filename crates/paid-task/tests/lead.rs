@@ -7,8 +7,8 @@ use paid_lanes::{Isa, Mat3, Vec3};
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EvalOptions, ForcedStart, LED_BALL, ReferenceLibrary, RollingBall, TaskPreset, TaskShard, build_shard,
-    motion_for, roll_decay,
+    BALL_AT_STRIKE, EvalOptions, InitialState, ReferenceLibrary, RollingBall, TaskPreset, TaskShard,
+    build_shard, motion_for, roll_decay,
 };
 
 const DT: f64 = 0.02;
@@ -32,7 +32,7 @@ fn seen_balls(shard: &mut dyn TaskShard) -> Vec<[f64; 2]> {
     let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
     shard.observe(&mut policy, &mut critic);
-    let row = shard.layout().policy.iter().find(|t| t.name == LED_BALL).expect("a term").offset;
+    let row = shard.layout().policy.iter().find(|t| t.name == BALL_AT_STRIKE).expect("a term").offset;
     (0..envs)
         .map(|env| {
             let base = &shard.eval().sample(env).expect("exists").bodies[0];
@@ -53,7 +53,7 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
         for (env, &motion) in motions.iter().enumerate() {
             // Aside of the robot, which falls over in the default pose without meeting it.
             let (ball_xy, ball_velocity) = (Some([0.5, 2.5 + 0.1 * env as f64]), [0.25, 0.15]);
-            let start = ForcedStart { ball_xy, ball_velocity, ..ForcedStart::nominal(motion) };
+            let start = InitialState { ball_xy, ball_velocity, ..InitialState::nominal(motion) };
             shard.eval().force_start(env, &start).expect("exists");
         }
         let first = seen_balls(shard.as_mut());

@@ -30,7 +30,7 @@ pub struct TrainBench {
     pub samples_per_s: f64,
     /// Physics and task alone, under random actions.
     pub env_samples_per_s: f64,
-    /// Normalisation, both networks and sampling alone, on stored observations.
+    /// Normalization, both networks and sampling alone, on stored observations.
     pub forward_samples_per_s: f64,
     /// Update alone.
     pub update_samples_per_s: f64,

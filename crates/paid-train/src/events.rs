@@ -186,6 +186,6 @@ mod tests {
         assert_eq!(events[2].step, 8);
         assert_eq!(summary.value[0].tag, "Loss/surrogate");
         assert_eq!(summary.value[0].simple_value, Some(-0.5));
-        assert!(unframe(&bytes[..bytes.len() - 1]).is_none(), "a cut file is recognised");
+        assert!(unframe(&bytes[..bytes.len() - 1]).is_none(), "a cut file is recognized");
     }
 }

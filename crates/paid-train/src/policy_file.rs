@@ -20,11 +20,11 @@ pub const ACTION: &str = "joint position target = default_pos + action_scale * a
 /// Name of the ONNX file in a run folder.
 pub const POLICY_FILE: &str = "policy.onnx";
 /// Terms of a policy if nobody states others.
-pub const LICENCE: &str = "the terms of the motions that the policy was trained on";
+pub const LICENSE: &str = "the terms of the motions that the policy was trained on";
 /// The command that the policy follows, under the released name.
 pub const COMMAND: &str = "motion";
 
-/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its licence is empty, and it has
+/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its license is empty, and it has
 /// no memory. `lead_ball` is the task's ([`paid_task::ObservationPreset::lead_ball`]).
 ///
 /// # Errors
@@ -57,7 +57,7 @@ pub fn task_contract(
     Ok(Contract {
         format: FORMAT,
         robot: spec.name.clone(),
-        licence: String::new(),
+        license: String::new(),
         control_period_s,
         action: ACTION.to_owned(),
         joints: order.indices().iter().map(joint).collect(),
@@ -81,7 +81,7 @@ pub struct TrainedPolicy {
     pub model: RobotModel,
     /// Gains and names.
     pub spec: RobotSpec,
-    /// Networks and normaliser.
+    /// Networks and normalizer.
     pub policy: Policy,
 }
 
@@ -116,15 +116,15 @@ impl TrainedPolicy {
         Ok(Self { checkpoint: path, preset, model, spec, policy })
     }
 
-    /// The contract of the policy's file; `licence` are the terms of the motions that it was trained on.
+    /// The contract of the policy's file; `license` are the terms of the motions that it was trained on.
     ///
     /// # Errors
     /// If the robot's gains cannot be resolved.
-    pub fn contract(&self, licence: &str) -> Result<Contract, TrainError> {
+    pub fn contract(&self, license: &str) -> Result<Contract, TrainError> {
         let lstm = &self.policy.net.lstm;
         let task = &self.preset.task;
         Ok(Contract {
-            licence: licence.to_owned(),
+            license: license.to_owned(),
             recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
             ..task_contract(&self.model, &self.spec, task.control_dt_s(), task.observations.lead_ball)?
         })
@@ -134,8 +134,8 @@ impl TrainedPolicy {
     ///
     /// # Errors
     /// If the file cannot be written, or something does not fit; an earlier file stays whole.
-    pub fn write_onnx(&self, path: &Path, licence: &str, clip: Option<&Clip>) -> Result<(), TrainError> {
-        let mut contract = self.contract(licence)?;
+    pub fn write_onnx(&self, path: &Path, license: &str, clip: Option<&Clip>) -> Result<(), TrainError> {
+        let mut contract = self.contract(license)?;
         let reference = clip.map(|clip| self.reference(clip)).transpose()?;
         contract.reference = reference.as_ref().map(|r| r.name.clone());
         let run = self.checkpoint.to_string_lossy();
@@ -231,7 +231,7 @@ mod tests {
             ..NetworkConfig::default()
         };
         let net = Network::new(features, spec.policy_joint_order.len(), &config);
-        let params = net.initialise(&mut Rng::new(6, 0, 0));
+        let params = net.initialize(&mut Rng::new(6, 0, 0));
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
         let preset = RunPreset::resolve("stage1", &[]).expect("built in");
@@ -291,7 +291,7 @@ mod tests {
             fps: 50.0,
             kick_leg: paid_motion::KickLeg::Left,
             kick_frame: None,
-            licence: None,
+            license: None,
             frames,
             joints,
             bodies,

@@ -52,7 +52,7 @@ fn mean(newest: &Path, others: &[Numbered]) -> Result<Checkpoint, TrainError> {
     Ok(newest.mean_with(&others)?)
 }
 
-/// Writes a checkpoint of weights, normalisers and preset only: small, free of anything that comes from the motion files, such as
+/// Writes a checkpoint of weights, normalizers and preset only: small, free of anything that comes from the motion files, such as
 /// environment states. It can be evaluated, exported and started from, not resumed.
 ///
 /// # Errors

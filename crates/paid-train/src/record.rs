@@ -28,7 +28,7 @@ impl Serialize for Named {
     }
 }
 
-/// Optimiser figures of one iteration, means over its minibatches.
+/// Optimizer figures of one iteration, means over its minibatches.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LossRecord {
     /// Clipped value loss.
@@ -72,7 +72,7 @@ pub struct Record {
     pub mean_reward: f64,
     /// Mean length of the same episodes [control steps].
     pub mean_episode_length: f64,
-    /// Optimiser figures.
+    /// Optimizer figures.
     pub loss: LossRecord,
     /// Mean standard deviation of the actions.
     pub mean_noise_std: f64,

@@ -33,7 +33,7 @@ pub fn load_robot(robot: &str) -> Result<(RobotModel, RobotSpec), TrainError> {
     Ok((model, spec))
 }
 
-/// A motion in the task's form. The files' body velocities are those of the centres of mass.
+/// A motion in the task's form. The files' body velocities are those of the centers of mass.
 pub fn reference_clip(clip: &Clip) -> ReferenceClip {
     ReferenceClip {
         name: clip.name.clone(),

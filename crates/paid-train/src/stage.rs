@@ -8,7 +8,7 @@ use paid_learn::Checkpoint;
 use paid_learn::checkpoint::write_atomically;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
-use crate::policy_file::{LICENCE, POLICY_FILE, TrainedPolicy};
+use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
 use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_weights};
 use crate::trainer::progress_of;
 use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
@@ -18,7 +18,7 @@ use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
 pub enum Start {
     /// Fresh networks.
     Fresh,
-    /// The networks and normaliser of a run folder's policy ([`load_weights`]) or of a checkpoint; optimiser and counters are fresh.
+    /// The networks and normalizer of a run folder's policy ([`load_weights`]) or of a checkpoint; optimizer and counters are fresh.
     From(PathBuf),
     /// The last checkpoint of the output folder, exactly.
     Resume,
@@ -85,7 +85,7 @@ pub fn train_stage(
     let outcome = run_stage(job, &build, stop, report)?;
     let weights = load_weights(&job.out)?;
     write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;
-    TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENCE, None)?;
+    TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)?;
     Ok(outcome)
 }
 

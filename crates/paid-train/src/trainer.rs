@@ -285,8 +285,8 @@ impl<E: TrainShard + 'static> Trainer<E> {
         Ok(failures)
     }
 
-    /// Takes the networks and normalisers of a checkpoint, as Stage II does of Stage I. Counters, optimiser and environments
-    /// stay fresh. So does the noise where the ball is new: a policy that has learnt to follow motions ends with little, and does not
+    /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
+    /// stay fresh. So does the noise where the ball is new: a policy that has learned to follow motions ends with little, and does not
     /// find the strike with it.
     ///
     /// # Errors

@@ -167,12 +167,12 @@ mod tests {
             VARIANTS.map(|(_, name)| RunPreset::resolve(name, &[]).expect(name).task);
         let shipped =
             SURFACES.map(|name| SurfacePreset::of(name, &Surface::load(name).expect(name).ball_params));
-        assert_eq!(full.randomisation.surfaces, shipped);
+        assert_eq!(full.randomization.surfaces, shipped);
         let mut restored = no_sysid.clone();
-        restored.randomisation.surfaces.clone_from(&full.randomisation.surfaces);
+        restored.randomization.surfaces.clone_from(&full.randomization.surfaces);
         restored.name.clone_from(&full.name);
         assert_eq!(restored, full);
-        assert_eq!(no_sysid.randomisation.surfaces.len(), 1);
+        assert_eq!(no_sysid.randomization.surfaces.len(), 1);
         let mut restored = no_noise;
         assert!(!restored.observations.perception.gaussian);
         restored.observations.perception.gaussian = true;

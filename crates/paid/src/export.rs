@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use paid_motion::{read_clip, resample};
 use paid_onnx::OnnxPolicy;
 use paid_train::TrainedPolicy;
-use paid_train::policy_file::{LICENCE, POLICY_FILE};
+use paid_train::policy_file::{LICENSE, POLICY_FILE};
 use paid_train::policy_weights::{load_mean, load_weights, write_weights};
 use serde::Serialize;
 
@@ -20,23 +20,23 @@ pub struct Args {
     /// The file to write.
     #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]
     out: PathBuf,
-    /// Also write a small checkpoint: weights, normalisers and preset, nothing that comes from the motion files. It can be
+    /// Also write a small checkpoint: weights, normalizers and preset, nothing that comes from the motion files. It can be
     /// evaluated and started from, not resumed.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// Take the mean of the weights of the run folder's newest N checkpoints.
     #[arg(long, value_name = "N")]
     average: Option<usize>,
-    /// Embed this motion file (.npz) as outputs at `time_step`; the policy file then inherits the motion's licence.
+    /// Embed this motion file (.npz) as outputs at `time_step`; the policy file then inherits the motion's license.
     #[arg(long, value_name = "CLIP")]
     with_reference: Option<PathBuf>,
     /// Terms under which the policy may be used, written into the file.
     #[arg(
         long,
         value_name = "TEXT",
-        default_value = LICENCE
+        default_value = LICENSE
     )]
-    licence: String,
+    license: String,
     /// Print one line of JSON.
     #[arg(long)]
     json: bool,
@@ -70,7 +70,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
             Some(if same { clip } else { resample(&clip, &trained.model, rate) })
         }
     };
-    trained.write_onnx(&args.out, &args.licence, clip.as_ref()).map_err(Failure::input)?;
+    trained.write_onnx(&args.out, &args.license, clip.as_ref()).map_err(Failure::input)?;
     let policy = OnnxPolicy::load(&args.out).map_err(Failure::input)?;
     let bytes = std::fs::metadata(&args.out)
         .map_err(|e| Failure::input(format!("{}: {e}", args.out.display())))?
@@ -94,6 +94,6 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         1.0 / contract.control_period_s,
         contract.reference.as_deref().unwrap_or("none"),
     );
-    println!("licence: {}", contract.licence);
+    println!("license: {}", contract.license);
     Ok(ExitCode::SUCCESS)
 }

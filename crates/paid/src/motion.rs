@@ -23,7 +23,7 @@ pub struct Args {
 enum Command {
     /// Read every motion file below a folder and print what its kick looks like, one line a clip.
     Info(info::Args),
-    /// Check that clips are fit to train on: feet, joints, balance, label, licence; a verdict and its reasons a clip.
+    /// Check that clips are fit to train on: feet, joints, balance, label, license; a verdict and its reasons a clip.
     Check(check::Args),
     /// Make kicks from scratch: the built-in library, or one kick for a ball of your choice.
     Generate(generate::Args),

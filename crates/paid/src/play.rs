@@ -125,13 +125,13 @@ fn episode(args: &Args, policy: &std::path::Path) -> Result<Footage, Failure> {
     let Policy { shot, setting, .. } = &args.policy;
     setting.one_engine()?;
     let subject = Subject::load_in(policy, setting, "stage2")?;
-    let arena = &subject.arena;
-    let names: Vec<&str> = arena.library.facts().iter().map(|f| f.name.as_str()).collect();
+    let setup = &subject.setup;
+    let names: Vec<&str> = setup.library.facts().iter().map(|f| f.name.as_str()).collect();
     let motion = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;
     // Reward terms are only shown by Rerun.
-    let watched = shot.watch(&subject, motion, args.rerun.is_some(), |_| Recorder::new(arena))?;
-    let name = format!("{} on {} in {}", subject.name, names[watched.motion], arena.engine.name());
-    Ok(watched.seen.footage(arena, name, watched.goal_half_width_m))
+    let watched = shot.watch(&subject, motion, args.rerun.is_some(), |_| Recorder::new(setup))?;
+    let name = format!("{} on {} in {}", subject.name, names[watched.motion], setup.engine.name());
+    Ok(watched.seen.footage(setup, name, watched.goal_half_width_m))
 }
 
 fn open(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<(Clip, Option<HumanMotion>), Failure> {

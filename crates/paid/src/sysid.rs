@@ -1,4 +1,4 @@
-//! `paid sysid`: a ball's behaviour from filmed drops and rolls, or such films from a known ball.
+//! `paid sysid`: a ball's behavior from filmed drops and rolls, or such films from a known ball.
 
 mod files;
 mod fit;

@@ -82,10 +82,10 @@ fn a_trained_policy_is_exported_and_acts() {
 
     // The run folder holds the policy already; it acts the same.
     let own = OnnxPolicy::load(&folder.path().join("run/policy.onnx")).expect("a policy");
-    let text = succeeds(&paid(folder.path(), &["export", "run", "--out", "policy.onnx", "--licence", "CC0"]));
+    let text = succeeds(&paid(folder.path(), &["export", "run", "--out", "policy.onnx", "--license", "CC0"]));
     assert!(text.contains("policy.onnx") && text.contains("CC0") && text.contains("model_2"), "{text}");
     let policy = OnnxPolicy::load(&folder.path().join("policy.onnx")).expect("a policy");
-    assert_eq!((policy.contract().licence.as_str(), policy.contract().joints.len()), ("CC0", 29));
+    assert_eq!((policy.contract().license.as_str(), policy.contract().joints.len()), ("CC0", 29));
     let mut state = policy.initial_state();
     let actions = policy.act(&vec![0.1; policy.contract().observation_size()], &mut state).expect("acts");
     let same = own.act(&vec![0.1; 160], &mut own.initial_state()).expect("acts");
@@ -149,7 +149,7 @@ fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_
         ]),
     ));
     let preset = fs::read_to_string(folder.path().join("runs/stage2/preset.toml")).expect("a preset");
-    assert!(preset.contains("miss_weight = 0.25"), "{preset}");
+    assert!(preset.contains("miss_sampling_weight = 0.25"), "{preset}");
     for file in [
         "stage1/policy.safetensors",
         "stage1/policy.onnx",

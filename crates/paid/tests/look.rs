@@ -127,7 +127,7 @@ mod rerun_file {
 
     #[test]
     fn a_motion_is_recorded_and_wrong_targets_are_refused() {
-        // Motions of our own: making the built-in ones takes long without optimisation.
+        // Motions of our own: making the built-in ones takes long without optimization.
         let folder = tempfile::tempdir().expect("folder");
         common::write_motions(folder.path());
         succeeds(&paid(folder.path(), &["play", "motions", "--rerun", "kick.rrd"]));

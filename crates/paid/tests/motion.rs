@@ -87,11 +87,11 @@ fn training_without_motions_uses_the_built_in_ones() {
 fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     let folder = tempfile::tempdir().expect("folder");
     fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
-    let args = ["motion", "retarget", "kick.bvh", "--robot", "g1", "--label", "auto", "--licence", "ours"];
+    let args = ["motion", "retarget", "kick.bvh", "--robot", "g1", "--label", "auto", "--license", "ours"];
     let text = succeeds(&paid(folder.path(), &[&args[..], &["--out", "kick.npz"]].concat()));
     assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
     let info = json(&succeeds(&paid(folder.path(), &["motion", "info", ".", "--json"])));
-    assert_eq!((info[0]["kick_leg"].as_str(), info[0]["licence"].as_str()), (Some("right"), Some("ours")));
+    assert_eq!((info[0]["kick_leg"].as_str(), info[0]["license"].as_str()), (Some("right"), Some("ours")));
     let report = json(&succeeds(&paid(
         folder.path(),
         &["motion", "retarget", "kick.bvh", "--slow", "2", "--out", "slow.csv", "--json"],

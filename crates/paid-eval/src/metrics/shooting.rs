@@ -3,8 +3,8 @@
 /// The goal: a vertical plane with a mouth of finite width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// Centre, world [m].
-    pub centre: [f64; 2],
+    /// Center, world [m].
+    pub center: [f64; 2],
     /// Heading of the shooting direction [rad]: the plane is perpendicular to it.
     pub heading: f64,
     /// Half of the mouth [m].
@@ -14,11 +14,11 @@ pub struct Goal {
 /// The ball's first passage through the goal plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Distance from the centre along the plane, left positive [m].
+    /// Distance from the center along the plane, left positive [m].
     pub lateral: f64,
     /// Share of the interval between the two positions that had passed.
     pub share: f64,
-    /// True if it went through the mouth; a ball whose centre meets a post exactly is in.
+    /// True if it went through the mouth; a ball whose center meets a post exactly is in.
     pub inside: bool,
 }
 
@@ -26,11 +26,11 @@ impl Goal {
     /// Coordinates of a point: distance past the plane (negative in front of it) and along it, left positive [m].
     pub fn local(&self, point: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.heading.sin_cos();
-        let (dx, dy) = (point[0] - self.centre[0], point[1] - self.centre[1]);
+        let (dx, dy) = (point[0] - self.center[0], point[1] - self.center[1]);
         [c * dx + s * dy, c * dy - s * dx]
     }
 
-    /// The passage between two successive positions of the ball's centre, from in front of the plane onto or past it, on a
+    /// The passage between two successive positions of the ball's center, from in front of the plane onto or past it, on a
     /// straight line; `None` if there is none. A ball that starts on or behind the plane does not pass it.
     pub fn crossing(&self, before: [f64; 2], after: [f64; 2]) -> Option<Crossing> {
         let (a, b) = (self.local(before), self.local(after));
@@ -44,7 +44,7 @@ impl Goal {
 }
 
 /// Cosine between the ball's horizontal outgoing velocity and the direction from the ball at impact to the goal's
-/// centre; `None` if the ball does not move or lies at the centre.
+/// center; `None` if the ball does not move or lies at the center.
 pub fn direction_cosine(velocity: [f64; 2], ball_at_impact: [f64; 2], goal: [f64; 2]) -> Option<f64> {
     let to_goal = [goal[0] - ball_at_impact[0], goal[1] - ball_at_impact[1]];
     let lengths = velocity[0].hypot(velocity[1]) * to_goal[0].hypot(to_goal[1]);
@@ -61,11 +61,11 @@ mod tests {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    const AHEAD: Goal = Goal { centre: [5.0, 0.0], heading: 0.0, half_width: 1.0 };
+    const AHEAD: Goal = Goal { center: [5.0, 0.0], heading: 0.0, half_width: 1.0 };
 
     #[test]
     fn the_crossing_point_decides_not_the_position_after() {
-        // At the plane the ball is 0.95 m left of the centre; one step later it is wide.
+        // At the plane the ball is 0.95 m left of the center; one step later it is wide.
         let crossing = AHEAD.crossing([4.9, 0.9], [5.1, 1.0]).expect("crosses");
         assert!(crossing.inside && (crossing.lateral - 0.95).abs() < 1e-12);
         assert!((crossing.share - 0.5).abs() < 1e-12);
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn the_plane_faces_the_robot_whatever_its_heading() {
         // Facing -y, as in the motion files: the goal is at (0, -5).
-        let goal = Goal { centre: [0.0, -5.0], heading: -FRAC_PI_2, half_width: 1.0 };
+        let goal = Goal { center: [0.0, -5.0], heading: -FRAC_PI_2, half_width: 1.0 };
         let crossing = goal.crossing([0.5, -4.0], [0.5, -6.0]).expect("crosses");
         assert!(crossing.inside && (crossing.lateral - 0.5).abs() < 1e-12, "+x is left when facing -y");
         assert!(!goal.crossing([-1.5, -4.0], [-1.5, -6.0]).expect("crosses").inside);

@@ -31,15 +31,15 @@ impl Share {
             return Self { count, trials, share: 0.0, low: 0.0, high: 1.0 };
         }
         let (n, p) = (trials as f64, count as f64 / trials as f64);
-        let centre = p + Z * Z / (2.0 * n);
+        let center = p + Z * Z / (2.0 * n);
         let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
         let scale = 1.0 + Z * Z / n;
         Self {
             count,
             trials,
             share: p,
-            low: ((centre - half) / scale).max(0.0),
-            high: ((centre + half) / scale).min(1.0),
+            low: ((center - half) / scale).max(0.0),
+            high: ((center + half) / scale).min(1.0),
         }
     }
 

@@ -10,9 +10,9 @@ use crate::EvalError;
 /// What a file's name asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// `.gif`: 256 colours a frame; shown everywhere.
+    /// `.gif`: 256 colors a frame; shown everywhere.
     Gif,
-    /// `.png` or `.apng`: all colours; larger.
+    /// `.png` or `.apng`: all colors; larger.
     Apng,
     /// A name without an extension: a folder of `frame_0000.png` and so on.
     Folder,
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gif_has_its_frames_colours_and_pace() {
+    fn a_gif_has_its_frames_colors_and_pace() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("new/a.gif");
         write(&path);

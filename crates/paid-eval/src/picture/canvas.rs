@@ -18,7 +18,7 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// An image of one colour.
+    /// An image of one color.
     pub fn new(width: usize, height: usize, background: Rgb) -> Self {
         Self { width, height, pixels: vec![background; width * height] }
     }
@@ -30,7 +30,7 @@ impl Canvas {
     pub fn height(&self) -> usize {
         self.height
     }
-    /// The colour of a pixel inside the image.
+    /// The color of a pixel inside the image.
     pub fn get(&self, x: usize, y: usize) -> Rgb {
         self.pixels[y * self.width + x]
     }
@@ -65,9 +65,9 @@ impl Canvas {
         }
     }
     /// A filled disc.
-    pub fn disc(&mut self, centre: [f64; 2], radius: f64, color: Rgb) {
+    pub fn disc(&mut self, center: [f64; 2], radius: f64, color: Rgb) {
         let r = radius.clamp(0.0, 1e4).ceil() as i64;
-        let (cx, cy) = (centre[0].round() as i64, centre[1].round() as i64);
+        let (cx, cy) = (center[0].round() as i64, center[1].round() as i64);
         for dy in -r..=r {
             for dx in -r..=r {
                 if (dx * dx + dy * dy) as f64 <= radius * radius {

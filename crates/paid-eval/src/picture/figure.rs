@@ -36,7 +36,7 @@ enum Shape {
         fill: Rgb,
     },
     Disc {
-        centre: [f64; 2],
+        center: [f64; 2],
         radius: f64,
         fill: Rgb,
     },
@@ -83,8 +83,8 @@ impl Figure {
         self.shapes.push(Shape::Rect { at, size, fill });
     }
     /// A filled disc.
-    pub fn disc(&mut self, centre: [f64; 2], radius: f64, fill: Rgb) {
-        self.shapes.push(Shape::Disc { centre, radius, fill });
+    pub fn disc(&mut self, center: [f64; 2], radius: f64, fill: Rgb) {
+        self.shapes.push(Shape::Disc { center, radius, fill });
     }
     /// A line through points, `width` pixels wide.
     pub fn line(&mut self, points: Vec<[f64; 2]>, width: i64, ink: Rgb) {
@@ -94,7 +94,7 @@ impl Figure {
     pub fn text(&mut self, at: [i64; 2], size: i64, anchor: Anchor, text: &str) {
         self.colored_text(at, size, anchor, INK, text);
     }
-    /// Text of any colour.
+    /// Text of any color.
     pub fn colored_text(&mut self, at: [i64; 2], size: i64, anchor: Anchor, ink: Rgb, text: &str) {
         self.shapes.push(Shape::Text { at, size, anchor, ink, text: text.to_owned() });
     }
@@ -105,7 +105,7 @@ impl Figure {
         self.shapes.extend(other.shapes.iter().cloned().map(|mut shape| {
             match &mut shape {
                 Shape::Rect { at, .. } | Shape::Text { at, .. } => *at = [at[0] + x, at[1] + y],
-                Shape::Disc { centre, .. } => *centre = [centre[0] + fx, centre[1] + fy],
+                Shape::Disc { center, .. } => *center = [center[0] + fx, center[1] + fy],
                 Shape::Line { points, .. } => points.iter_mut().for_each(|p| *p = [p[0] + fx, p[1] + fy]),
             }
             shape
@@ -130,7 +130,7 @@ impl Figure {
         for shape in &self.shapes {
             match shape {
                 Shape::Rect { at, size, fill } => image.rect(at[0], at[1], size[0], size[1], *fill),
-                Shape::Disc { centre, radius, fill } => image.disc(*centre, *radius, *fill),
+                Shape::Disc { center, radius, fill } => image.disc(*center, *radius, *fill),
                 Shape::Line { points, width, ink } => {
                     for pair in points.windows(2) {
                         image.line(pair[0], pair[1], *width, *ink);
@@ -166,7 +166,7 @@ impl Figure {
                     "<rect x=\"{x}\" y=\"{y}\" width=\"{w}\" height=\"{h}\" fill=\"{}\"/>",
                     color(*fill)
                 ),
-                Shape::Disc { centre: [x, y], radius, fill } => {
+                Shape::Disc { center: [x, y], radius, fill } => {
                     writeln!(
                         out,
                         "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{}\"/>",

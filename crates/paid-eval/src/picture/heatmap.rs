@@ -20,15 +20,15 @@ pub struct HeatMap {
     pub y: Vec<f64>,
     /// Values `[x][y]`; `None` where there is none.
     pub values: Vec<Vec<Option<f64>>>,
-    /// The value of the coldest colour.
+    /// The value of the coldest color.
     pub low: f64,
-    /// The value of the hottest colour.
+    /// The value of the hottest color.
     pub high: f64,
     /// Factor and decimals of the printed numbers.
     pub print: (f64, usize),
 }
 
-/// The colour of a share between 0 and 1: dark blue, green, yellow.
+/// The color of a share between 0 and 1: dark blue, green, yellow.
 pub fn color_of(share: f64) -> Rgb {
     const STOPS: [[f64; 3]; 5] = [
         [50.0, 20.0, 90.0],
@@ -73,7 +73,7 @@ impl HeatMap {
         figure
     }
 
-    /// Colour, ink and text of a cell.
+    /// Color, ink and text of a cell.
     fn cell(&self, value: Option<f64>) -> (Rgb, Rgb, String) {
         let Some(v) = value else { return ([200; 3], INK, "-".to_owned()) };
         let share = (v - self.low) / (self.high - self.low).max(1e-12);
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_bounded() {
+    fn colors_are_bounded() {
         assert_eq!(color_of(-3.0), color_of(0.0));
         assert_eq!(color_of(7.0), [250, 230, 40]);
     }

@@ -2,7 +2,7 @@
 
 use super::{Anchor, Figure, Rgb};
 
-/// Pixels a metre.
+/// Pixels a meter.
 const SCALE: f64 = 90.0;
 /// Space around the paths in pixels.
 const MARGIN: f64 = 30.0;
@@ -14,7 +14,7 @@ const ROBOT: Rgb = [90, 110, 200];
 const GOAL: Rgb = [30, 150, 60];
 const MISS: Rgb = [210, 60, 50];
 
-/// One trial, in the goal's axes: past the goal plane (negative in front of it) and left of the goal's centre [m].
+/// One trial, in the goal's axes: past the goal plane (negative in front of it) and left of the goal's center [m].
 #[derive(Clone, Debug)]
 pub struct Path<'a> {
     /// Base and ball after every step.
@@ -35,10 +35,10 @@ pub fn plot_paths(paths: &[Path], half_width: f64) -> Figure {
     let height = ((far - near) * SCALE + 2.0 * MARGIN) as i64;
     let place = |p: [f64; 2]| [width as f64 / 2.0 - p[1] * SCALE, MARGIN + (far - p[0]) * SCALE];
     let mut figure = Figure::new(width, height);
-    for metre in 0..=8 {
-        let y = place([-f64::from(metre), 0.0])[1];
+    for meter in 0..=8 {
+        let y = place([-f64::from(meter), 0.0])[1];
         figure.line(vec![[0.0, y], [width as f64, y]], 1, [225; 3]);
-        figure.colored_text([4, y as i64 + 13], 14, Anchor::Start, [150; 3], &format!("{metre} m"));
+        figure.colored_text([4, y as i64 + 13], 14, Anchor::Start, [150; 3], &format!("{meter} m"));
     }
     for path in paths {
         let ball_color = if path.goal { GOAL } else { MISS };
@@ -90,7 +90,7 @@ mod tests {
         let image = figure.canvas();
         let column = |x: usize| (0..image.height()).filter(|&y| image.get(x, y) == GOAL).count();
         let x = (image.width() as f64 / 2.0 - 0.4 * SCALE).round() as usize;
-        assert!(column(x) > 300, "four metres of ball path at 90 pixels a metre, found {}", column(x));
+        assert!(column(x) > 300, "four meters of ball path at 90 pixels a meter, found {}", column(x));
         assert_eq!(
             (0..image.width())
                 .map(|x| (0..image.height()).filter(|&y| image.get(x, y) == MISS).count())

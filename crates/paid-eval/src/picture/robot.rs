@@ -17,9 +17,9 @@ pub struct Pose {
     pub pos: Vec<[f64; 3]>,
     /// Body frames in the world, row-major, model order.
     pub rot: Vec<[[f64; 3]; 3]>,
-    /// Ball centre [m].
+    /// Ball center [m].
     pub ball: [f64; 3],
-    /// Goal centre [m].
+    /// Goal center [m].
     pub goal: [f64; 3],
     /// Heading of the shooting direction [rad].
     pub heading: f64,
@@ -35,10 +35,10 @@ pub struct Film {
 }
 
 impl Film {
-    /// Base and ball after every step, past the goal plane (negative in front of it) and left of the goal's centre [m].
+    /// Base and ball after every step, past the goal plane (negative in front of it) and left of the goal's center [m].
     pub fn path(&self) -> Vec<[[f64; 2]; 2]> {
         let local = |p: &Pose| {
-            let goal = Goal { centre: [p.goal[0], p.goal[1]], heading: p.heading, half_width: 0.0 };
+            let goal = Goal { center: [p.goal[0], p.goal[1]], heading: p.heading, half_width: 0.0 };
             let base = p.pos.first().copied().unwrap_or_default();
             [goal.local([base[0], base[1]]), goal.local([p.ball[0], p.ball[1]])]
         };
@@ -80,7 +80,7 @@ const FORCE: Rgb = [215, 40, 60];
 const GHOST_SHARE: f64 = 0.42;
 /// A ghost nearer to the robot than this is not drawn over it [m].
 const GHOST_MARGIN_M: f64 = 0.03;
-/// Length of a force's arrow [m/N]: the robot's weight is a third of a metre.
+/// Length of a force's arrow [m/N]: the robot's weight is a third of a meter.
 pub const FORCE_SCALE_M_PER_N: f64 = 1e-3;
 
 /// A robot's pose: body origins, world [m], and body frames in the world, row-major; both in model order.
@@ -181,7 +181,7 @@ pub fn draw_robot(scene: &mut Scene, model: &RobotModel, pos: &[[f64; 3]], rot: 
     draw_body(scene, model, pos, rot, [SHELL, SOLE, BONE]);
 }
 
-/// The shapes in the colours of shell, soles and bones.
+/// The shapes in the colors of shell, soles and bones.
 fn draw_body(
     scene: &mut Scene,
     model: &RobotModel,

@@ -35,7 +35,7 @@ const LIGHT: [f64; 3] = [0.35, 0.25, 0.9];
 const NEAR: f64 = 0.05;
 
 impl Scene {
-    /// Sky and a ground with a line every half metre.
+    /// Sky and a ground with a line every half meter.
     pub fn new(width: usize, height: usize, camera: Camera) -> Self {
         let eye = Vec3(camera.eye);
         let unit = |v: V3| v.scale(1.0 / v.norm().max(1e-9));
@@ -79,9 +79,9 @@ impl Scene {
             (1.0 - from_line / soft).clamp(0.0, 1.0)
         };
         let half = line(p.x(), 0.5).max(line(p.y(), 0.5)) * 0.10;
-        let metre = line(p.x(), 1.0).max(line(p.y(), 1.0)) * 0.18;
+        let meter = line(p.x(), 1.0).max(line(p.y(), 1.0)) * 0.18;
         let fade = (-distance / 12.0).exp();
-        let shade = 1.0 - half.max(metre) * fade;
+        let shade = 1.0 - half.max(meter) * fade;
         let grass = [176.0, 200.0, 170.0];
         [0, 1, 2].map(|k| ((grass[k] * fade + sky[k] * (1.0 - fade)) * shade) as u8)
     }
@@ -98,12 +98,12 @@ impl Scene {
     }
 
     /// A shaded sphere with its soft shadow on the ground.
-    pub fn sphere(&mut self, centre: [f64; 3], radius: f64, color: Rgb) {
-        self.splat(Vec3(centre), radius, color);
+    pub fn sphere(&mut self, center: [f64; 3], radius: f64, color: Rgb) {
+        self.splat(Vec3(center), radius, color);
     }
 
-    fn splat(&mut self, centre: V3, radius: f64, color: Rgb) {
-        let Some(([cx, cy], depth)) = self.project(centre) else { return };
+    fn splat(&mut self, center: V3, radius: f64, color: Rgb) {
+        let Some(([cx, cy], depth)) = self.project(center) else { return };
         let pixels = radius * self.focal / depth;
         let range = |c: f64, end: usize| {
             let lo = (c - pixels).floor().max(0.0) as usize;
@@ -187,8 +187,8 @@ impl Scene {
     }
 
     /// A dark disc on the ground under a point: shows its place and height.
-    pub fn shadow(&mut self, centre: [f64; 3], radius: f64) {
-        let Some(([cx, cy], depth)) = self.project(Vec3([centre[0], centre[1], 0.0])) else { return };
+    pub fn shadow(&mut self, center: [f64; 3], radius: f64) {
+        let Some(([cx, cy], depth)) = self.project(Vec3([center[0], center[1], 0.0])) else { return };
         let reach = radius * self.focal / depth;
         let bounds = |c: f64, end: usize| {
             (c - reach).floor().max(0.0) as usize..((c + reach).ceil() + 1.0).clamp(0.0, end as f64) as usize
@@ -200,7 +200,7 @@ impl Scene {
                     continue;
                 }
                 let p = self.eye + ray.scale(-self.eye.z() / ray.z());
-                if (p.x() - centre[0]).hypot(p.y() - centre[1]) <= radius {
+                if (p.x() - center[0]).hypot(p.y() - center[1]) <= radius {
                     self.image.set(x as i64, y as i64, SHADOW);
                 }
             }
@@ -213,7 +213,7 @@ impl Scene {
     }
 }
 
-/// Colour of shadows on the ground.
+/// Color of shadows on the ground.
 const SHADOW: Rgb = [140, 160, 138];
 
 #[cfg(test)]
@@ -283,7 +283,7 @@ mod tests {
         let empty = scene.image.clone();
         scene.arrow([0.0, 0.0, 1.0], [0.0, 0.0, 0.5], 0.08, [255, 0, 0]);
         let rows: Vec<usize> = (0..80).filter(|&y| scene.image.get(50, y) != empty.get(50, y)).collect();
-        // Half a metre at 4 m, focal length 40 / tan(0.4).
+        // Half a meter at 4 m, focal length 40 / tan(0.4).
         let length = 0.5 * (40.0 / 0.4_f64.tan()) / 4.0;
         let (top, bottom) = (rows[0] as f64, rows[rows.len() - 1] as f64);
         assert!((40.0 - top - length).abs() < 2.0 && (bottom - 40.0).abs() < 2.0, "{rows:?}");

@@ -166,7 +166,7 @@ mod tests {
         Contract {
             format: FORMAT,
             robot: "r".into(),
-            licence: String::new(),
+            license: String::new(),
             control_period_s: 0.02,
             action: String::new(),
             joints: joints.iter().map(joint).collect(),
@@ -186,7 +186,7 @@ mod tests {
     struct Nothing;
     impl paid_task::EvalControl for Nothing {
         fn set_eval(&mut self, _: Option<paid_task::EvalOptions>) {}
-        fn force_start(&mut self, _: usize, _: &paid_task::ForcedStart) -> Result<(), paid_task::TaskError> {
+        fn force_start(&mut self, _: usize, _: &paid_task::InitialState) -> Result<(), paid_task::TaskError> {
             Ok(())
         }
         fn sample(&self, _: usize) -> Result<paid_task::EnvSample, paid_task::TaskError> {

@@ -128,7 +128,7 @@ impl Twist2 {
         let row = t * (clip.body_pos.len() / clip.frames);
         let quat = Quat(clip.body_quat[row]);
         let turn = Vec3(clip.body_ang_vel[row]);
-        // The centre of mass's velocity, as motion files store it: measured to track better than the origin's.
+        // The center of mass's velocity, as motion files store it: measured to track better than the origin's.
         let velocity = quat.conj().rotate(Vec3(clip.body_com_vel[row])).0;
         let yaw_rate = quat.conj().rotate(turn).0[2];
         let [roll, pitch] = roll_pitch(clip.body_quat[row]);

@@ -6,12 +6,12 @@ mod observer;
 mod report;
 mod score;
 
-use paid_task::{EvalOptions, ForcedStart};
+use paid_task::{EvalOptions, InitialState};
 use serde::Serialize;
 
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
-use crate::episodes::{Arena, Observer, run_episodes};
+use crate::episodes::{EvalSetup, Observer, run_episodes};
 use crate::policy::PolicyMaker;
 use observer::Watch;
 
@@ -129,12 +129,12 @@ impl ShootingOptions {
 }
 
 /// The start of a planned trial.
-pub fn start_of(trial: &Trial) -> ForcedStart {
-    ForcedStart {
+pub fn start_of(trial: &Trial) -> InitialState {
+    InitialState {
         ball_xy: Some(trial.ball),
         ball_velocity: trial.ball_velocity,
         goal_xy: Some(trial.goal),
-        ..ForcedStart::nominal(trial.motion)
+        ..InitialState::nominal(trial.motion)
     }
 }
 
@@ -149,43 +149,43 @@ pub fn control_of(options: &ShootingOptions, control_dt_s: f64) -> (EvalOptions,
 /// # Errors
 /// As [`run_episodes`], or if an option makes no sense, or no motion leaves room for the ball.
 pub fn evaluate(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
     options: &ShootingOptions,
 ) -> Result<ShootingReport, EvalError> {
-    let trials = plan(arena, options)?;
-    let watches = run(arena, policy, options, &trials, |_| Watch::new(arena, options))?;
-    let outcomes = watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), arena)).collect();
-    Ok(ShootingReport::new(arena.engine.facts(&arena.preset), options, outcomes))
+    let trials = plan(setup, options)?;
+    let watches = run(setup, policy, options, &trials, |_| Watch::new(setup, options))?;
+    let outcomes = watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), setup)).collect();
+    Ok(ShootingReport::new(setup.engine.facts(&setup.preset), options, outcomes))
 }
 
 /// As [`evaluate`] with trials that were planned before, with the number and the trace of every trial in the report's order. The same
 /// trials in several engines must be planned once: the motion for a rolling ball may depend on how the engine's ball slows down.
 pub(crate) fn evaluate_traced(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
     options: &ShootingOptions,
     trials: &[Trial],
 ) -> Result<(ShootingReport, Vec<(usize, Trace)>), EvalError> {
-    let observer = |_| Traced { watch: Watch::new(arena, options), trace: Trace::default(), ball: true };
-    let watches = run(arena, policy, options, trials, observer)?;
+    let observer = |_| Traced { watch: Watch::new(setup, options), trace: Trace::default(), ball: true };
+    let watches = run(setup, policy, options, trials, observer)?;
     let (mut outcomes, mut traces) = (Vec::new(), Vec::new());
     for (i, Traced { watch, trace, .. }) in watches {
-        outcomes.push(watch.outcome(trials[i].clone(), arena));
+        outcomes.push(watch.outcome(trials[i].clone(), setup));
         traces.push((i, trace));
     }
-    Ok((ShootingReport::new(arena.engine.facts(&arena.preset), options, outcomes), traces))
+    Ok((ShootingReport::new(setup.engine.facts(&setup.preset), options, outcomes), traces))
 }
 
 /// The observers of the trials that ended, with their numbers.
 fn run<O: Observer>(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
     options: &ShootingOptions,
     trials: &[Trial],
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
-    let starts: Vec<ForcedStart> = trials.iter().map(start_of).collect();
-    let (control, steps) = control_of(options, arena.preset.control_dt_s());
-    run_episodes(arena, policy, &starts, control, steps, observer)
+    let starts: Vec<InitialState> = trials.iter().map(start_of).collect();
+    let (control, steps) = control_of(options, setup.preset.control_dt_s());
+    run_episodes(setup, policy, &starts, control, steps, observer)
 }

@@ -4,11 +4,11 @@ mod observer;
 mod report;
 mod score;
 
-use paid_task::{EvalOptions, ForcedStart};
+use paid_task::{EvalOptions, InitialState};
 
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
-use crate::episodes::{Arena, Observer, run_episodes};
+use crate::episodes::{EvalSetup, Observer, run_episodes};
 use crate::policy::PolicyMaker;
 use observer::Watch;
 
@@ -27,44 +27,44 @@ pub struct TrackingOptions {
     pub limits: bool,
 }
 
-/// Runs every motion from its first frame: once exactly, and `starts` times with the preset's reset noise. Observation noise, pushes and randomisation are off, so exact starts need no repetition.
+/// Runs every motion from its first frame: once exactly, and `starts` times with the preset's reset noise. Observation noise, pushes and randomization are off, so exact starts need no repetition.
 ///
 /// # Errors
 /// As [`run_episodes`], or if the sets do not match the library.
 pub fn evaluate(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
     options: &TrackingOptions,
 ) -> Result<TrackingReport, EvalError> {
-    let watches = run(arena, policy, options, |watch| watch)?;
+    let watches = run(setup, policy, options, |watch| watch)?;
     let runs = watches.iter().map(|(_, exact, watch)| watch.score(*exact)).collect();
-    Ok(TrackingReport::new(arena, options, runs))
+    Ok(TrackingReport::new(setup, options, runs))
 }
 
 /// As [`evaluate`], with the number and the trace of every run in the report's order.
 pub(crate) fn evaluate_traced(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
     options: &TrackingOptions,
 ) -> Result<(TrackingReport, Vec<(usize, Trace)>), EvalError> {
-    let ball = arena.preset.scene.ball;
-    let watches = run(arena, policy, options, |watch| Traced { watch, trace: Trace::default(), ball })?;
+    let ball = setup.preset.scene.ball;
+    let watches = run(setup, policy, options, |watch| Traced { watch, trace: Trace::default(), ball })?;
     let (mut runs, mut traces) = (Vec::new(), Vec::new());
     for (i, exact, Traced { watch, trace, .. }) in watches {
         runs.push(watch.score(exact));
         traces.push((i, trace));
     }
-    Ok((TrackingReport::new(arena, options, runs), traces))
+    Ok((TrackingReport::new(setup, options, runs), traces))
 }
 
 /// The observers of the runs that ended, with their numbers and whether they began exactly.
 fn run<O: Observer>(
-    arena: &Arena,
+    setup: &EvalSetup,
     policy: &PolicyMaker,
     options: &TrackingOptions,
     observer: impl Fn(Watch) -> O + Sync,
 ) -> Result<Vec<(usize, bool, O)>, EvalError> {
-    let motions = arena.library.len();
+    let motions = setup.library.len();
     if options.sets.len() != motions {
         return Err(EvalError::Option {
             option: "sets",
@@ -74,21 +74,21 @@ fn run<O: Observer>(
     }
     let mut starts = Vec::new();
     for motion in 0..motions {
-        starts.push(ForcedStart::nominal(motion));
+        starts.push(InitialState::nominal(motion));
         for _ in 0..options.starts {
-            starts.push(ForcedStart { noise: true, ..ForcedStart::nominal(motion) });
+            starts.push(InitialState { noise: true, ..InitialState::nominal(motion) });
         }
     }
     // The time limit must not cut a long motion short.
-    let longest = arena.library.facts().iter().map(|f| f.frames).max().unwrap_or(0) + 1;
+    let longest = setup.library.facts().iter().map(|f| f.frames).max().unwrap_or(0) + 1;
     let control = EvalOptions {
         hold_last_frame: false,
         end_on_failure: options.limits,
         max_steps: u32::try_from(longest).ok(),
         ..EvalOptions::default()
     };
-    let watches = run_episodes(arena, policy, &starts, control, longest, |trial| {
-        observer(Watch::new(arena, starts[trial].motion, !options.limits))
+    let watches = run_episodes(setup, policy, &starts, control, longest, |trial| {
+        observer(Watch::new(setup, starts[trial].motion, !options.limits))
     })?;
     Ok(watches.into_iter().map(|(i, watch)| (i, !starts[i].noise, watch)).collect())
 }

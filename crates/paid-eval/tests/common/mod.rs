@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use paid_eval::EvalError;
 use paid_eval::engine::Engine;
-use paid_eval::episodes::Arena;
+use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Policy, Seen};
 use paid_lanes::{Isa, Quat, Vec3};
@@ -25,7 +25,7 @@ fn swing(kick_leg: KickLeg) -> Clip {
         fps,
         kick_leg,
         kick_frame: None,
-        licence: Some("CC0".to_owned()),
+        license: Some("CC0".to_owned()),
         frames,
         joints: model.joints.len(),
         bodies: model.bodies.len(),
@@ -54,7 +54,7 @@ fn swing(kick_leg: KickLeg) -> Clip {
 }
 
 /// A task over a swing of each leg, on one thread, with arithmetic that every machine has.
-pub fn arena(task: &str) -> Arena {
+pub fn setup(task: &str) -> EvalSetup {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let folder = tempfile::tempdir().expect("a folder");
     for leg in [KickLeg::Left, KickLeg::Right] {
@@ -63,7 +63,7 @@ pub fn arena(task: &str) -> Arena {
     }
     let motions = MotionLibrary::load(folder.path(), &robot, &spec, 50.0).expect("good motions");
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
-    Arena {
+    EvalSetup {
         engine: Engine::Builtin,
         isa: Isa::Portable,
         robot,
@@ -87,13 +87,13 @@ pub struct Puppet {
 }
 
 impl Puppet {
-    pub fn new(arena: &Arena) -> Self {
-        let control = arena.spec.resolve(&arena.robot).expect("the built-in robot");
-        let order = Permutation::between(&arena.spec.policy_joint_order, &arena.robot.joint_names());
+    pub fn new(setup: &EvalSetup) -> Self {
+        let control = setup.spec.resolve(&setup.robot).expect("the built-in robot");
+        let order = Permutation::between(&setup.spec.policy_joint_order, &setup.robot.joint_names());
         let order = order.expect("the same joints");
         let joints = order.indices().iter().enumerate();
         let task = joints.map(|(m, &p)| (p, control.default_pos[m], control.action_scale[m])).collect();
-        Self { library: Arc::clone(&arena.library), task, stop: None }
+        Self { library: Arc::clone(&setup.library), task, stop: None }
     }
 }
 

@@ -100,7 +100,7 @@ impl Learner {
         file.save()
     }
 
-    /// Goes on where the checkpoint stopped: weights, moments, normalisers, rates, counters, seed and recurrent states. With
+    /// Goes on where the checkpoint stopped: weights, moments, normalizers, rates, counters, seed and recurrent states. With
     /// environments restored to the same point, training ends in the same weights as without the interruption. On an error the
     /// learner is as before.
     ///
@@ -140,7 +140,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Takes weights, standard deviations and normalisers only: the start of a next stage. Moments, rates, counters and
+    /// Takes weights, standard deviations and normalizers only: the start of a next stage. Moments, rates, counters and
     /// recurrent states stay as they are. On an error the learner is as before.
     ///
     /// # Errors
@@ -152,7 +152,7 @@ impl Learner {
         Ok(())
     }
 
-    /// Copies of the models with the checkpoint's weights, and its normalisers.
+    /// Copies of the models with the checkpoint's weights, and its normalizers.
     fn weights_of(
         &self,
         checkpoint: &Checkpoint,

@@ -138,7 +138,7 @@ impl Checkpoint {
         Ok(Policy { net, params, normalizer, std })
     }
 
-    /// The same with the mean of its own and `others`' weights and normalisers: late in a training it is often better than any
+    /// The same with the mean of its own and `others`' weights and normalizers: late in a training it is often better than any
     /// of them. What is for resuming is left out.
     ///
     /// # Errors
@@ -159,7 +159,7 @@ impl Checkpoint {
         Ok(mean)
     }
 
-    /// Writes weights and normalisers with the caller's `blobs` and nothing else: enough for evaluation, export and
+    /// Writes weights and normalizers with the caller's `blobs` and nothing else: enough for evaluation, export and
     /// [`crate::Learner::load_weights`], not for resuming. States of environments, which come from motions, stay behind.
     ///
     /// # Errors

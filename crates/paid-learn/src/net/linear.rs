@@ -34,7 +34,7 @@ impl Linear {
 
     /// Uniform in +-1/sqrt(input) for weights and biases: PyTorch's default, under which the release's PPO constants
     /// were chosen; for a network with few layers it keeps the outputs near unit scale without an orthogonal basis.
-    pub fn initialise<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
+    pub fn initialize<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
         let bound = 1.0 / (self.input.max(1) as f64).sqrt();
         for range in [self.weight.clone(), self.bias.clone()] {
             for value in &mut params[range] {

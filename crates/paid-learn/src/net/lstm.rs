@@ -87,8 +87,8 @@ impl Lstm {
         Self { weight_ih, weight_hh, bias, input, size }
     }
 
-    /// Uniform in +-1/sqrt(size): PyTorch's default, see [`super::Linear::initialise`].
-    pub fn initialise<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
+    /// Uniform in +-1/sqrt(size): PyTorch's default, see [`super::Linear::initialize`].
+    pub fn initialize<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
         let bound = 1.0 / (self.size as f64).sqrt();
         for range in [self.weight_ih.clone(), self.weight_hh.clone(), self.bias.clone()] {
             for value in &mut params[range] {

@@ -1,7 +1,7 @@
 //! Networks: layers with forward, cached forward and backward passes over feature-major matrices `[features, N]`.
 //!
 //! A network's shape ([`Network`]) is separate from its parameters (one flat vector, described by a [`Layout`]), so that
-//! gradients, optimiser moments and checkpoints are flat vectors of the same layout.
+//! gradients, optimizer moments and checkpoints are flat vectors of the same layout.
 
 mod layout;
 mod linear;

@@ -106,13 +106,13 @@ impl Network {
     }
 
     /// Fresh parameters.
-    pub fn initialise<S: Element>(&self, rng: &mut Rng) -> Vec<S> {
+    pub fn initialize<S: Element>(&self, rng: &mut Rng) -> Vec<S> {
         let mut params = vec![S::default(); self.layout.len()];
         for layer in &self.lstm {
-            layer.initialise(&mut params, rng);
+            layer.initialize(&mut params, rng);
         }
         for layer in &self.mlp {
-            layer.initialise(&mut params, rng);
+            layer.initialize(&mut params, rng);
         }
         params
     }

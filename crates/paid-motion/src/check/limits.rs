@@ -26,7 +26,7 @@ pub struct CheckLimits {
     pub kinematics_m: Limit,
     /// Stored joint velocities against differences of the angles [rad/s].
     pub joint_rate: Limit,
-    /// Stored body velocities against differences of the centres of mass [m/s].
+    /// Stored body velocities against differences of the centers of mass [m/s].
     pub body_rate: Limit,
     /// Joint angle beyond its range [rad].
     pub joint_range: Limit,
@@ -44,7 +44,7 @@ pub struct CheckLimits {
     pub sliding_m: Limit,
     /// Depth of two parts of the robot in each other [m].
     pub overlap_m: Limit,
-    /// Share of frames whose centre of pressure is more than 2 cm outside of the standing soles.
+    /// Share of frames whose center of pressure is more than 2 cm outside of the standing soles.
     pub unbalanced: Limit,
     /// Share of frames that need more friction than a sole gives.
     pub slippery: Limit,

@@ -35,11 +35,11 @@ impl Worst {
 pub struct Measures {
     /// First to last frame [s].
     pub duration_s: f64,
-    /// Largest speed of the labelled foot's centre of mass [m/s].
+    /// Largest speed of the labeled foot's center of mass [m/s].
     pub foot_speed: Worst,
     /// Largest speed of the other foot [m/s].
     pub other_foot_speed: Worst,
-    /// Angle between the anchor's first heading and the way of the labelled foot at its fastest [rad].
+    /// Angle between the anchor's first heading and the way of the labeled foot at its fastest [rad].
     pub shot_angle: f64,
     /// Angle between the anchor's first and last heading [rad].
     pub turn: f64,
@@ -65,11 +65,11 @@ pub struct Measures {
     pub sliding_m: Worst,
     /// Depth of parts in each other [m]; 0 if nothing touches.
     pub overlap_m: Worst,
-    /// Share of frames with the centre of pressure inside the standing soles.
+    /// Share of frames with the center of pressure inside the standing soles.
     pub pressure_inside: f64,
-    /// Share of frames with the centre of pressure more than 2 cm outside.
+    /// Share of frames with the center of pressure more than 2 cm outside.
     pub unbalanced: f64,
-    /// Least distance of the centre of pressure from the edge of the standing soles while any stands, negative outside [m].
+    /// Least distance of the center of pressure from the edge of the standing soles while any stands, negative outside [m].
     pub pressure_margin_m: f64,
     /// Share of frames that need friction above 0.8.
     pub slippery: f64,
@@ -80,7 +80,7 @@ pub const FRICTION: f64 = 0.8;
 /// Distance outside of the soles that still counts as balanced [m]: a real sole is larger than its contact points.
 const OUTSIDE: f64 = 0.02;
 
-/// With less of its weight on the floor a robot is as good as in the air, and its centre of pressure anywhere.
+/// With less of its weight on the floor a robot is as good as in the air, and its center of pressure anywhere.
 const PRESSED: f64 = 0.2;
 
 /// Measures a clip.

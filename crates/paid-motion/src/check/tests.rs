@@ -45,9 +45,9 @@ fn a_good_clip_passes() {
 
 #[test]
 fn wrong_labels_and_missing_terms_are_found() {
-    let mislabelled = Clip { kick_leg: KickLeg::Left, kick_frame: None, ..good() };
-    assert_eq!(aspects(&mislabelled)[0], (Aspect::Label, Verdict::Fail));
-    assert_eq!(aspects(&Clip { licence: None, ..good() }), [(Aspect::Licence, Verdict::Warn)]);
+    let mislabeled = Clip { kick_leg: KickLeg::Left, kick_frame: None, ..good() };
+    assert_eq!(aspects(&mislabeled)[0], (Aspect::Label, Verdict::Fail));
+    assert_eq!(aspects(&Clip { license: None, ..good() }), [(Aspect::License, Verdict::Warn)]);
     assert_eq!(aspects(&Clip { kick_frame: Some(3), ..good() }), [(Aspect::Label, Verdict::Fail)]);
 }
 

@@ -36,12 +36,12 @@ impl fmt::Display for Verdict {
 pub enum Aspect {
     /// Length of the clip.
     Duration,
-    /// The labelled foot is the one that kicks, in the stated frame.
+    /// The labeled foot is the one that kicks, in the stated frame.
     Label,
     /// The kick goes ahead.
     Heading,
     /// Terms of use are stated.
-    Licence,
+    License,
     /// Bodies and joints tell the same.
     Kinematics,
     /// Stored velocities are those of the motion.
@@ -89,7 +89,7 @@ pub struct ClipReport {
     /// Number of frames.
     pub frames: usize,
     /// Terms of use.
-    pub licence: Option<String>,
+    pub license: Option<String>,
     /// That of the worst finding.
     pub verdict: Verdict,
     /// Worst first.
@@ -116,7 +116,7 @@ pub fn check_clip(
         path: clip.path.display().to_string(),
         kick_leg: clip.kick_leg,
         frames: clip.frames,
-        licence: clip.licence.clone(),
+        license: clip.license.clone(),
         verdict: findings.first().map_or(Verdict::Pass, |f| f.verdict),
         findings,
         measures,
@@ -166,8 +166,8 @@ fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
     out.add(Aspect::Heading, judge(m.shot_angle, limits.heading), Some(m.foot_speed.frame), reason);
     let reason = format!("ends {:.0} degrees off its first heading", m.turn.to_degrees());
     out.add(Aspect::Heading, judge(m.turn, limits.heading), Some(clip.frames - 1), reason);
-    if clip.licence.is_none() {
-        out.add(Aspect::Licence, Verdict::Warn, None, "states no licence".to_owned());
+    if clip.license.is_none() {
+        out.add(Aspect::License, Verdict::Warn, None, "states no license".to_owned());
     }
     out.worst(Aspect::Kinematics, &m.kinematics_m, limits.kinematics_m, |v, part| {
         format!("{part} is stored {:.1} mm from where the joints put it", 1e3 * v)
@@ -214,7 +214,7 @@ fn label(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
     let fastest = &m.foot_speed;
     if m.other_foot_speed.value > fastest.value {
         let reason = format!(
-            "labelled {}, but the other foot is faster ({:.1} m/s against {:.1})",
+            "labeled {}, but the other foot is faster ({:.1} m/s against {:.1})",
             clip.kick_leg, m.other_foot_speed.value, fastest.value
         );
         out.add(Aspect::Label, Verdict::Fail, Some(m.other_foot_speed.frame), reason);

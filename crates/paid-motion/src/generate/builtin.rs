@@ -6,9 +6,9 @@ use super::{GenerateError, GeneratedKick, KickRequest, KickStyle, generate_kick}
 use crate::KickLeg;
 
 /// Terms of generated clips: the project's own.
-pub const BUILTIN_LICENCE: &str = "MIT OR Apache-2.0";
+pub const BUILTIN_LICENSE: &str = "MIT OR Apache-2.0";
 
-/// Distances of the two rings of balls [m] and the angle between neighbours on each [degrees]: about 30 cm along a ring,
+/// Distances of the two rings of balls [m] and the angle between neighbors on each [degrees]: about 30 cm along a ring,
 /// as in the paper's recordings.
 const RINGS: [(f64, f64); 2] = [(0.85, 20.0), (1.20, 14.0)];
 /// Angles of the powerful kicks [degrees] and their distance [m].

@@ -98,7 +98,7 @@ impl<'a> Figure<'a> {
     }
 
     /// Middle of the sole in the foot frame, x forward [m].
-    pub fn sole_centre(&self) -> f64 {
+    pub fn sole_center(&self) -> f64 {
         let xs = self.soles[0].iter().map(|p| p[0]);
         let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         f64::midpoint(low, high)

@@ -1,7 +1,7 @@
 //! Kicks made from scratch: foot steps, balance, inverse kinematics. No recorded motion is involved.
 //!
-//! A kick is planned as footholds with times ([`Plan`]), a course of the centre of pressure through the standing soles, and the
-//! way of the kicking toe through the ball. The course of the centre of mass follows from the pressure ([`sway()`]), the joints
+//! A kick is planned as footholds with times ([`Plan`]), a course of the center of pressure through the standing soles, and the
+//! way of the kicking toe through the ball. The course of the center of mass follows from the pressure ([`sway()`]), the joints
 //! from all of it together ([`solve()`]). The pressure that this whole-body motion really has ([`crate::balance`]) differs
 //! from that of a point mass, mostly by the leg that is thrown forward; the difference is subtracted from the plan and
 //! everything solved again, a few times (the dynamic filter of Kajita et al. 2003).
@@ -18,7 +18,7 @@ mod sway;
 mod tests;
 mod walk;
 
-pub use builtin::{BUILTIN_LICENCE, BuiltinKick, builtin_kicks, generate_builtin};
+pub use builtin::{BUILTIN_LICENSE, BuiltinKick, builtin_kicks, generate_builtin};
 pub use figure::Figure;
 pub use plan::{BALL_RADIUS, FPS, Foothold, GOAL_DISTANCE, KickTimes, Plan, Swing};
 pub use posture::Posture;
@@ -35,7 +35,7 @@ use thiserror::Error;
 use crate::resample::differentiate;
 use crate::{Balance, Clip, KickLeg, balance, rotation_log, support_margin};
 
-/// Rounds of correcting the centre of mass by the whole body's pressure.
+/// Rounds of correcting the center of mass by the whole body's pressure.
 const ROUNDS: usize = 5;
 /// How far a foot [m] and the base [m, rad] may be from their targets; more means that the legs do not reach or a joint is at
 /// its limit.
@@ -112,7 +112,7 @@ pub struct GeneratedKick {
 }
 
 impl GeneratedKick {
-    /// How far the centre of pressure is inside the standing soles, for each frame; negative outside [m].
+    /// How far the center of pressure is inside the standing soles, for each frame; negative outside [m].
     pub fn margins(&self) -> Vec<f64> {
         self.support.iter().zip(&self.balance).map(|(s, b)| support_margin(s, b.zmp)).collect()
     }
@@ -188,7 +188,7 @@ fn clip_of(figure: &Figure<'_>, frames: &[Pose], request: &KickRequest) -> Clip 
         fps: FPS,
         kick_leg: request.leg,
         kick_frame: None,
-        licence: Some(BUILTIN_LICENCE.to_owned()),
+        license: Some(BUILTIN_LICENSE.to_owned()),
         frames: frames.len(),
         joints: model.joints.len(),
         bodies: model.bodies.len(),

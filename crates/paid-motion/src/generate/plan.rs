@@ -149,17 +149,17 @@ impl Plan {
         out
     }
 
-    /// Where the centre of pressure should be: the middle of the sole that stands, moving over while both do [m].
+    /// Where the center of pressure should be: the middle of the sole that stands, moving over while both do [m].
     pub fn pressure(&self, figure: &Figure<'_>) -> Track<2> {
-        let centre = figure.sole_centre();
+        let center = figure.sole_center();
         let middle = |feet: [Foothold; 2]| {
-            let [a, b] = feet.map(|f| f.point([centre, 0.0]));
+            let [a, b] = feet.map(|f| f.point([center, 0.0]));
             [f64::midpoint(a[0], b[0]), f64::midpoint(a[1], b[1])]
         };
         let mut feet = self.start;
         let mut knots = vec![(0.14, middle(feet))];
         for swing in &self.swings {
-            let stands = feet[1 - swing.foot].point([centre, 0.0]);
+            let stands = feet[1 - swing.foot].point([center, 0.0]);
             knots.extend([(swing.lift, stands), (swing.land, stands)]);
             feet[swing.foot] = swing.to;
         }

@@ -33,7 +33,7 @@ pub struct FootTarget {
 /// What a frame shall be. Joints outside of the legs keep the angles of the pose that the solver starts from.
 #[derive(Clone, Debug)]
 pub struct Target {
-    /// Centre of mass x, y, world [m].
+    /// Center of mass x, y, world [m].
     pub com: [f64; 2],
     /// Height of the base [m].
     pub height: f64,
@@ -83,7 +83,7 @@ impl System {
         }
     }
 
-    /// Cholesky factorisation and substitution, in place.
+    /// Cholesky factorization and substitution, in place.
     fn solve(mut self) -> Vec<f64> {
         let n = self.n;
         for i in 0..n {
@@ -133,7 +133,7 @@ fn iterate(figure: &Figure<'_>, pose: &mut Pose, target: &Target) -> f64 {
     let base = poses[0].pos;
     let mut row = vec![0.0; n];
 
-    // Centre of mass, and that of everything beyond each joint.
+    // Center of mass, and that of everything beyond each joint.
     let (mass, moments) = subtree_moments(figure, &poses);
     let com = moments[0].scale(1.0 / mass[0]);
     for k in 0..2 {

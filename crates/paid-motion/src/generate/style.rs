@@ -1,12 +1,12 @@
 //! How a kick looks: the numbers that an author of motions turns.
 
-/// Shape and speed of a kick. Lengths are along the shot (x' towards the goal from the ball) and to its left for a
+/// Shape and speed of a kick. Lengths are along the shot (x' toward the goal from the ball) and to its left for a
 /// right-footed kick; a left-footed one is its mirror image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KickStyle {
     /// Speed of the toe at the ball [m/s].
     pub speed: f64,
-    /// Height of the toe's centre at the ball [m]; a little below the ball's centre.
+    /// Height of the toe's center at the ball [m]; a little below the ball's center.
     pub strike_height: f64,
     /// How far behind the point of contact the toe swings back [m].
     pub back: f64,

@@ -1,13 +1,13 @@
-//! The course of the centre of mass that puts the centre of pressure where the plan wants it.
+//! The course of the center of mass that puts the center of pressure where the plan wants it.
 
 /// One axis of the cart-table problem (Kajita et al. 2003), all frames at once.
 ///
-/// Minimises the squared distance of `x - c x''` to `wanted` plus a small weight on jerk, with `x''` the second difference
+/// Minimizes the squared distance of `x - c x''` to `wanted` plus a small weight on jerk, with `x''` the second difference
 /// as [`crate::balance`] takes it. `c` is height over vertical acceleration with gravity [s^2], a value a frame; `ends` is the
 /// rest position of the first and last three frames [m]. Without the jerk's weight, short peaks of `wanted` (a leg that is
 /// thrown forward) would ask for accelerations that legs cannot give.
 pub fn sway(wanted: &[f64], c: &[f64], ends: [f64; 2], dt: f64) -> Vec<f64> {
-    /// Jerk that costs as much as a metre of pressure [m/s^3].
+    /// Jerk that costs as much as a meter of pressure [m/s^3].
     const JERK: f64 = 8e3;
     let frames = wanted.len();
     let free = frames.saturating_sub(6);
@@ -42,7 +42,7 @@ struct Band {
 }
 
 impl Band {
-    /// Cholesky factorisation within the band.
+    /// Cholesky factorization within the band.
     fn solve(mut self) -> Vec<f64> {
         let n = self.rows.len();
         for i in 0..n {
@@ -77,7 +77,7 @@ mod tests {
     use crate::generate::min_jerk;
 
     #[test]
-    fn the_centre_of_mass_leads_so_that_the_pressure_follows_the_plan() {
+    fn the_center_of_mass_leads_so_that_the_pressure_follows_the_plan() {
         let (dt, frames) = (0.02, 300);
         let wanted: Vec<f64> = (0..frames).map(|k| 0.2 * min_jerk((k as f64 * dt - 2.0) / 0.3)).collect();
         let c = vec![0.7 / 9.81; frames];

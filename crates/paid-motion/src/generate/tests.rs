@@ -31,7 +31,7 @@ fn foot(model: &RobotModel, spec: &RobotSpec, leg: KickLeg) -> usize {
     model.body_index(&spec.feet[leg.index()]).expect("a foot")
 }
 
-/// The toe's centre at frame `t`, world.
+/// The toe's center at frame `t`, world.
 fn toe(kick: &GeneratedKick, figure: &Figure<'_>, t: usize) -> Vec3<f64> {
     let side = kick.clip.kick_leg.index();
     let body = figure.feet[side];
@@ -44,7 +44,7 @@ fn toe_velocity(kick: &GeneratedKick, figure: &Figure<'_>, t: usize) -> Vec3<f64
     (toe(kick, figure, t + 1) - toe(kick, figure, t - 1)).scale(0.5 * FPS)
 }
 
-/// Meets the ball where it lies, towards the goal.
+/// Meets the ball where it lies, toward the goal.
 fn assert_strikes(kick: &GeneratedKick, figure: &Figure<'_>) {
     let name = &kick.clip.name;
     let ball = Vec3([kick.ball[0], kick.ball[1], BALL_RADIUS]);
@@ -81,7 +81,7 @@ fn the_library_has_ten_standard_and_three_powerful_kicks_with_both_feet() {
             .filter(|(j, _)| *j != i)
             .map(|(_, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
             .fold(f64::INFINITY, f64::min);
-        assert!((0.28..0.36).contains(&nearest), "ball {i} has its neighbour at {nearest} m");
+        assert!((0.28..0.36).contains(&nearest), "ball {i} has its neighbor at {nearest} m");
     }
 }
 
@@ -250,7 +250,7 @@ fn left_and_right_are_exact_mirror_images() {
         assert_eq!((image.base_pos, image.base_quat), (pose(&left).base_pos, pose(&left).base_quat));
         assert_eq!(mirrored(&figure, &image).joints, pose(&right).joints);
     }
-    // The robot's own halves differ by tenths of a millimetre.
+    // The robot's own halves differ by tenths of a millimeter.
     let (a, b) = (model.body_index("left_wrist_yaw_link"), model.body_index("right_wrist_yaw_link"));
     let (a, b) = (right.clip.body_pos(99)[a.expect("a hand")], left.clip.body_pos(99)[b.expect("a hand")]);
     assert!((a[0] - b[0]).abs() + (a[1] + b[1]).abs() + (a[2] - b[2]).abs() < 1e-3, "{a:?} {b:?}");

@@ -24,7 +24,7 @@ const GOOD: f64 = 2e-3;
 pub type Walk = Vec<(usize, Foothold)>;
 
 /// The fewest good steps from `start` to the plant foot, the last; the kicking foot's last hold is `take_off` from it [m], in the
-/// axes of a pair that may be turned a little. Under way the feet may turn towards the ball, so that one at the side is walked
+/// axes of a pair that may be turned a little. Under way the feet may turn toward the ball, so that one at the side is walked
 /// to and not only side-stepped to. `extra` more steps than the fewest make every one of them easier.
 pub fn approach(start: [Foothold; 2], plant: Foothold, take_off: [f64; 2], extra: usize) -> Option<Walk> {
     let mut found = None;

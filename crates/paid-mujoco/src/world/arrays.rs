@@ -33,7 +33,7 @@ impl World {
         body_mass, body_mass_mut: model model::BODY_MASS, |w| w.nbody();
         /// Principal inertias [nbody * 3], kg m^2.
         body_inertia, body_inertia_mut: model model::BODY_INERTIA, |w| w.nbody() * 3;
-        /// Centres of mass in body frames [nbody * 3], m.
+        /// Centers of mass in body frames [nbody * 3], m.
         body_ipos, body_ipos_mut: model model::BODY_IPOS, |w| w.nbody() * 3;
         /// Passive damping of the velocity coordinates [nv].
         dof_damping, dof_damping_mut: model model::DOF_DAMPING, |w| w.nv();
@@ -67,7 +67,7 @@ impl World {
         xpos: data data::XPOS, |w| w.nbody() * 3;
         /// Body frames in the world, row-major [nbody * 9].
         xmat: data data::XMAT, |w| w.nbody() * 9;
-        /// Centres of mass in the world [nbody * 3], m.
+        /// Centers of mass in the world [nbody * 3], m.
         xipos: data data::XIPOS, |w| w.nbody() * 3;
     }
 

@@ -1,4 +1,4 @@
-//! Articulated-body inertias and the factorisation of the base's.
+//! Articulated-body inertias and the factorization of the base's.
 
 use paid_lanes::{Mat3, Real, Vec3};
 

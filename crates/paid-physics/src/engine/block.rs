@@ -5,7 +5,7 @@ use paid_lanes::{Real, Vec3};
 use super::spatial::unit;
 
 /// Relative inflation of the inverse mass, which keeps its inverse bounded.
-const REGULARISATION: f64 = 1.001;
+const REGULARIZATION: f64 = 1.001;
 
 /// Inverse-mass constants of a contact point.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ impl<V: Real> Block<V> {
     /// From the point's symmetric inverse mass: t1t1, t2t2, nn, t1t2, t1n, t2n.
     #[inline(always)]
     pub fn new(k: [V; 6]) -> Self {
-        let more = V::c(REGULARISATION);
+        let more = V::c(REGULARIZATION);
         let (a, b, d) = (k[0] * more, k[1] * more, k[3]);
         let inv_det = d.neg_mul_add(d, a * b).recip();
         Self {

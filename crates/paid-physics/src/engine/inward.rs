@@ -21,7 +21,7 @@ const FRICTION_SPEED: f64 = 0.1;
 /// What acts on a joint.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Drive<'a, V> {
-    /// PD controllers with joint stops and friction, towards these angles.
+    /// PD controllers with joint stops and friction, toward these angles.
     Targets(&'a [V]),
     /// These torques alone, for comparisons.
     Torques(&'a [V]),

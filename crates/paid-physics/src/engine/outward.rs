@@ -19,7 +19,7 @@ pub(crate) fn base_kin<V: Real>(g: &Group<V>, gravity: V) -> Kin<V> {
     }
 }
 
-/// Inertia of the base with each lane's mass scale and shift of the centre of mass.
+/// Inertia of the base with each lane's mass scale and shift of the center of mass.
 #[inline(always)]
 pub(crate) fn base_rigid<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, kin: &Kin<V>) -> Rigid<V> {
     let b = &plan.base;

@@ -17,7 +17,7 @@ const SLOP: f64 = 0.001;
 /// Fastest correction of an overlap [m/s]: motion references overlap by up to 3 cm, which must not kick.
 const MAX_PUSH: f64 = 0.5;
 /// Relative inflation of the inverse mass.
-const REGULARISATION: f64 = 1.001;
+const REGULARIZATION: f64 = 1.001;
 
 /// Contact between two chains.
 #[derive(Clone, Debug)]
@@ -158,7 +158,7 @@ fn prepare_touch<V: Real>(
     }
     first.solve_base(w);
     let k = first.coupling(w, paths[0], 0, 0) + second.joint_coupling(w, paths[1], 0, 0);
-    touch.inv_mass = k.mul_add(V::c(REGULARISATION), V::c(1e-6)).recip();
+    touch.inv_mass = k.mul_add(V::c(REGULARIZATION), V::c(1e-6)).recip();
     let mut free = [speed];
     first.free_joints(w, paths[0], constants.dt, &mut free);
     second.free_joints(w, paths[1], constants.dt, &mut free);

@@ -95,7 +95,7 @@ pub(crate) struct Plan<S> {
     pub paths: Vec<Vec<usize>>,
     /// The chains of the two legs.
     pub legs: [usize; 2],
-    /// Sole sphere centres and radii, per point, left and right.
+    /// Sole sphere centers and radii, per point, left and right.
     pub soles: Vec<[([S; 3], S); 2]>,
     pub capsules: Vec<Capsule<S>>,
     pub pairs: Vec<PairGroup>,

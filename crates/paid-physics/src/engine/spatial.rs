@@ -95,7 +95,7 @@ impl<V: Real> Sym3<V> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rigid<V> {
     pub mass: V,
-    /// Mass times centre of mass.
+    /// Mass times center of mass.
     pub first: Vec3<V>,
     /// Rotational inertia about the origin.
     pub second: Sym3<V>,
@@ -104,7 +104,7 @@ pub(crate) struct Rigid<V> {
 }
 
 impl<V: Real> Rigid<V> {
-    /// `com` in the body frame; `inertia` about the centre of mass in body axes; `pos`, `rot` place the body frame.
+    /// `com` in the body frame; `inertia` about the center of mass in body axes; `pos`, `rot` place the body frame.
     #[inline(always)]
     pub fn new(mass: V, com: Vec3<V>, inertia: Sym3<V>, kin: &Kin<V>) -> Self {
         let c = kin.rot.mul_vec(com) + kin.pos;

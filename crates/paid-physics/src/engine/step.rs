@@ -45,7 +45,7 @@ impl<'a, V: Real> Constants<'a, V> {
     }
 }
 
-/// Advances a group by one physics step towards the joint targets.
+/// Advances a group by one physics step toward the joint targets.
 #[inline(always)]
 pub(crate) fn physics_step<V: Real>(
     plan: &Plan<V::Scalar>,

@@ -75,7 +75,7 @@ impl<V: Real> Engine<V> {
     }
 
     /// Column `column` of the inverse mass matrix, in the layout of [`Engine::accelerations`]: the accelerations that one unit
-    /// of generalised force adds.
+    /// of generalized force adds.
     pub fn inverse_mass_column(&mut self, group: usize, column: usize) -> Vec<V> {
         let n = self.plan.links.len();
         let mut wrench = [V::zero(); 6];
@@ -103,7 +103,7 @@ impl<V: Real> Engine<V> {
         invert(inverse)
     }
 
-    /// Generalised force that keeps all accelerations at zero (gravity, centrifugal and Coriolis terms) of one lane.
+    /// Generalized force that keeps all accelerations at zero (gravity, centrifugal and Coriolis terms) of one lane.
     pub fn bias(&mut self, group: usize, lane: usize) -> Vec<f64> {
         let zeros = vec![V::zero(); self.plan.links.len()];
         let still: Vec<f64> = self.accelerations(group, &zeros).iter().map(|x| x.lane(lane)).collect();

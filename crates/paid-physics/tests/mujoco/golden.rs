@@ -137,9 +137,9 @@ fn bias_forces_and_mass_matrix_agree() {
     assert_eq!(matrices, 4);
 }
 
-/// Five millimetres: contact models and control (explicit in MuJoCo, implicit here) differ.
+/// Five millimeters: contact models and control (explicit in MuJoCo, implicit here) differ.
 #[test]
-fn standing_stays_within_five_millimetres() {
+fn standing_stays_within_five_millimeters() {
     let golden = golden().standing;
     let mut scene = SceneConfig { ball: false, ..SceneConfig::default() };
     scene.ground.static_friction = golden.floor_friction;

@@ -73,8 +73,8 @@ fn body_poses_and_velocities_agree() {
 }
 
 #[test]
-fn standing_stays_within_five_millimetres_on_either_shape_of_the_feet() {
-    let test = "standing_stays_within_five_millimetres_on_either_shape_of_the_feet";
+fn standing_stays_within_five_millimeters_on_either_shape_of_the_feet() {
+    let test = "standing_stays_within_five_millimeters_on_either_shape_of_the_feet";
     let Some(_) = mujoco_or_skip(test) else { return };
     for feet in [FootShapes::Referee, FootShapes::Sole] {
         let mut sim = mujoco(&SceneOptions { feet, ..without_ball() });

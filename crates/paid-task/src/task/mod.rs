@@ -20,7 +20,7 @@ use crate::reference::MAX_LANES;
 use crate::reset::StartContext;
 use crate::score::Sums;
 use crate::{
-    EndCause, EvalOptions, ForcedStart, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
+    EndCause, EvalOptions, InitialState, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
     TaskPreset,
 };
 use step::push_interval;
@@ -47,7 +47,7 @@ pub(crate) struct EnvTask {
     pub push_rng: Rng,
     pub params: EnvParams,
     /// Evaluation: where episodes begin.
-    pub forced: Option<ForcedStart>,
+    pub forced: Option<InitialState>,
     /// Evaluation without automatic reset: how the episode ended.
     pub ended: Option<EndCause>,
     /// First kick of the episode.
@@ -157,7 +157,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 
     /// Begins new episodes in the lanes whose bit is set. [`Task::gather`] must follow.
     pub(crate) fn reset_lanes(&mut self, group: usize, lanes: u32) {
-        let randomise = self.disturbed();
+        let randomize = self.disturbed();
         for lane in (0..V::LANES).filter(|l| lanes >> l & 1 == 1) {
             let env = &mut self.envs[group * V::LANES + lane];
             let context = StartContext {
@@ -166,7 +166,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 sampler: &self.sampler,
                 forced: env.forced.as_ref(),
                 env: env.id,
-                randomise,
+                randomize,
             };
             let start = context.draw::<V, S>(&mut self.sim, group, lane, &mut env.reset_rng);
             self.sim.reset_lane(group, lane, &start.state);

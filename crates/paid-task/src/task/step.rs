@@ -119,7 +119,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 let bins = self.sampler.bins;
                 let pair =
                     |frame: usize| env.motion * bins + (frame.min(frames - 1) * bins / frames).min(bins - 1);
-                let miss = self.config.preset.sampling.miss_weight as f32;
+                let miss = self.config.preset.sampling.miss_sampling_weight as f32;
                 if failed {
                     self.failures[pair(scored)] += 1.0;
                 } else if miss > 0.0 && self.groups[group].kick.on_target.lane(lane) < 0.5 {

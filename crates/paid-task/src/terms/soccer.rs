@@ -49,7 +49,7 @@ pub(crate) fn vertical_speed<V: Real>(ball_vel: Vec3<V>, scale: f64) -> V {
     (ball_vel.z().abs() * V::c(1.0 / scale)).tanh()
 }
 
-/// True if `ball` is past the plane through `goal` perpendicular to the heading, and within `half_width` of its centre.
+/// True if `ball` is past the plane through `goal` perpendicular to the heading, and within `half_width` of its center.
 #[inline(always)]
 pub(crate) fn past_goal_plane<V: Real>(
     ball: Vec3<V>,

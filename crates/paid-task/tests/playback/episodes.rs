@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EndCause, EvalControl, EvalOptions, ForcedStart, REWARD_NAMES, ReferenceLibrary, Task, TaskPreset,
+    EndCause, EvalControl, EvalOptions, InitialState, REWARD_NAMES, ReferenceLibrary, Task, TaskPreset,
     TaskShard,
 };
 
@@ -24,15 +24,15 @@ fn a_state_that_is_not_finite_ends_the_episode_and_nothing_else() {
 fn an_evaluation_holds_the_last_frame_and_obeys_the_forced_start() {
     let mut task = task("stage2", &["sampling.first_frame_share=0"], 1, usize::MAX);
     task.eval().set_eval(Some(EvalOptions { max_steps: Some(80), ..EvalOptions::default() }));
-    let start = ForcedStart {
+    let start = InitialState {
         ball_xy: Some([1.0, 0.25]),
         ball_velocity: [0.1, 0.2],
         goal_xy: Some([5.0, -1.0]),
-        ..ForcedStart::nominal(0)
+        ..InitialState::nominal(0)
     };
     task.eval().force_start(0, &start).expect("exists");
     let sample = task.sample(0).expect("exists");
-    // The motion faces -y: one metre ahead is at y = -1, left is +x.
+    // The motion faces -y: one meter ahead is at y = -1, left is +x.
     let near = |a: [f64; 3], b: [f64; 3]| (0..3).all(|k| (a[k] - b[k]).abs() < 1e-9);
     assert!(near(sample.ball_pos, [0.25, -1.0, 0.11]), "{:?}", sample.ball_pos);
     assert!(near(sample.ball_vel, [0.2, -0.1, 0.0]), "{:?}", sample.ball_vel);
@@ -44,8 +44,8 @@ fn an_evaluation_holds_the_last_frame_and_obeys_the_forced_start() {
     // The end is reported from then on, without a reset.
     assert!(steps(&mut task, 3).iter().all(|r| (r.1, r.2) == (0, 1)));
     assert_eq!(task.sample(0).expect("exists").step, 82);
-    assert!(task.eval().force_start(0, &ForcedStart::nominal(1)).is_err());
-    assert!(task.eval().force_start(1, &ForcedStart::nominal(0)).is_err());
+    assert!(task.eval().force_start(0, &InitialState::nominal(1)).is_err());
+    assert!(task.eval().force_start(1, &InitialState::nominal(0)).is_err());
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked
     let mut task = task("stage2", &[], 1, 20);
     for reward_terms in [true, false] {
         task.eval().set_eval(Some(EvalOptions { reward_terms, ..EvalOptions::default() }));
-        task.eval().force_start(0, &ForcedStart::nominal(0)).expect("exists");
+        task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
         for _ in 0..25 {
             let (reward, ..) = steps(&mut task, 1)[0];
             let terms = task.sample(0).expect("exists").rewards;
@@ -72,7 +72,7 @@ fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked
 fn observations_are_placed_as_the_layout_says() {
     let mut task = task("stage1", &[], 1, usize::MAX);
     task.eval().set_eval(Some(EvalOptions::default()));
-    task.eval().force_start(0, &ForcedStart::nominal(0)).expect("exists");
+    task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
     let actions: Vec<f32> = (0..task.action_dim()).map(|j| 0.01 * j as f32).collect();
     task.step(&actions, &mut [0.0], &mut [0], &mut [0]);
     let mut policy = vec![9.0; task.policy_obs_dim()];
@@ -121,7 +121,7 @@ fn restless(name: &str, more: &[&str]) -> Task<f64, Playback> {
 
 #[test]
 fn starts_are_the_references_plus_the_presets_noise() {
-    let mut task = restless("stage2", &["sampling.first_frame_share=1", "randomisation.robot=true"]);
+    let mut task = restless("stage2", &["sampling.first_frame_share=1", "randomization.robot=true"]);
     let com = RobotModel::g1().bodies[0].com;
     assert!(com.iter().any(|x| *x != 0.0));
     let (mut widest, mut rolling, mut friction) = ([0.0_f64; 4], 0, [f64::MAX, f64::MIN]);
@@ -133,7 +133,7 @@ fn starts_are_the_references_plus_the_presets_noise() {
         let offsets = [
             state.base_pos[0],
             state.base_pos[2] - 0.8,
-            // No angular velocity in the reference: the origin moves as the centre of mass.
+            // No angular velocity in the reference: the origin moves as the center of mass.
             state.base_lin_vel[1] + SPEED,
             state.base_ang_vel[2],
         ];
@@ -182,7 +182,7 @@ fn episodes_begin_well_before_the_strike() {
 fn a_miss_counts_at_the_strike_where_the_preset_asks() {
     // Without a kick, with one on target, and without the option: what a whole episode adds at the strike (frame 40).
     for (kick_at, weight, expected) in [(1000, "0.5", 0.5), (40, "0.5", 0.0), (1000, "0", 0.0)] {
-        let weight = format!("sampling.miss_weight={weight}");
+        let weight = format!("sampling.miss_sampling_weight={weight}");
         let mut task = task("stage2", &[&weight], 1, kick_at);
         steps(&mut task, FRAMES - 1);
         assert_eq!(task.take_metrics().ends[EndCause::MotionEnd as usize], 1);
@@ -210,7 +210,7 @@ fn pushes_come_every_one_to_three_seconds() {
     let mut task = restless("stage1", &[]);
     let options = EvalOptions { max_steps: Some(100_000), disturbances: true, ..EvalOptions::default() };
     task.eval().set_eval(Some(options));
-    task.eval().force_start(0, &ForcedStart::nominal(0)).expect("exists");
+    task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
     let before = task.simulator().pushes.len();
     steps(&mut task, 10_000);
     let pushes = &task.simulator().pushes[before..];

@@ -59,7 +59,7 @@ fn broken_reward() -> f32 {
 }
 
 #[test]
-fn a_kick_with_the_labelled_foot_pays_contact_swing_and_outcome() {
+fn a_kick_with_the_labeled_foot_pays_contact_swing_and_outcome() {
     let mut right = task("stage2", &[], 1, 40);
     steps(&mut right, 39);
     right.take_metrics();

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use paid_eval::engine::Engine;
-use paid_eval::episodes::Arena;
+use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::LearnedPolicy;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport, Variant};
@@ -116,10 +116,10 @@ impl<'a> Judge<'a> {
         Ok(Self { robot, spec, library, policy, preset: preset.clone(), settings, threads })
     }
 
-    /// The arena of a surface. The ball's measured behaviour in MuJoCo's terms, which are not the training's: friction without a
+    /// The setup of a surface. The ball's measured behavior in MuJoCo's terms, which are not the training's: friction without a
     /// distinction of sticking and sliding, a spring and damper for a restitution, damping as a viscous force. Of the two frictions it is
     /// the sliding one: a kicked ball slides, and at the static one the damping of its spin would stop it before the goal.
-    fn arena(&self, surface: &str) -> Result<Arena, Failure> {
+    fn setup(&self, surface: &str) -> Result<EvalSetup, Failure> {
         let mut task = self.preset.task.clone();
         task.scene.terrain = Terrain::Plane;
         let perception = &mut task.observations.perception;
@@ -140,7 +140,7 @@ impl<'a> Judge<'a> {
         };
         let scene = SceneOptions { ball: Some(options), ..SceneOptions::default() };
         task.validate().map_err(Failure::input)?;
-        Ok(Arena {
+        Ok(EvalSetup {
             engine: Engine::Mujoco(Box::new(scene)),
             isa: self.preset.isa().map_err(Failure::input)?,
             robot: self.robot.clone(),
@@ -155,7 +155,7 @@ impl<'a> Judge<'a> {
 
     /// The score on a surface; `None` if the program was told to stop.
     pub fn score(&self, variant: &str, surface: &str, samples: u64) -> Result<Option<Score>, Failure> {
-        let arena = self.arena(surface)?;
+        let setup = self.setup(surface)?;
         let maker = LearnedPolicy::maker(self.policy.clone());
         let run = |grid: Grid, trials: usize, scatter_m: f64| -> Result<ShootingReport, Failure> {
             let options = ShootingOptions {
@@ -167,12 +167,12 @@ impl<'a> Judge<'a> {
                 limit_s: self.settings.limit,
                 ..ShootingOptions::default()
             };
-            shooting::evaluate(&arena, &maker, &options).map_err(Failure::input)
+            shooting::evaluate(&setup, &maker, &options).map_err(Failure::input)
         };
         let spots = run(PLACES, self.settings.trials, 0.05)?;
         // Half of the grid's step: places all over the workspace.
         let workspace = run(Grid::EFFECTIVE, self.settings.workspace_trials, 0.125)?;
-        if arena.monitor.stopped() {
+        if setup.monitor.stopped() {
             return Ok(None);
         }
         let at = |y: f64| {

@@ -9,7 +9,7 @@ use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
 use paid_eval::picture::{Animation, Film, film_frame, film_strip};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
-use paid_task::ForcedStart;
+use paid_task::InitialState;
 use paid_train::policy_weights::WEIGHTS_FILE;
 
 use super::progress::Progress;
@@ -74,25 +74,25 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ..ShootingOptions::default()
     };
     let (monitor, progress) = Progress::start(args.json)?;
-    subject.arena.monitor = monitor;
-    let report = shooting::evaluate(&subject.arena, &*subject.maker, &options).map_err(Failure::input)?;
+    subject.setup.monitor = monitor;
+    let report = shooting::evaluate(&subject.setup, &*subject.maker, &options).map_err(Failure::input)?;
     let timing = progress.finish();
     let whole = Whole { kind: "demo", policy: &subject.name, report: &report, timing };
     let json = to_json(&whole)?;
-    write_shooting(&args.out, subject.arena.engine.name(), &report, &json)?;
+    write_shooting(&args.out, subject.setup.engine.name(), &report, &json)?;
     if args.json {
         println!("{json}");
     } else {
         println!("{}\n{}", report.table(), timing.text());
     }
-    if args.record > 0 && !subject.arena.monitor.stopped() {
+    if args.record > 0 && !subject.setup.monitor.stopped() {
         if !args.json {
             eprintln!("recording {} of these shots", args.record);
         }
         let trials: Vec<&Trial> = report.trials.iter().map(|outcome| &outcome.trial).collect();
         // Evenly over the workspace, whatever came of them.
         let every = (trials.len() / args.record).max(1);
-        let chosen: Vec<ForcedStart> = trials
+        let chosen: Vec<InitialState> = trials
             .iter()
             .skip(every / 2)
             .step_by(every)
@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if !args.json {
         println!("pictures, recording and report: {}", args.out.display());
     }
-    Ok(ended(&subject.arena.monitor))
+    Ok(ended(&subject.setup.monitor))
 }
 
 /// Writes the program's own policy into `out`, to be played with further; its place.
@@ -119,16 +119,16 @@ fn own_policy(out: &Path) -> Result<PathBuf, Failure> {
 fn record(
     subject: &Subject,
     options: &ShootingOptions,
-    starts: &[ForcedStart],
+    starts: &[InitialState],
     out: &Path,
 ) -> Result<(), Failure> {
-    let arena = &subject.arena;
-    let dt_s = arena.preset.control_dt_s();
+    let setup = &subject.setup;
+    let dt_s = setup.preset.control_dt_s();
     let options = ShootingOptions { limit_s: RECORDED_S, ..options.clone() };
     let (control, steps) = shooting::control_of(&options, dt_s);
-    let films = run_episodes(arena, &*subject.maker, starts, control, steps, |_| Film::default())
+    let films = run_episodes(setup, &*subject.maker, starts, control, steps, |_| Film::default())
         .map_err(Failure::input)?;
-    let ball = Some(arena.preset.ball_params.radius_m);
+    let ball = Some(setup.preset.ball_params.radius_m);
     let half_width = options.goal_half_width_m;
     let every = (1.0 / (RATE_HZ * dt_s)).round().max(1.0) as usize;
     let frames = films.iter().map(|(_, film)| film.poses.len().div_ceil(every)).sum();
@@ -136,10 +136,10 @@ fn record(
         Animation::create(&out.join("shots.gif"), SIZE, RATE_HZ, frames).map_err(Failure::input)?;
     for (i, film) in &films {
         for t in (0..film.poses.len()).step_by(every) {
-            let image = film_frame(&arena.robot, film, t, ball, half_width, SIZE);
+            let image = film_frame(&setup.robot, film, t, ball, half_width, SIZE);
             animation.add(&image).map_err(Failure::input)?;
         }
-        let strip = film_strip(&arena.robot, film, dt_s, ball, half_width, 12);
+        let strip = film_strip(&setup.robot, film, dt_s, ball, half_width, 12);
         strip.save(&out.join(format!("shot_{}.png", i + 1))).map_err(Failure::input)?;
     }
     animation.finish().map_err(Failure::input)

@@ -2,7 +2,7 @@
 
 use paid_eval::episodes::{Observer, run_episodes};
 use paid_eval::shooting::{self, Placement, ShootingOptions};
-use paid_task::{EvalOptions, ForcedStart};
+use paid_task::{EvalOptions, InitialState};
 
 use super::engine::positive;
 use super::subject::Subject;
@@ -56,15 +56,18 @@ impl Shot {
         if self.ball.is_some() || self.velocity != [0.0; 2] {
             subject.needs_ball()?;
         }
-        let arena = &subject.arena;
+        let setup = &subject.setup;
         let motion = motion
-            .unwrap_or_else(|| self.ball.map_or(0, |ball| Placement::new(arena).motion(ball, self.velocity)));
-        let start =
-            ForcedStart { ball_xy: self.ball, ball_velocity: self.velocity, ..ForcedStart::nominal(motion) };
+            .unwrap_or_else(|| self.ball.map_or(0, |ball| Placement::new(setup).motion(ball, self.velocity)));
+        let start = InitialState {
+            ball_xy: self.ball,
+            ball_velocity: self.velocity,
+            ..InitialState::nominal(motion)
+        };
         let limits = ShootingOptions { limit_s: self.limit, ..ShootingOptions::default() };
-        let (control, steps) = shooting::control_of(&limits, arena.preset.control_dt_s());
+        let (control, steps) = shooting::control_of(&limits, setup.preset.control_dt_s());
         let control = EvalOptions { reward_terms, ..control };
-        let mut seen = run_episodes(arena, &*subject.maker, &[start], control, steps, |_| observer(motion))
+        let mut seen = run_episodes(setup, &*subject.maker, &[start], control, steps, |_| observer(motion))
             .map_err(Failure::input)?;
         match seen.pop() {
             Some((_, seen)) => Ok(Watched { seen, motion, goal_half_width_m: limits.goal_half_width_m }),

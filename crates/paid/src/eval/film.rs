@@ -30,12 +30,12 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.common.setting.one_engine()?;
     let subject = Subject::load(&args.common, "stage2")?;
-    let arena = &subject.arena;
+    let setup = &subject.setup;
     let watched = args.shot.watch(&subject, args.motion, false, |_| Film::default())?;
-    let (film, half_width, dt) = (&watched.seen, watched.goal_half_width_m, arena.preset.control_dt_s());
-    let ball = arena.preset.scene.ball.then_some(arena.preset.ball_params.radius_m);
+    let (film, half_width, dt) = (&watched.seen, watched.goal_half_width_m, setup.preset.control_dt_s());
+    let ball = setup.preset.scene.ball.then_some(setup.preset.ball_params.radius_m);
     let save = |image: Canvas, name: &str| image.save(&args.frames.join(name)).map_err(Failure::input);
-    save(film_strip(&arena.robot, film, dt, ball, half_width, 12), "strip.png")?;
+    save(film_strip(&setup.robot, film, dt, ball, half_width, 12), "strip.png")?;
     let points = film.path();
     let paths = plot_paths(&[BallPath { points: &points, goal: false }], half_width);
     paths.save(&args.frames.join("paths")).map_err(Failure::input)?;
@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let mut animation = Animation::create(&gif, [640, 480], 1.0 / (every as f64 * dt), shown.len())
             .map_err(Failure::input)?;
         for (i, &t) in shown.iter().enumerate() {
-            let image = film_frame(&arena.robot, film, t, ball, half_width, [640, 480]);
+            let image = film_frame(&setup.robot, film, t, ball, half_width, [640, 480]);
             animation.add(&image).map_err(Failure::input)?;
             save(image, &format!("frame_{i:04}.png"))?;
         }

@@ -40,8 +40,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Subject::needs_mujoco(EngineName::Both)?;
     for options in args.protocol.options(args.trials, Grid::EFFECTIVE)? {
         let (monitor, progress) = Progress::start(args.json)?;
-        subject.arena.monitor = monitor;
-        let report = gap::evaluate(&subject.arena, &subject.scene, &*subject.maker, &options)
+        subject.setup.monitor = monitor;
+        let report = gap::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)
             .map_err(Failure::input)?;
         let timing = progress.finish();
         let json = to_json(&Whole { kind: "gap", policy: &subject.name, report: &report, timing })?;
@@ -58,9 +58,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         } else {
             println!("{}\n{}\n", report.table(), timing.text());
         }
-        if subject.arena.monitor.stopped() {
+        if subject.setup.monitor.stopped() {
             break;
         }
     }
-    Ok(ended(&subject.arena.monitor))
+    Ok(ended(&subject.setup.monitor))
 }

@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common, "stage2")?;
     subject.needs_ball()?;
     let kinds = args.protocol.options(args.trials, Grid::WHOLE)?;
-    subject.arena.engine = subject.engine(args.common.setting.engine);
+    subject.setup.engine = subject.engine(args.common.setting.engine);
     // Reports of each engine, for the figure of all kinds of ball.
     let mut reports: Vec<(&'static str, Vec<ShootingReport>)> = Vec::new();
     for options in &kinds {
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
                 None => reports.push((engine, vec![report])),
             }
         }
-        if subject.arena.monitor.stopped() {
+        if subject.setup.monitor.stopped() {
             break;
         }
     }
@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             println!("\n{}", shooting::summary(of));
         }
     }
-    Ok(ended(&subject.arena.monitor))
+    Ok(ended(&subject.setup.monitor))
 }
 
 /// One kind of ball: runs, writes, prints, and returns the report of each engine.
@@ -78,9 +78,9 @@ fn one(
     options: &ShootingOptions,
 ) -> Result<Vec<(&'static str, ShootingReport)>, Failure> {
     let (monitor, progress) = Progress::start(args.json)?;
-    subject.arena.monitor = monitor;
+    subject.setup.monitor = monitor;
     let (text, json, reports) = if args.common.setting.engine == EngineName::Both {
-        let report = agreement::evaluate(&subject.arena, &subject.scene, &*subject.maker, options)
+        let report = agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, options)
             .map_err(Failure::input)?;
         let timing = progress.finish();
         if let Some(out) = &args.out {
@@ -90,11 +90,11 @@ fn one(
         let (text, json) = (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?);
         (text, json, vec![("builtin", report.builtin), ("mujoco", report.mujoco)])
     } else {
-        let report = shooting::evaluate(&subject.arena, &*subject.maker, options).map_err(Failure::input)?;
+        let report = shooting::evaluate(&subject.setup, &*subject.maker, options).map_err(Failure::input)?;
         let timing = progress.finish();
         let whole = Whole { kind: "shooting", policy: &subject.name, report: &report, timing };
         let (text, json) = (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?);
-        let engine = subject.arena.engine.name();
+        let engine = subject.setup.engine.name();
         if let Some(out) = &args.out {
             write_shooting(out, engine, &report, &json)?;
         }

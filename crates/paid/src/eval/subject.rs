@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_eval::engine::Engine;
-use paid_eval::episodes::Arena;
+use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Gains, LearnedPolicy, OnnxDriver, Policy, PolicyMaker, Twist2};
 use paid_motion::MotionLibrary;
@@ -12,7 +12,7 @@ use paid_mujoco::{Library, SceneOptions};
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
 use paid_physics::Terrain;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::{LED_BALL, ReferenceLibrary, TaskPreset};
+use paid_task::{BALL_AT_STRIKE, ReferenceLibrary, TaskPreset};
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::task_contract;
 use paid_train::setup::load_robot;
@@ -97,7 +97,7 @@ impl Common {
 /// A policy and the task to score it in.
 pub struct Subject {
     /// Robot, motions, task and engine.
-    pub arena: Arena,
+    pub setup: EvalSetup,
     /// Makes the policy for a thread.
     pub maker: Box<PolicyMaker<'static>>,
     /// Where the policy came from.
@@ -192,7 +192,7 @@ impl Subject {
             }
             Kind::Onnx(file) => onnx(*file, &mut robot, &mut spec, task.control_dt_s())?,
         };
-        let arena = Arena {
+        let setup = EvalSetup {
             engine: engine_of(setting.engine, &scene),
             isa: setting.isa.parse().map_err(Failure::input)?,
             robot,
@@ -203,7 +203,7 @@ impl Subject {
             seed: setting.seed,
             monitor: Monitor::default(),
         };
-        Ok(Self { arena, maker, name: source.name, sets, scene })
+        Ok(Self { setup, maker, name: source.name, sets, scene })
     }
 
     /// The engine of a name with this subject's scene.
@@ -221,19 +221,19 @@ impl Subject {
 
     /// Refuses a task without a ball.
     pub fn needs_ball(&self) -> Result<(), Failure> {
-        if self.arena.preset.scene.ball {
+        if self.setup.preset.scene.ball {
             return Ok(());
         }
         Err(Failure::input(format!(
             "task '{}': expected one with a physical ball, found scene.ball = false; score in another with --task stage2",
-            self.arena.preset.name
+            self.setup.preset.name
         )))
     }
 }
 
 /// True if the policy sees a rolling ball where it will be.
 fn leads(file: &OnnxFile) -> bool {
-    file.metadata("observation_names").is_some_and(|names| names.split(',').any(|n| n == LED_BALL))
+    file.metadata("observation_names").is_some_and(|names| names.split(',').any(|n| n == BALL_AT_STRIKE))
 }
 
 /// An ONNX file with this project's contract, or with the released interface; robot and spec get its gains if they are others.

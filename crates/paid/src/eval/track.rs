@@ -38,11 +38,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common, "stage1")?;
     let options =
         TrackingOptions { starts: args.starts, sets: subject.sets.clone(), limits: !args.no_limits };
-    subject.arena.engine = subject.engine(args.common.setting.engine);
+    subject.setup.engine = subject.engine(args.common.setting.engine);
     let (monitor, progress) = Progress::start(args.json)?;
-    subject.arena.monitor = monitor;
+    subject.setup.monitor = monitor;
     let (text, json) = if args.common.setting.engine == EngineName::Both {
-        let report = tracking_agreement::evaluate(&subject.arena, &subject.scene, &*subject.maker, &options)
+        let report = tracking_agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)
             .map_err(Failure::input)?;
         let timing = progress.finish();
         if let Some(out) = &args.out {
@@ -57,12 +57,12 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         let tables = [report.builtin.table(), report.mujoco.table(), report.table()];
         (format!("{}\n{}", tables.join("\n"), timing.text()), to_json(&whole)?)
     } else {
-        let report = tracking::evaluate(&subject.arena, &*subject.maker, &options).map_err(Failure::input)?;
+        let report = tracking::evaluate(&subject.setup, &*subject.maker, &options).map_err(Failure::input)?;
         let timing = progress.finish();
         let whole = Whole { kind: "tracking", policy: &subject.name, report: &report, timing };
         let json = to_json(&whole)?;
         if let Some(out) = &args.out {
-            write_tracking(out, subject.arena.engine.name(), &report, &json)?;
+            write_tracking(out, subject.setup.engine.name(), &report, &json)?;
         }
         (format!("{}\n{}", report.table(), timing.text()), json)
     };
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         write_report(out).map_err(Failure::input)?;
     }
     println!("{}", if args.json { json } else { text });
-    Ok(ended(&subject.arena.monitor))
+    Ok(ended(&subject.setup.monitor))
 }
 
 fn write_tracking(out: &Path, engine: &str, report: &TrackingReport, json: &str) -> Result<(), Failure> {

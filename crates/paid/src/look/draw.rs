@@ -48,7 +48,7 @@ fn episode(footage: &Footage, t: usize, size: [usize; 2], shows: Shows) -> Canva
 }
 
 fn motion(footage: &Footage, t: usize, [width, height]: [usize; 2]) -> Canvas {
-    let middle = centre(footage, t);
+    let middle = center(footage, t);
     let (aside, far) = if footage.human.is_some() { (0.5 * BESIDE[1], 1.35) } else { (0.0, 1.0) };
     let at = |x: f64, y: f64, z: f64| [middle[0] + x, middle[1] + aside + y, z];
     let camera = Camera { eye: at(2.1 * far, -2.3 * far, 1.4), target: at(0.0, 0.0, 0.68), field: 0.62 };
@@ -73,7 +73,7 @@ fn motion(footage: &Footage, t: usize, [width, height]: [usize; 2]) -> Canvas {
 }
 
 /// Where the camera looks: the base's place, averaged over a second.
-fn centre(footage: &Footage, t: usize) -> [f64; 2] {
+fn center(footage: &Footage, t: usize) -> [f64; 2] {
     let reach = (0.5 / footage.dt_s) as usize;
     let range = t.saturating_sub(reach)..(t + reach + 1).min(footage.frames.len());
     let count = range.len() as f64;

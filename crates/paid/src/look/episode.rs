@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use paid_eval::episodes::{Arena, Ending, Observer};
+use paid_eval::episodes::{Ending, EvalSetup, Observer};
 use paid_eval::picture::Pose;
 use paid_lanes::Vec3;
 use paid_task::{EnvSample, KickEvent, ReferenceLibrary};
@@ -18,18 +18,18 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// For an episode in `arena`.
-    pub fn new(arena: &Arena) -> Self {
-        Self { library: Arc::clone(&arena.library), frames: Vec::new(), kick: None, ending: None }
+    /// For an episode in `setup`.
+    pub fn new(setup: &EvalSetup) -> Self {
+        Self { library: Arc::clone(&setup.library), frames: Vec::new(), kick: None, ending: None }
     }
 
     /// The footage.
-    pub fn footage(self, arena: &Arena, name: String, goal_half_width_m: f64) -> Footage {
+    pub fn footage(self, setup: &EvalSetup, name: String, goal_half_width_m: f64) -> Footage {
         let mut events = Vec::new();
         if let Some(kick) = &self.kick {
             let side = ["left", "right"][kick.foot];
-            let body = kick.body.map_or_else(String::new, |b| format!(" ({})", arena.robot.bodies[b].name));
-            let label = if kick.correct { "the labelled foot" } else { "not the labelled foot" };
+            let body = kick.body.map_or_else(String::new, |b| format!(" ({})", setup.robot.bodies[b].name));
+            let label = if kick.correct { "the labeled foot" } else { "not the labeled foot" };
             let speed = Vec3(kick.foot_vel).norm();
             let text = format!("kick by the {side} foot{body}, {label}, foot {speed:.1} m/s");
             events.push((kick.step as usize, text));
@@ -50,10 +50,10 @@ impl Recorder {
         events.retain(|(t, _)| *t <= last);
         Footage {
             name,
-            model: arena.robot.clone(),
-            dt_s: arena.preset.control_dt_s(),
+            model: setup.robot.clone(),
+            dt_s: setup.preset.control_dt_s(),
             frames: self.frames,
-            ball_radius_m: arena.preset.scene.ball.then_some(arena.preset.ball_params.radius_m),
+            ball_radius_m: setup.preset.scene.ball.then_some(setup.preset.ball_params.radius_m),
             goal_half_width_m,
             episode: true,
             trail_s: f64::INFINITY,

@@ -11,7 +11,7 @@ use paid_robot::{RobotModel, RobotSpec};
 use crate::failure::Failure;
 
 /// What only a robot's motion has.
-const ROBOTS: [&str; 3] = ["--joint-order", "--leg", "--licence"];
+const ROBOTS: [&str; 3] = ["--joint-order", "--leg", "--license"];
 
 /// Arguments of `paid motion convert`.
 #[derive(Debug, clap::Args)]
@@ -32,14 +32,14 @@ pub struct Args {
     leg: Option<KickLeg>,
     /// Terms of use to state in the file [default: those that the input states].
     #[arg(long)]
-    licence: Option<String>,
+    license: Option<String>,
     /// Frame rate to write [Hz] [default: that of the input].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
     /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Metres of a unit of length in a BVH file that is read [default: 0.01]; 0.01 is what is written.
+    /// Meters of a unit of length in a BVH file that is read [default: 0.01]; 0.01 is what is written.
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
 }
@@ -60,15 +60,15 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(rate) = args.rate {
         clip = resample(&clip, &model, rate);
     }
-    clip.licence = args.licence.clone().or(clip.licence);
+    clip.license = args.license.clone().or(clip.license);
     write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;
     println!(
-        "{}: {} frames at {} Hz, {} foot, licence: {}",
+        "{}: {} frames at {} Hz, {} foot, license: {}",
         args.out.display(),
         clip.frames,
         clip.fps,
         clip.kick_leg,
-        clip.licence.as_deref().unwrap_or("not stated")
+        clip.license.as_deref().unwrap_or("not stated")
     );
     Ok(ExitCode::SUCCESS)
 }
@@ -89,7 +89,7 @@ fn human(args: &Args, format: HumanFormat) -> Result<ExitCode, Failure> {
             args.out.display()
         )));
     }
-    let given = [args.joint_order.is_some(), args.leg.is_some(), args.licence.is_some()];
+    let given = [args.joint_order.is_some(), args.leg.is_some(), args.license.is_some()];
     if let Some((option, _)) = ROBOTS.iter().zip(given).find(|(_, given)| *given) {
         return Err(Failure::input(format!(
             "{option}: expected a robot's motion to write, found {}",

@@ -59,7 +59,7 @@ struct Written {
     ball: [f64; 2],
     duration_s: f64,
     kick_frame: usize,
-    /// Least distance of the centre of pressure from the edge of the standing soles [m].
+    /// Least distance of the center of pressure from the edge of the standing soles [m].
     pressure_margin_m: f64,
 }
 

@@ -30,7 +30,7 @@ struct Line<'a> {
     frames: usize,
     fps: f64,
     duration_s: f64,
-    licence: Option<&'a str>,
+    license: Option<&'a str>,
     #[serde(flatten)]
     facts: KickFacts,
 }
@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             frames: clip.frames,
             fps: clip.fps,
             duration_s: clip.duration_s(),
-            licence: clip.licence.as_deref(),
+            license: clip.license.as_deref(),
             facts,
         });
     }

@@ -35,7 +35,7 @@ pub struct How {
     /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Metres of a unit of length in a BVH file [default: 0.01].
+    /// Meters of a unit of length in a BVH file [default: 0.01].
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
     /// Frames a second of a file that does not state them: AMC [default: 120], CSV.
@@ -64,7 +64,7 @@ pub struct How {
     label: Label,
     /// Terms of use to state in the clip: those of the human motion.
     #[arg(long)]
-    licence: Option<String>,
+    license: Option<String>,
 }
 
 impl How {
@@ -139,7 +139,7 @@ pub fn retarget_file(
         time_scale: how.slow.0,
         speed_share: how.speed_limit.0,
         kick_leg: how.label.0,
-        licence: how.licence.clone(),
+        license: how.license.clone(),
         ..RetargetOptions::default()
     };
     retarget(&motion, model, spec, &options).map_err(Failure::input)

@@ -11,7 +11,7 @@ const MARGIN: [f64; 4] = [90.0, 50.0, 30.0, 60.0];
 const INK: Rgb = [30, 30, 30];
 const GRID: Rgb = [225, 228, 232];
 const FAINT: Rgb = [150, 165, 190];
-/// A colour a run.
+/// A color a run.
 const RUNS: [Rgb; 6] =
     [[31, 105, 180], [220, 95, 20], [40, 145, 60], [150, 70, 165], [180, 30, 50], [90, 90, 90]];
 
@@ -130,7 +130,7 @@ pub fn loss(found: &Identification) -> Figure {
     .draw()
 }
 
-/// Measured samples (dots) and simulated curves (lines), a colour a run.
+/// Measured samples (dots) and simulated curves (lines), a color a run.
 pub fn overlay(title: &str, y_label: &str, runs: &[Overlay]) -> Figure {
     let mut series = Vec::new();
     for (i, run) in runs.iter().enumerate() {

@@ -55,7 +55,7 @@ pub fn swing(kick_leg: KickLeg) -> Clip {
         fps,
         kick_leg,
         kick_frame: None,
-        licence: Some("CC0".to_owned()),
+        license: Some("CC0".to_owned()),
         frames,
         joints: model.joints.len(),
         bodies: model.bodies.len(),

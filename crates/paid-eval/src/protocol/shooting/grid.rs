@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::{ShootingOptions, Variant};
 use crate::EvalError;
-use crate::episodes::Arena;
+use crate::episodes::EvalSetup;
 
 /// Redraws of a robot start before a ball place counts as impossible.
 const REDRAWS: usize = 1000;
@@ -23,11 +23,11 @@ pub struct Trial {
     pub repeat: usize,
     /// Displacement of the robot from where the grid expects it [m].
     pub displacement: [f64; 2],
-    /// Ball centre [m].
+    /// Ball center [m].
     pub ball: [f64; 2],
     /// Ball velocity [m/s].
     pub ball_velocity: [f64; 2],
-    /// Goal centre [m].
+    /// Goal center [m].
     pub goal: [f64; 2],
     /// The motion whose displacement is nearest to the ball; for a policy that sees a rolling ball ahead of time, to where it will be
     /// when the motion strikes.
@@ -37,20 +37,20 @@ pub struct Trial {
 /// What the choice of a motion and of a free ball place needs to know of each motion.
 #[derive(Debug)]
 pub struct Placement<'a> {
-    arena: &'a Arena,
+    setup: &'a EvalSetup,
     /// Rate at which a rolling ball is expected to slow down [1/s].
     decay: f64,
 }
 
 impl<'a> Placement<'a> {
-    /// From the arena's motions.
-    pub fn new(arena: &'a Arena) -> Self {
-        Self { arena, decay: roll_decay(&arena.ball()) }
+    /// From the setup's motions.
+    pub fn new(setup: &'a EvalSetup) -> Self {
+        Self { setup, decay: roll_decay(&setup.ball()) }
     }
 
     /// The motion for a ball at `place` [m] with `velocity` [m/s], in the start frame.
     pub fn motion(&self, place: [f64; 2], velocity: [f64; 2]) -> usize {
-        let (facts, preset) = (self.arena.library.facts(), &self.arena.preset);
+        let (facts, preset) = (self.setup.library.facts(), &self.setup.preset);
         if !preset.observations.lead_ball {
             return nearest_motion(facts, place);
         }
@@ -59,15 +59,15 @@ impl<'a> Placement<'a> {
 
     /// True if a ball lying at `ball` would touch the robot in the first frame of `motion`.
     pub fn overlaps(&self, motion: usize, ball: [f64; 2]) -> bool {
-        let (clip, facts) = (&self.arena.library.clips()[motion], &self.arena.library.facts()[motion]);
-        let radius = self.arena.preset.ball_params.radius_m;
+        let (clip, facts) = (&self.setup.library.clips()[motion], &self.setup.library.facts()[motion]);
+        let radius = self.setup.preset.ball_params.radius_m;
         let (s, c) = facts.heading.sin_cos();
-        let centre = [
+        let center = [
             facts.start_xy[0] + c * ball[0] - s * ball[1],
             facts.start_xy[1] + s * ball[0] + c * ball[1],
             radius,
         ];
-        robot_distance(&self.arena.robot, &clip.body_pos, &clip.body_quat, centre) < radius
+        robot_distance(&self.setup.robot, &clip.body_pos, &clip.body_quat, center) < radius
     }
 }
 
@@ -99,15 +99,15 @@ fn robot_distance(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]], point
 ///
 /// # Errors
 /// If an option makes no sense, or no robot start in the disc leaves room for the ball at some place.
-pub fn plan(arena: &Arena, options: &ShootingOptions) -> Result<Vec<Trial>, EvalError> {
+pub fn plan(setup: &EvalSetup, options: &ShootingOptions) -> Result<Vec<Trial>, EvalError> {
     options.check()?;
-    let placement = Placement::new(arena);
+    let placement = Placement::new(setup);
     let mut trials = Vec::new();
     for x in options.grid.places(options.grid.x) {
         for y in options.grid.places(options.grid.y) {
             for repeat in 0..options.trials {
                 // A stream of its own: the numbers must not be those of the environment's resets.
-                let mut rng = Rng::new(arena.seed, trials.len() as u32, STREAM);
+                let mut rng = Rng::new(setup.seed, trials.len() as u32, STREAM);
                 let trial = (0..REDRAWS)
                     .map(|_| draw(&mut rng, &placement, options, [x, y], repeat))
                     .find(|t| !placement.overlaps(t.motion, t.ball));

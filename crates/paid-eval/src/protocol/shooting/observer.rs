@@ -4,7 +4,7 @@ use paid_task::{EnvSample, KickEvent};
 
 use super::score::Outcome;
 use super::{ShootingOptions, Trial};
-use crate::episodes::{Arena, Ending, Observer};
+use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::metrics::shooting::{Crossing, Goal, direction_cosine, fallen};
 
 /// A fall within this time after the kick counts against the kick [s].
@@ -36,14 +36,14 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(arena: &Arena, options: &ShootingOptions) -> Self {
+    pub(super) fn new(setup: &EvalSetup, options: &ShootingOptions) -> Self {
         Self {
-            effort: arena.robot.joints.iter().map(|j| j.effort_limit).collect(),
+            effort: setup.robot.joints.iter().map(|j| j.effort_limit).collect(),
             saturated: 0,
             plane_speed: None,
             half_width: options.goal_half_width_m,
-            nominal_height_m: arena.spec.nominal_height_m,
-            window: (FALL_WINDOW_S / arena.preset.control_dt_s()).round() as u32,
+            nominal_height_m: setup.spec.nominal_height_m,
+            window: (FALL_WINDOW_S / setup.preset.control_dt_s()).round() as u32,
             before: None,
             ball_at_impact: None,
             goal: [0.0; 3],
@@ -57,7 +57,7 @@ impl Watch {
         }
     }
 
-    pub(super) fn outcome(self, trial: Trial, arena: &Arena) -> Outcome {
+    pub(super) fn outcome(self, trial: Trial, setup: &EvalSetup) -> Outcome {
         let kick = self.kick.as_ref();
         let out = kick.and_then(|k| k.ball_vel_after);
         let goal = [self.goal[0], self.goal[1]];
@@ -66,23 +66,23 @@ impl Watch {
             .zip(out)
             .and_then(|(ball, v)| direction_cosine([v[0], v[1]], [ball[0], ball[1]], goal));
         let body = kick.and_then(|k| k.body);
-        let feet = arena.spec.feet.each_ref().map(|name| arena.robot.body_index(name));
+        let feet = setup.spec.feet.each_ref().map(|name| setup.robot.body_index(name));
         let joint_steps = u64::from(self.steps) * self.effort.len() as u64;
         let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         Outcome {
-            motion_name: arena.library.facts()[trial.motion].name.clone(),
+            motion_name: setup.library.facts()[trial.motion].name.clone(),
             trial,
             contact: kick.is_some(),
             correct_foot: kick.is_some_and(|k| k.correct),
             foot_contact: body.is_some() && feet.contains(&body),
-            body: body.and_then(|b| arena.robot.bodies.get(b)).map(|b| b.name.clone()),
-            kick_time_s: kick.map(|k| f64::from(k.step) * arena.preset.control_dt_s()),
+            body: body.and_then(|b| setup.robot.bodies.get(b)).map(|b| b.name.clone()),
+            kick_time_s: kick.map(|k| f64::from(k.step) * setup.preset.control_dt_s()),
             foot_speed: kick.map(|k| norm(k.foot_vel)),
             goal: self.crossing.is_some_and(|(c, _)| c.inside),
             lateral_m: self.crossing.map(|(c, _)| c.lateral),
             plane_speed: self.plane_speed,
             torque_saturation: self.saturated as f64 / joint_steps.max(1) as f64,
-            goal_time_s: self.crossing.map(|(_, step)| f64::from(step) * arena.preset.control_dt_s()),
+            goal_time_s: self.crossing.map(|(_, step)| f64::from(step) * setup.preset.control_dt_s()),
             cosine,
             ball_speed: out.map(|v| v[0].hypot(v[1])),
             ball_rise: out.map(|v| v[2]),
@@ -113,7 +113,7 @@ impl Observer for Watch {
         self.fell_after_kick |= lies && since_kick.is_some_and(|s| s <= self.window);
 
         let goal = Goal {
-            centre: [self.goal[0], self.goal[1]],
+            center: [self.goal[0], self.goal[1]],
             heading: sample.heading,
             half_width: self.half_width,
         };

@@ -16,7 +16,7 @@ pub struct Outcome {
     pub motion_name: String,
     /// True if the robot met the ball (more than the preset's contact force).
     pub contact: bool,
-    /// True if the labelled foot was the nearer one at first contact.
+    /// True if the labeled foot was the nearer one at first contact.
     pub correct_foot: bool,
     /// Body that met the ball first.
     pub body: Option<String>,
@@ -26,7 +26,7 @@ pub struct Outcome {
     pub kick_time_s: Option<f64>,
     /// Speed of the kicking foot just after first contact [m/s].
     pub foot_speed: Option<f64>,
-    /// True if the kicked ball's centre crossed the goal plane within the mouth.
+    /// True if the kicked ball's center crossed the goal plane within the mouth.
     pub goal: bool,
     /// Where it crossed the plane, left positive [m].
     pub lateral_m: Option<f64>,
@@ -34,7 +34,7 @@ pub struct Outcome {
     pub goal_time_s: Option<f64>,
     /// Horizontal ball speed there [m/s].
     pub plane_speed: Option<f64>,
-    /// Cosine between the ball's horizontal outgoing velocity and the direction from the ball at impact to the goal's centre.
+    /// Cosine between the ball's horizontal outgoing velocity and the direction from the ball at impact to the goal's center.
     pub cosine: Option<f64>,
     /// Horizontal outgoing ball speed, 5 control steps after first contact [m/s].
     pub ball_speed: Option<f64>,
@@ -50,7 +50,7 @@ pub struct Outcome {
     pub torque_saturation: f64,
     /// Control steps of the trial.
     pub steps: u32,
-    /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's centre [m]; not in the JSON.
+    /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's center [m]; not in the JSON.
     #[serde(skip)]
     pub path: Vec<[[f64; 2]; 2]>,
 }
@@ -66,14 +66,14 @@ pub struct CellScore {
     pub success_of_kicks: Share,
     /// Trials with a contact.
     pub contact: Share,
-    /// Labelled foot first, of the trials with a contact.
+    /// Labeled foot first, of the trials with a contact.
     pub correct_foot: Share,
     /// A foot met the ball first, of the trials with a contact.
     pub foot_contact: Share,
-    /// The ball passed the goal plane within 0.5 m of the goal's centre, of all trials.
-    pub within_half_metre: Share,
+    /// The ball passed the goal plane within 0.5 m of the goal's center, of all trials.
+    pub within_half_meter: Share,
     /// Within 1 m.
-    pub within_one_metre: Share,
+    pub within_one_meter: Share,
     /// Falls within two seconds after the contact, of all trials.
     pub falls: Share,
     /// Falls at any time.
@@ -86,7 +86,7 @@ pub struct CellScore {
     pub peak_ball_speed: Option<f64>,
     /// Mean foot speed just after the contact [m/s].
     pub foot_speed: Option<f64>,
-    /// Mean distance from the goal's centre at the goal plane, of the balls that reached it [m].
+    /// Mean distance from the goal's center at the goal plane, of the balls that reached it [m].
     pub miss_m: Option<f64>,
     /// Mean ball speed there [m/s].
     pub plane_speed: Option<f64>,
@@ -105,8 +105,8 @@ impl CellScore {
             contact: Share::of(all().map(|o| o.contact)),
             correct_foot: Share::of(kicks().map(|o| o.correct_foot)),
             foot_contact: Share::of(kicks().map(|o| o.foot_contact)),
-            within_half_metre: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 0.5))),
-            within_one_metre: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 1.0))),
+            within_half_meter: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 0.5))),
+            within_one_meter: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 1.0))),
             falls: Share::of(all().map(|o| o.fell_after_kick)),
             falls_ever: Share::of(all().map(|o| o.fell)),
             accuracy: mean(kicks().filter_map(|o| o.cosine)),
@@ -129,8 +129,8 @@ pub fn totals(score: &CellScore) -> Table {
         ("contact", score.contact),
         ("correct foot of kicks", score.correct_foot),
         ("a foot first, of kicks", score.foot_contact),
-        ("within 0.5 m of the goal's centre", score.within_half_metre),
-        ("within 1 m", score.within_one_metre),
+        ("within 0.5 m of the goal's center", score.within_half_meter),
+        ("within 1 m", score.within_one_meter),
         ("falls within 2 s of the kick", score.falls),
         ("falls at any time", score.falls_ever),
     ] {
@@ -142,7 +142,7 @@ pub fn totals(score: &CellScore) -> Table {
         ("ball speed [m/s]", score.ball_speed),
         ("peak ball speed [m/s]", score.peak_ball_speed),
         ("ball speed at the goal plane [m/s]", score.plane_speed),
-        ("distance from the goal's centre there [m]", score.miss_m),
+        ("distance from the goal's center there [m]", score.miss_m),
         ("foot speed at contact [m/s]", score.foot_speed),
         ("torques at their limit [share]", score.torque_saturation),
     ] {

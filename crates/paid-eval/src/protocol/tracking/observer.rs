@@ -6,7 +6,7 @@ use paid_motion::displacement_in_heading;
 use paid_task::{EnvSample, ReferenceLibrary};
 
 use super::RunScore;
-use crate::episodes::{Arena, Ending, Observer};
+use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::metrics::shooting::fallen;
 use crate::metrics::tracking::{BodyTrack, body_errors, displacement_share, peak_jerk, tracking_errors};
 
@@ -55,18 +55,18 @@ impl FootRange {
 }
 
 impl Watch {
-    pub(super) fn new(arena: &Arena, motion: usize, until_fall: bool) -> Self {
-        let index = |name: &String| arena.robot.body_index(name);
-        let tracked: Vec<usize> = arena.spec.tracked_bodies.iter().filter_map(index).collect();
+    pub(super) fn new(setup: &EvalSetup, motion: usize, until_fall: bool) -> Self {
+        let index = |name: &String| setup.robot.body_index(name);
+        let tracked: Vec<usize> = setup.spec.tracked_bodies.iter().filter_map(index).collect();
         Self {
-            library: Arc::clone(&arena.library),
+            library: Arc::clone(&setup.library),
             motion,
             robot: BodyTrack::new(tracked.len().max(1)),
             reference: BodyTrack::new(tracked.len().max(1)),
             tracked,
-            anchor: index(&arena.spec.anchor_body).unwrap_or(0),
-            foot: index(&arena.spec.feet[arena.library.facts()[motion].kick_foot]).unwrap_or(0),
-            nominal_height_m: arena.spec.nominal_height_m,
+            anchor: index(&setup.spec.anchor_body).unwrap_or(0),
+            foot: index(&setup.spec.feet[setup.library.facts()[motion].kick_foot]).unwrap_or(0),
+            nominal_height_m: setup.spec.nominal_height_m,
             first: None,
             now: [0.0; 3],
             robot_foot: FootRange::new(),

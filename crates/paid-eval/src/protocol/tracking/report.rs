@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::TrackingOptions;
 use super::score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
 use crate::engine::EngineFacts;
-use crate::episodes::Arena;
+use crate::episodes::EvalSetup;
 use crate::metrics::statistics::{Share, mean};
 use crate::picture::Bars;
 use crate::table::{Table, number};
@@ -35,16 +35,16 @@ pub struct TrackingReport {
 }
 
 impl TrackingReport {
-    pub(super) fn new(arena: &Arena, options: &TrackingOptions, runs: Vec<RunScore>) -> Self {
+    pub(super) fn new(setup: &EvalSetup, options: &TrackingOptions, runs: Vec<RunScore>) -> Self {
         let sets = &options.sets;
         let pick = |f: &dyn Fn(&RunScore) -> bool| runs.iter().filter(|r| f(r)).collect::<Vec<_>>();
         let done = |runs: &[&RunScore]| Share::of(runs.iter().map(|r| r.completed));
-        let clips = (0..arena.library.len())
+        let clips = (0..setup.library.len())
             .map(|motion| {
                 let exact = pick(&|r| r.motion == motion && r.exact);
                 let perturbed = pick(&|r| r.motion == motion && !r.exact);
                 ClipScore {
-                    name: arena.library.facts()[motion].name.clone(),
+                    name: setup.library.facts()[motion].name.clone(),
                     set: sets[motion].clone(),
                     exact_completed: exact.first().map(|r| r.completed),
                     exact: MeanScore::of(&exact),
@@ -89,13 +89,13 @@ impl TrackingReport {
                 })
                 .collect(),
         };
-        let bodies = arena.spec.tracked_bodies.iter().enumerate().map(body).collect();
-        let engine = arena.engine.facts(&arena.preset);
+        let bodies = setup.spec.tracked_bodies.iter().enumerate().map(body).collect();
+        let engine = setup.engine.facts(&setup.preset);
         Self {
             bodies,
             engine,
             limits: options.limits,
-            planned: arena.library.len() * (1 + options.starts),
+            planned: setup.library.len() * (1 + options.starts),
             sets: scores,
             clips,
             paper: PAPER_ROWS.to_vec(),

@@ -66,7 +66,7 @@ pub struct RunScore {
     pub displacement: [f64; 2],
     /// Its projection on the motion's, as a share.
     pub displacement_share: f64,
-    /// Largest speed of the kicking foot's centre of mass [m/s].
+    /// Largest speed of the kicking foot's center of mass [m/s].
     pub foot_speed: f64,
     /// As a share of the motion's.
     pub foot_speed_share: f64,

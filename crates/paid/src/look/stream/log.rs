@@ -122,7 +122,7 @@ fn still(rec: &RecordingStream, footage: &Footage) -> Done {
     Ok(())
 }
 
-/// Least and largest x and y of the robot's way and of other points, a metre more on every side [m].
+/// Least and largest x and y of the robot's way and of other points, a meter more on every side [m].
 fn extent<'a>(footage: &'a Footage, others: impl Iterator<Item = &'a [f64; 3]>) -> [[i32; 2]; 2] {
     let mut bounds = [[i32::MAX; 2], [i32::MIN; 2]];
     let bases = footage.frames.iter().filter_map(|f| f.pose.pos.first());

@@ -14,7 +14,7 @@ pub fn single(v: [f64; 3]) -> [f32; 3] {
     v.map(|x| x as f32)
 }
 
-/// Colours of shell, soles and rods.
+/// Colors of shell, soles and rods.
 pub struct Paint {
     shell: Color,
     sole: Color,

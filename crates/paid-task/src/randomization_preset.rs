@@ -1,4 +1,4 @@
-//! Surfaces and domain randomisation, as typed values.
+//! Surfaces and domain randomization, as typed values.
 
 use paid_lanes::rng::Rng;
 use paid_physics::BallParams;
@@ -66,7 +66,7 @@ impl SurfacePreset {
 /// Ranges from which physical parameters are drawn at every reset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct RandomisationPreset {
+pub struct RandomizationPreset {
     /// True: each environment lies at a random place of the terrain, drawn anew at every reset.
     pub terrain_offset: bool,
     /// True: robot parameters below are drawn.
@@ -79,9 +79,9 @@ pub struct RandomisationPreset {
     pub restitution: Range,
     /// Error of the default joint angles [rad].
     pub joint_default_rad: Range,
-    /// Offset of the base's centre of mass along x [m].
+    /// Offset of the base's center of mass along x [m].
     pub base_com_x_m: Range,
-    /// Offset of the base's centre of mass along y and z [m].
+    /// Offset of the base's center of mass along y and z [m].
     pub base_com_yz_m: Range,
     /// True: ball parameters below are drawn.
     pub ball: bool,
@@ -132,7 +132,7 @@ fn unchanged() -> Range {
     [1.0, 1.0]
 }
 
-impl RandomisationPreset {
+impl RandomizationPreset {
     /// True if actions or observations come late.
     pub(crate) fn delays(&self) -> bool {
         self.action_delay_s[1] > 0.0 || self.observation_delay_s[1] > 0.0
@@ -162,7 +162,7 @@ impl RandomisationPreset {
         ];
         let delays =
             [("action_delay_s", self.action_delay_s), ("observation_delay_s", self.observation_delay_s)];
-        let key = |name: &str| format!("randomisation.{name}");
+        let key = |name: &str| format!("randomization.{name}");
         for (name, range) in frictions.iter().chain(&ball).chain(&others).chain(&positive).chain(&delays) {
             check_ranges(&[(&key(name), *range)])?;
         }
@@ -182,7 +182,7 @@ impl RandomisationPreset {
             return Err(value_error(&key("surface_deviation"), "a number between 0 and 1", found));
         }
         if self.ball && !self.surfaces.is_empty() {
-            let expected = "none while randomisation.ball draws the same parameters";
+            let expected = "none while randomization.ball draws the same parameters";
             return Err(value_error(&key("surfaces"), expected, self.surfaces.len().to_string()));
         }
         for (i, s) in self.surfaces.iter().enumerate() {
@@ -241,10 +241,10 @@ mod tests {
     fn values_out_of_range_are_refused_by_key() {
         let text = crate::preset::BUILTIN[1].1;
         for (set, hint) in [
-            ("randomisation.action_delay_s=[0, 0.03]", "randomisation.action_delay_s"),
-            ("randomisation.gain_scale=[0, 1]", "randomisation.gain_scale"),
-            ("randomisation.surface_deviation=-1", "surface_deviation"),
-            ("randomisation.surfaces=[{name=\"x\"}]", "static_friction"),
+            ("randomization.action_delay_s=[0, 0.03]", "randomization.action_delay_s"),
+            ("randomization.gain_scale=[0, 1]", "randomization.gain_scale"),
+            ("randomization.surface_deviation=-1", "surface_deviation"),
+            ("randomization.surfaces=[{name=\"x\"}]", "static_friction"),
             ("observations.perception.dropout=1.5", "observations.perception.dropout"),
             ("observations.perception.latency_s=[0, 2]", "latency_s"),
         ] {
@@ -269,8 +269,8 @@ mod tests {
         let perception = ["latency_s", "frame_s", "dropout", "visible_band", "camera", "in_evaluation"];
         inner(&mut table, &["observations", "perception"], &perception);
         let keys = ["surfaces", "surface_deviation", "gain_scale", "link_mass_scale", "base_mass_scale"];
-        inner(&mut table, &["randomisation"], &keys);
-        inner(&mut table, &["randomisation"], &["action_delay_s", "observation_delay_s"]);
+        inner(&mut table, &["randomization"], &keys);
+        inner(&mut table, &["randomization"], &["action_delay_s", "observation_delay_s"]);
         let old = TaskPreset::parse("old", &table.to_string(), &[]).expect("loads");
         assert_eq!(old, new);
     }
