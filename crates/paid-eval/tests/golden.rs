@@ -92,14 +92,7 @@ fn the_built_in_engine_gives_the_known_figures() {
 
 #[test]
 fn mujoco_gives_the_known_figures() {
-    if let Err(error) = Library::get() {
-        assert!(
-            std::env::var_os("CI").is_none_or(|v| v != "true"),
-            "mujoco_gives_the_known_figures: {error}"
-        );
-        println!("SKIPPED (needs MuJoCo): mujoco_gives_the_known_figures");
-        return;
-    }
+    let Some(_) = paid_testing::mujoco("mujoco_gives_the_known_figures", Library::get()) else { return };
     let found = figures(Engine::Mujoco(Box::default()));
     check("mujoco", &found);
     assert!(found["mujoco contact"] > 0.0, "a golden evaluation without a kick says little: {found:?}");

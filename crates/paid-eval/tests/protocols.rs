@@ -15,17 +15,9 @@ use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{ObservationLayout, ReferenceLibrary, TaskPreset};
 
-/// The folder of the standard kicks, if this machine has it.
+/// The folder of the standard kicks, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<PathBuf> {
-    let shared = std::env::var_os("PAID_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
-    let folder = shared.join("data/motions/paid/standard");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{test}: needs {}", folder.display());
-    println!("SKIPPED (needs shared data): {test}");
-    None
+    paid_testing::shared_data(test, "data/motions/paid/standard")
 }
 
 fn setup(folder: &Path, task: &str, threads: usize) -> EvalSetup {

@@ -67,11 +67,14 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::mujoco_or_skip;
+    use crate::Library;
 
     #[test]
     fn the_library_has_the_expected_layout() {
-        let Some(library) = mujoco_or_skip("the_library_has_the_expected_layout") else { return };
+        let Some(library) = paid_testing::mujoco("the_library_has_the_expected_layout", Library::get())
+        else {
+            return;
+        };
         assert_eq!(World::check_layout(library), Ok(()));
     }
 }

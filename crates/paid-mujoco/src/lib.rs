@@ -25,8 +25,6 @@ mod reports;
 #[cfg(feature = "mujoco")]
 pub mod sim;
 #[cfg(feature = "mujoco")]
-pub mod testing;
-#[cfg(feature = "mujoco")]
 pub mod world;
 
 #[cfg(feature = "mujoco")]

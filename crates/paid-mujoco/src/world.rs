@@ -278,11 +278,14 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::mujoco_or_skip;
+    use crate::Library;
 
     #[test]
     fn a_wrong_scene_is_refused_with_mujocos_own_words() {
-        let Some(_) = mujoco_or_skip("a_wrong_scene_is_refused_with_mujocos_own_words") else { return };
+        let Some(_) = paid_testing::mujoco("a_wrong_scene_is_refused_with_mujocos_own_words", Library::get())
+        else {
+            return;
+        };
         let error =
             World::from_xml("<mujoco><worldbody><geom type='cube'/></worldbody></mujoco>").unwrap_err();
         assert!(error.to_string().contains("geom"), "{error}");
@@ -291,7 +294,9 @@ mod tests {
 
     #[test]
     fn a_duplicate_has_its_own_model_and_state() {
-        let Some(_) = mujoco_or_skip("a_duplicate_has_its_own_model_and_state") else { return };
+        let Some(_) = paid_testing::mujoco("a_duplicate_has_its_own_model_and_state", Library::get()) else {
+            return;
+        };
         let xml =
             "<mujoco><worldbody><body><freejoint/><geom size='0.1' mass='2'/></body></worldbody></mujoco>";
         let mut first = World::from_xml(xml).unwrap();

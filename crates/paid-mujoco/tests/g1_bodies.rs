@@ -2,29 +2,16 @@
 #![cfg(feature = "mujoco")]
 
 use std::fmt::Write as _;
-use std::io::Write as _;
-use std::path::PathBuf;
 
 use paid_mujoco::reference::random_state;
-use paid_mujoco::testing::mujoco_or_skip;
-use paid_mujoco::{SceneOptions, World, mjcf_scene};
+use paid_mujoco::{Library, SceneOptions, World, mjcf_scene};
 use paid_robot::{RobotModel, RobotSpec};
 use serde_json::Value;
 
-/// The table, or a visible note that the test was skipped.
+/// The table, or `None` (the test is skipped).
 fn table(test: &str) -> Option<Vec<Value>> {
-    let shared = std::env::var_os("PAID_SHARED").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")),
-        PathBuf::from,
-    );
-    match std::fs::read_to_string(shared.join("data/g1/g1_bodies.json")) {
-        Ok(text) => Some(serde_json::from_str(&text).unwrap()),
-        Err(error) => {
-            assert!(!std::env::var("CI").is_ok_and(|v| v == "true"), "{test}: {error}");
-            let _ = writeln!(std::io::stderr(), "SKIPPED (needs shared data): {test}");
-            None
-        }
-    }
+    let path = paid_testing::shared_data(test, "data/g1/g1_bodies.json")?;
+    Some(serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap())
 }
 
 fn numbers(value: &Value) -> String {
@@ -68,7 +55,7 @@ fn close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
 #[test]
 fn masses_inertias_and_mass_matrix_of_the_scene_are_those_of_the_table() {
     let test = "masses_inertias_and_mass_matrix_of_the_scene_are_those_of_the_table";
-    let (Some(_), Some(table)) = (mujoco_or_skip(test), table(test)) else { return };
+    let (Some(_), Some(table)) = (paid_testing::mujoco(test, Library::get()), table(test)) else { return };
     let model = RobotModel::g1();
     let control = RobotSpec::g1().resolve(&model).unwrap();
     let options = SceneOptions { ball: None, goal: None, ..SceneOptions::default() };

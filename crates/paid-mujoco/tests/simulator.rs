@@ -1,8 +1,7 @@
 //! The simulator border on MuJoCo, with a small robot of three bodies.
 #![cfg(feature = "mujoco")]
 
-use paid_mujoco::testing::mujoco_or_skip;
-use paid_mujoco::{BallOptions, FootShapes, MujocoSim, PdControl, SceneOptions, World, mjcf_scene};
+use paid_mujoco::{BallOptions, FootShapes, Library, MujocoSim, PdControl, SceneOptions, World, mjcf_scene};
 use paid_physics::{BallParams, EnvParams, LaneState, Simulator};
 use paid_robot::{Body, ControlSpec, Geom, Joint, RobotModel, Shape};
 
@@ -105,7 +104,10 @@ fn close(a: f64, b: f64, tolerance: f64) {
 
 #[test]
 fn every_variant_of_the_scene_is_accepted_by_mujoco() {
-    let Some(_) = mujoco_or_skip("every_variant_of_the_scene_is_accepted_by_mujoco") else { return };
+    let Some(_) = paid_testing::mujoco("every_variant_of_the_scene_is_accepted_by_mujoco", Library::get())
+    else {
+        return;
+    };
     let (model, control) = robot();
     let variants = [
         SceneOptions::default(),
@@ -139,7 +141,10 @@ fn the_scene_of_the_twist2_tracker_has_spheres_for_feet_and_no_dry_friction() {
 
 #[test]
 fn a_resting_robot_presses_its_weight_on_its_feet() {
-    let Some(_) = mujoco_or_skip("a_resting_robot_presses_its_weight_on_its_feet") else { return };
+    let Some(_) = paid_testing::mujoco("a_resting_robot_presses_its_weight_on_its_feet", Library::get())
+    else {
+        return;
+    };
     for feet in [FootShapes::Referee, FootShapes::Sole] {
         let mut sim = sim(&SceneOptions { feet, ..SceneOptions::default() });
         for _ in 0..100 {
@@ -156,7 +161,10 @@ fn a_resting_robot_presses_its_weight_on_its_feet() {
 
 #[test]
 fn the_ball_knows_which_body_it_hit_and_pushes_back() {
-    let Some(_) = mujoco_or_skip("the_ball_knows_which_body_it_hit_and_pushes_back") else { return };
+    let Some(_) = paid_testing::mujoco("the_ball_knows_which_body_it_hit_and_pushes_back", Library::get())
+    else {
+        return;
+    };
     let mut sim = sim(&SceneOptions::default());
     // Shot at the trunk from behind, above the foot.
     let shot = LaneState { ball_pos: [-0.5, 0.0, 0.6], ball_vel: [8.0, 0.0, 0.5], ..sim.save_lane(0, 0) };
@@ -176,7 +184,9 @@ fn the_ball_knows_which_body_it_hit_and_pushes_back() {
 
 #[test]
 fn a_saved_environment_continues_bit_for_bit() {
-    let Some(_) = mujoco_or_skip("a_saved_environment_continues_bit_for_bit") else { return };
+    let Some(_) = paid_testing::mujoco("a_saved_environment_continues_bit_for_bit", Library::get()) else {
+        return;
+    };
     let mut sim = sim(&SceneOptions::default());
     let start = LaneState { base_pos: [0.0, 0.0, 0.52], ..moving_state() };
     sim.reset_lane(0, 0, &start);
@@ -202,7 +212,10 @@ fn a_saved_environment_continues_bit_for_bit() {
 
 #[test]
 fn a_saved_state_that_was_changed_is_taken_as_changed() {
-    let Some(_) = mujoco_or_skip("a_saved_state_that_was_changed_is_taken_as_changed") else { return };
+    let Some(_) = paid_testing::mujoco("a_saved_state_that_was_changed_is_taken_as_changed", Library::get())
+    else {
+        return;
+    };
     let mut sim = sim(&SceneOptions::default());
     sim.step(0, &[0.1, 0.1]);
     let changed = LaneState { ball_pos: [0.7, 0.6, 0.5], ..sim.save_lane(0, 0) };
@@ -213,7 +226,9 @@ fn a_saved_state_that_was_changed_is_taken_as_changed() {
 
 #[test]
 fn velocities_are_reported_in_world_axes() {
-    let Some(_) = mujoco_or_skip("velocities_are_reported_in_world_axes") else { return };
+    let Some(_) = paid_testing::mujoco("velocities_are_reported_in_world_axes", Library::get()) else {
+        return;
+    };
     let mut sim = sim(&SceneOptions::default());
     let start = moving_state();
     sim.reset_lane(0, 0, &start);
@@ -243,7 +258,9 @@ fn velocities_are_reported_in_world_axes() {
 
 #[test]
 fn torques_stay_within_the_effort_limits_under_both_controllers() {
-    let Some(_) = mujoco_or_skip("torques_stay_within_the_effort_limits_under_both_controllers") else {
+    let Some(_) =
+        paid_testing::mujoco("torques_stay_within_the_effort_limits_under_both_controllers", Library::get())
+    else {
         return;
     };
     for pd in [PdControl::Explicit, PdControl::Implicit] {
@@ -262,7 +279,9 @@ fn torques_stay_within_the_effort_limits_under_both_controllers() {
 
 #[test]
 fn parameters_change_masses_ball_and_damping_of_one_environment() {
-    let Some(_) = mujoco_or_skip("parameters_change_masses_ball_and_damping_of_one_environment") else {
+    let Some(_) =
+        paid_testing::mujoco("parameters_change_masses_ball_and_damping_of_one_environment", Library::get())
+    else {
         return;
     };
     let ball = BallOptions { damped: true, ..BallOptions::default() };
@@ -300,7 +319,9 @@ fn parameters_change_masses_ball_and_damping_of_one_environment() {
 
 #[test]
 fn a_push_adds_to_the_velocity_of_the_base() {
-    let Some(_) = mujoco_or_skip("a_push_adds_to_the_velocity_of_the_base") else { return };
+    let Some(_) = paid_testing::mujoco("a_push_adds_to_the_velocity_of_the_base", Library::get()) else {
+        return;
+    };
     let mut sim = sim(&SceneOptions::default());
     sim.reset_lane(0, 0, &moving_state());
     sim.push_lane(0, 0, [1.0, 0.0, -1.0], [0.0, 0.5, 0.0]);
@@ -313,7 +334,9 @@ fn a_push_adds_to_the_velocity_of_the_base() {
 
 #[test]
 fn without_a_ball_the_marker_keeps_its_place() {
-    let Some(_) = mujoco_or_skip("without_a_ball_the_marker_keeps_its_place") else { return };
+    let Some(_) = paid_testing::mujoco("without_a_ball_the_marker_keeps_its_place", Library::get()) else {
+        return;
+    };
     let mut sim = sim(&SceneOptions { ball: None, ..SceneOptions::default() });
     let start = LaneState { ball_pos: [3.0, 2.0, 0.11], ..sim.save_lane(0, 0) };
     sim.reset_lane(0, 0, &start);
@@ -324,7 +347,9 @@ fn without_a_ball_the_marker_keeps_its_place() {
 
 #[test]
 fn control_numbers_of_another_robot_are_refused() {
-    let Some(_) = mujoco_or_skip("control_numbers_of_another_robot_are_refused") else { return };
+    let Some(_) = paid_testing::mujoco("control_numbers_of_another_robot_are_refused", Library::get()) else {
+        return;
+    };
     let (model, mut control) = robot();
     control.damping.pop();
     let error = MujocoSim::new(&model, &control, &SceneOptions::default(), 1).unwrap_err();
@@ -333,7 +358,9 @@ fn control_numbers_of_another_robot_are_refused() {
 
 #[test]
 fn a_model_out_of_depth_first_order_is_refused() {
-    let Some(_) = mujoco_or_skip("a_model_out_of_depth_first_order_is_refused") else { return };
+    let Some(_) = paid_testing::mujoco("a_model_out_of_depth_first_order_is_refused", Library::get()) else {
+        return;
+    };
     let (mut model, control) = robot();
     // The foot on the arm, but before it in the list.
     model.bodies[1].parent = Some(2);

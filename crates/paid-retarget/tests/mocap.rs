@@ -1,5 +1,5 @@
 //! Real human kicks: CMU Graphics Lab Motion Capture Database (mocap.cs.cmu.edu, NSF EIA-0196217) and
-//! Bandai-Namco-Research-Motiondataset. The files are not in the repository: without `PAID_SHARED` the tests are skipped.
+//! Bandai-Namco-Research-Motiondataset. The files are not in the repository: without the shared data the tests are skipped.
 
 use std::path::PathBuf;
 
@@ -7,16 +7,9 @@ use paid_motion::KickLeg;
 use paid_retarget::{HumanOptions, RetargetOptions, SolveLimits, TimeScale, read_human, retarget};
 use paid_robot::{RobotModel, RobotSpec};
 
-fn shared(file: &str) -> Option<PathBuf> {
-    let folder =
-        std::env::var_os("PAID_SHARED").map_or_else(|| PathBuf::from("../../../shared"), PathBuf::from);
-    let path = folder.join("data/mocap").join(file);
-    if path.exists() {
-        return Some(path);
-    }
-    assert!(std::env::var_os("CI").is_none(), "{} is missing in CI", path.display());
-    eprintln!("SKIPPED: {} is missing", path.display());
-    None
+/// A file of the human motions, or `None` (the test is skipped).
+fn mocap(test: &str, file: &str) -> Option<PathBuf> {
+    paid_testing::shared_data(test, &format!("data/mocap/{file}"))
 }
 
 const KICKS: [&str; 7] = [
@@ -33,7 +26,7 @@ const KICKS: [&str; 7] = [
 fn every_human_kick_becomes_a_robots_kick() {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     for file in KICKS {
-        let Some(path) = shared(file) else { return };
+        let Some(path) = mocap("every_human_kick_becomes_a_robots_kick", file) else { return };
         let motion = read_human(&path, &HumanOptions::default()).expect(file);
         let report = retarget(&motion, &model, &spec, &RetargetOptions::default()).expect(file);
         let (clip, report) = (report.clip, report.report);
@@ -51,7 +44,7 @@ fn every_human_kick_becomes_a_robots_kick() {
 fn the_fast_solver_is_as_near_as_one_run_to_convergence() {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     for file in KICKS {
-        let Some(path) = shared(file) else { return };
+        let Some(path) = mocap("the_fast_solver_is_as_near_as_one_run_to_convergence", file) else { return };
         let motion = read_human(&path, &HumanOptions::default()).expect(file);
         let fast = retarget(&motion, &model, &spec, &RetargetOptions::default()).expect(file);
         let thorough = RetargetOptions {
@@ -83,7 +76,7 @@ fn the_fast_solver_is_as_near_as_one_run_to_convergence() {
 #[test]
 fn a_kick_that_is_too_fast_can_be_slowed_down() {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let Some(path) = shared("cmu/11_01.amc") else { return };
+    let Some(path) = mocap("a_kick_that_is_too_fast_can_be_slowed_down", "cmu/11_01.amc") else { return };
     let motion = read_human(&path, &HumanOptions::default()).expect("reads");
     let options =
         RetargetOptions { time_scale: TimeScale::Auto, speed_share: Some(0.5), ..RetargetOptions::default() };
@@ -94,7 +87,7 @@ fn a_kick_that_is_too_fast_can_be_slowed_down() {
 
 #[test]
 fn the_skeleton_of_an_amc_is_found_or_asked_for() {
-    let Some(path) = shared("cmu/10_01.amc") else { return };
+    let Some(path) = mocap("the_skeleton_of_an_amc_is_found_or_asked_for", "cmu/10_01.amc") else { return };
     let folder = tempfile::tempdir().expect("a temporary folder");
     let alone = folder.path().join("10_01.amc");
     std::fs::copy(&path, &alone).expect("copies");

@@ -1,7 +1,5 @@
 //! The G1's own description against the published numbers.
 
-mod common;
-
 use paid_lanes::Quat;
 use paid_robot::{Geom, RobotModel, RobotSpec, Shape};
 use serde_json::Value;
@@ -42,15 +40,15 @@ fn published_shape(c: &Value) -> Shape {
     }
 }
 
-fn published() -> Option<Vec<Value>> {
-    let path = common::shared("g1")?.join("data/g1/g1_bodies.json");
+fn published(test: &str) -> Option<Vec<Value>> {
+    let path = paid_testing::shared_data(test, "data/g1/g1_bodies.json")?;
     let text = std::fs::read_to_string(path).expect("the published numbers are readable");
     Some(serde_json::from_str(&text).expect("the published numbers are JSON"))
 }
 
 #[test]
 fn every_number_is_the_published_one() {
-    let Some(published) = published() else { return };
+    let Some(published) = published("every_number_is_the_published_one") else { return };
     let model = RobotModel::g1();
     assert_eq!(model.bodies.len(), published.len());
     assert_eq!(model.joints.len(), published.len() - 1);
@@ -91,7 +89,9 @@ fn every_number_is_the_published_one() {
 
 #[test]
 fn shapes_but_for_soles_and_foot_capsules_are_the_published_ones() {
-    let Some(published) = published() else { return };
+    let Some(published) = published("shapes_but_for_soles_and_foot_capsules_are_the_published_ones") else {
+        return;
+    };
     let model = RobotModel::g1();
     for (body, p) in model.bodies.iter().zip(&published) {
         let has_sole = body.geoms.iter().any(|g| g.class == "sole");

@@ -1,7 +1,5 @@
 //! Forward kinematics against the motion files.
 
-mod common;
-
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -75,8 +73,9 @@ fn read(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Motion {
     Motion { frames: joint_pos.len(), joint_pos, joint_vel, pos, quat, com_vel, ang_vel }
 }
 
+/// The motion files, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<Vec<(String, Motion)>> {
-    let folder = common::shared(test)?.join("data/motions");
+    let folder = paid_testing::shared_data(test, "data/motions")?;
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let mut paths = Vec::new();
     npz_below(&folder, &mut paths);
@@ -87,7 +86,7 @@ fn motions(test: &str) -> Option<Vec<(String, Motion)>> {
 
 #[test]
 fn every_body_of_every_motion_file_is_where_its_joints_put_it() {
-    let Some(motions) = motions("body positions of the motion files") else { return };
+    let Some(motions) = motions("every_body_of_every_motion_file_is_where_its_joints_put_it") else { return };
     let model = RobotModel::g1();
     for (name, m) in &motions {
         let (mut worst, mut turned) = (0.0_f64, 0.0_f64);
@@ -109,7 +108,9 @@ fn every_body_of_every_motion_file_is_where_its_joints_put_it() {
 
 #[test]
 fn velocities_of_the_motion_files_are_those_of_centers_of_mass() {
-    let Some(motions) = motions("body velocities of the motion files") else { return };
+    let Some(motions) = motions("velocities_of_the_motion_files_are_those_of_centers_of_mass") else {
+        return;
+    };
     let model = RobotModel::g1();
     for (name, m) in &motions {
         let (mut lin, mut ang, mut n) = (0.0, 0.0, 0.0);

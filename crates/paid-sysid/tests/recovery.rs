@@ -1,6 +1,7 @@
 //! Known parameters come back from simulated measurements, and what cannot come back is said so.
 
 use paid_lanes::Isa;
+use paid_mujoco::Library;
 use paid_physics::{BallParams, Combine, Material, SceneConfig};
 use paid_sysid::confidence::Verdict;
 use paid_sysid::csv::Run;
@@ -124,7 +125,8 @@ fn equal_seeds_give_equal_results() {
 #[test]
 fn measurements_of_other_physics_are_reproduced_to_a_few_centimeters() {
     let mut sources = vec![Source::Fifa(FifaFigures::TURF)];
-    if paid_mujoco::testing::mujoco_or_skip("measurements_of_other_physics").is_some() {
+    let test = "measurements_of_other_physics_are_reproduced_to_a_few_centimeters";
+    if paid_testing::mujoco(test, Library::get()).is_some() {
         sources.push(Source::Mujoco(MujocoBall::default()));
     }
     for source in sources {

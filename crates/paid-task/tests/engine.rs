@@ -1,6 +1,5 @@
 //! The task on the built-in engine, with the paper's motions.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use paid_lanes::Isa;
@@ -11,18 +10,9 @@ use paid_task::{
     build_shard, run_agent,
 };
 
-/// The paper's motions, or `None` (with a note) where the shared data are not there.
+/// The paper's motions, or `None` (the test is skipped).
 fn library(test: &str) -> Option<(RobotModel, RobotSpec, Arc<ReferenceLibrary>)> {
-    let root = std::env::var_os("PAID_SHARED").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared")),
-        PathBuf::from,
-    );
-    let dir = root.join("data/motions/paid");
-    if !dir.is_dir() {
-        assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "no shared data in CI");
-        println!("SKIPPED (needs shared data): {test}");
-        return None;
-    }
+    let dir = paid_testing::shared_data(test, "data/motions/paid")?;
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::load(&dir, &robot, &spec, 50.0).expect("the motions are good");
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit the robot");

@@ -5,17 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use paid_train::{End, Limits, Outcome, RunPreset, StageJob, Start, TaskEnv, train_stage};
 
-/// The folder of the release's motions, or `None` (and a note) where there is none.
+/// The folder of the release's motions, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<PathBuf> {
-    let shared = std::env::var_os("PAID_SHARED")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
-    let motions = shared.join("data/motions/paid/standard");
-    if motions.is_dir() {
-        return Some(motions);
-    }
-    assert!(std::env::var("CI").as_deref() != Ok("true"), "CI needs the shared data: {}", motions.display());
-    println!("SKIPPED (needs shared data): {test}");
-    None
+    paid_testing::shared_data(test, "data/motions/paid/standard")
 }
 
 fn preset(stage: &str, motions: &std::path::Path) -> RunPreset {

@@ -9,11 +9,8 @@ use paid_mujoco::Library;
 
 #[test]
 fn three_variants_are_trained_judged_and_not_done_twice() {
-    if let Err(error) = Library::get() {
-        assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{error}");
-        println!("SKIPPED (needs MuJoCo): three_variants_are_trained_judged_and_not_done_twice");
-        return;
-    }
+    let test = "three_variants_are_trained_judged_and_not_done_twice";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
     let folder = tempfile::tempdir().expect("folder");
     write_motions(folder.path());
     let stage1 =

@@ -13,16 +13,9 @@ fn json(text: &str) -> Value {
     serde_json::from_str(text.trim()).unwrap_or_else(|error| panic!("{error}: {text}"))
 }
 
-/// True if MuJoCo is here; must be in CI.
+/// True if MuJoCo is here; without it the test, or its part, is skipped.
 fn mujoco(test: &str) -> bool {
-    match Library::get() {
-        Ok(_) => true,
-        Err(error) => {
-            assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{test}: {error}");
-            println!("SKIPPED (needs MuJoCo): {test}");
-            false
-        }
-    }
+    paid_testing::mujoco(test, Library::get()).is_some()
 }
 
 #[test]

@@ -59,17 +59,10 @@ fn a_file_with_the_released_interface_brings_its_own_gains() {
     assert!(error.contains("short.onnx") && error.contains("body_names"), "{error}");
 }
 
-/// The shared data's folder, if this machine has it; must be there in CI.
+/// The shared data's folder, or `None` (the test is skipped).
 fn shared(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("PAID_SHARED")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from)
-        .join("data");
-    if folder.join("peers/twist2").is_dir() {
-        return Some(folder);
-    }
-    assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{test}: needs {}", folder.display());
-    println!("SKIPPED (needs shared data): {test}");
-    None
+    paid_testing::shared_data(test, "data/peers/twist2")?;
+    paid_testing::shared_data(test, "data")
 }
 
 /// An independent measurement in MuJoCo gave these: MPJPE, G-MPJPE [mm], velocity error [mm/frame] of the standard and the stylized set.
@@ -96,11 +89,7 @@ fn twist2(data: &Path, engine: &str) -> Vec<(String, [f64; 3])> {
 fn the_twist2_tracker_scores_as_it_was_measured_elsewhere() {
     let test = "the_twist2_tracker_scores_as_it_was_measured_elsewhere";
     let Some(data) = shared(test) else { return };
-    if let Err(error) = Library::get() {
-        assert!(std::env::var_os("CI").is_none_or(|v| v != "true"), "{test}: {error}");
-        println!("SKIPPED (needs MuJoCo): {test}");
-        return;
-    }
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
     let found = twist2(&data, "mujoco");
     for (set, expected) in TWIST2 {
         let (_, figures) = found.iter().find(|(name, _)| name == set).expect("the set");

@@ -3,8 +3,7 @@
 use crate::common::{accelerations, engine, largest_distance, relative_error, standing};
 use paid_lanes::F32Array;
 use paid_mujoco::reference::{TorqueState, dynamics, random_state};
-use paid_mujoco::testing::mujoco_or_skip;
-use paid_mujoco::{FloorOptions, FootShapes, MujocoSim, SceneOptions};
+use paid_mujoco::{FloorOptions, FootShapes, Library, MujocoSim, SceneOptions};
 use paid_physics::{LaneState, SceneConfig, Simulator};
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -21,7 +20,11 @@ fn without_ball() -> SceneOptions {
 
 #[test]
 fn accelerations_bias_and_mass_agree_at_fresh_random_states() {
-    let Some(_) = mujoco_or_skip("accelerations_bias_and_mass_agree_at_fresh_random_states") else { return };
+    let Some(_) =
+        paid_testing::mujoco("accelerations_bias_and_mass_agree_at_fresh_random_states", Library::get())
+    else {
+        return;
+    };
     let mut sim = mujoco(&without_ball());
     let model = RobotModel::g1();
     let states: Vec<TorqueState> = (0..32).map(|i| random_state(&model, 7, i)).collect();
@@ -45,7 +48,7 @@ fn accelerations_bias_and_mass_agree_at_fresh_random_states() {
 
 #[test]
 fn body_poses_and_velocities_agree() {
-    let Some(_) = mujoco_or_skip("body_poses_and_velocities_agree") else { return };
+    let Some(_) = paid_testing::mujoco("body_poses_and_velocities_agree", Library::get()) else { return };
     let mut sim = mujoco(&without_ball());
     let mut engine = engine::<f64>(&SceneConfig { ball: false, ..SceneConfig::default() }, 1);
     let model = RobotModel::g1();
@@ -75,7 +78,7 @@ fn body_poses_and_velocities_agree() {
 #[test]
 fn standing_stays_within_five_millimeters_on_either_shape_of_the_feet() {
     let test = "standing_stays_within_five_millimeters_on_either_shape_of_the_feet";
-    let Some(_) = mujoco_or_skip(test) else { return };
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
     for feet in [FootShapes::Referee, FootShapes::Sole] {
         let mut sim = mujoco(&SceneOptions { feet, ..without_ball() });
         let target = sim.save_lane(0, 0).joint_pos;

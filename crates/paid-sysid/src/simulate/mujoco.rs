@@ -98,13 +98,13 @@ impl MujocoBall {
 
 #[cfg(test)]
 mod tests {
-    use paid_mujoco::testing::mujoco_or_skip;
+    use paid_mujoco::Library;
 
     use super::*;
 
     #[test]
     fn mujocos_ball_falls_bounces_and_rolls_on() {
-        if mujoco_or_skip("mujocos_ball_falls_bounces_and_rolls_on").is_none() {
+        if paid_testing::mujoco("mujocos_ball_falls_bounces_and_rolls_on", Library::get()).is_none() {
             return;
         }
         let times: Vec<f64> = (0..=40).map(|i| 0.05 * f64::from(i)).collect();
