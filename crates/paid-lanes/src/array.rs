@@ -1,9 +1,10 @@
 //! Portable lanes: `[f32; N]`, left to the compiler's vectorizer.
 
 use crate::ops::assign_ops;
-use crate::{Kernel, Mask, Real, functions};
+use crate::{Kernel, MAX_LANES, Mask, Real, functions};
 
-/// `N` lanes of `f32` without any instruction-set requirement. `N` is at most 32.
+/// `N` lanes of `f32` without any instruction-set requirement. `N` is at most [`MAX_LANES`]: more do not
+/// compile.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(32))]
 pub struct F32Array<const N: usize>(pub [f32; N]);
@@ -98,7 +99,10 @@ impl<const N: usize> Mask for ArrayMask<N> {
 impl<const N: usize> Real for F32Array<N> {
     type Scalar = f32;
     type Mask = ArrayMask<N>;
-    const LANES: usize = N;
+    const LANES: usize = {
+        assert!(N <= MAX_LANES, "more lanes than MAX_LANES");
+        N
+    };
     const NAME: &'static str = "portable f32";
 
     #[inline(always)]

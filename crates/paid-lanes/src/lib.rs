@@ -6,12 +6,26 @@
 //!
 //! Kernels are fast only if everything below their `run` carries `#[inline(always)]` and uses plain loops:
 //! closures and `array::map` may stay outlined without the CPU feature and cost a factor of two.
+//!
+//! ```
+//! use paid_lanes::{F32Array, Real};
+//!
+//! /// Height of a thrown body after `t`, in every lane type.
+//! fn height<V: Real>(speed: V, t: V) -> V {
+//!     (V::c(-0.5 * 9.81) * t).mul_add(t, speed * t) // `[m]`
+//! }
+//!
+//! let one = height(3.0_f64, 0.2);
+//! let eight = height(F32Array([3.0; 8]), F32Array::c(0.2));
+//! assert!((one - f64::from(eight.0[7])).abs() < 1e-6);
+//! ```
 
 mod array;
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+mod convert;
 mod dispatch;
 mod functions;
 pub mod math;
@@ -25,6 +39,7 @@ pub use array::F32Array;
 pub use avx2::F32x8;
 #[cfg(target_arch = "x86_64")]
 pub use avx512::F32x16;
+pub use convert::{load_f32, store_f32};
 pub use dispatch::{Isa, IsaError, IsaVisitor};
 pub use math::{Mat3, Quat, Vec3};
-pub use real::{Kernel, Mask, Real, Scalar};
+pub use real::{Kernel, MAX_LANES, Mask, Real, Scalar};

@@ -3,6 +3,9 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+/// No lane type has more lanes: the length of buffers with one element per lane.
+pub const MAX_LANES: usize = 16;
+
 /// The element type of a lane: `f32` in training, `f64` in validation.
 pub trait Scalar: Copy + Default + Debug + PartialOrd + Send + Sync + 'static {
     /// Rounds to the element type.
@@ -33,7 +36,7 @@ impl Scalar for f64 {
     }
 }
 
-/// One boolean a lane.
+/// One boolean per lane.
 pub trait Mask: Copy + Debug + Send + Sync + 'static {
     /// The same value in every lane.
     fn splat(value: bool) -> Self;
@@ -64,7 +67,7 @@ pub trait Kernel {
     fn run(self) -> Self::Output;
 }
 
-/// A number, or one number a SIMD lane.
+/// A number, or one number per SIMD lane.
 ///
 /// All operations act lane by lane; there is no operation that mixes lanes. Comparisons with NaN are false.
 pub trait Real:
@@ -86,7 +89,7 @@ pub trait Real:
     type Scalar: Scalar;
     /// Result of comparisons.
     type Mask: Mask;
-    /// Number of lanes.
+    /// Number of lanes, at most [`MAX_LANES`].
     const LANES: usize;
     /// Name for logs and benchmarks.
     const NAME: &'static str;

@@ -3,6 +3,10 @@
 //! Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011). No state is shared
 //! between environments, so results do not depend on thread or lane counts.
 
+mod lanes;
+
+pub use lanes::{fill_symmetric, philox_lanes};
+
 const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
 
@@ -30,6 +34,20 @@ pub fn unit_f32(bits: u32) -> f32 {
 }
 
 /// A stream of random numbers. Cheap to copy; two words of position are all its state.
+///
+/// ```
+/// use paid_lanes::rng::Rng;
+///
+/// let mut rng = Rng::new(42, 7, 0); // seed, environment, stream
+/// let first = rng.uniform(-1.0, 1.0);
+/// let position = rng.position();
+/// let second = rng.normal();
+/// // A stream continues where it was saved.
+/// let mut resumed = Rng::new(42, 7, 0);
+/// resumed.seek(position);
+/// assert_eq!(resumed.normal(), second);
+/// assert!((-1.0..1.0).contains(&first));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rng {
     key: [u32; 2],
@@ -87,7 +105,7 @@ impl Rng {
         radius * (core::f64::consts::TAU * self.unit()).cos()
     }
 
-    /// Fills `out` with uniform numbers in [0, 1), four a block; faster than one call a number.
+    /// Fills `out` with uniform numbers in [0, 1), four per block; faster than one call per number.
     #[inline(always)]
     pub fn fill_unit(&mut self, out: &mut [f32]) {
         // Start on a fresh block so that whole blocks are used.

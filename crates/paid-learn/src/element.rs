@@ -49,8 +49,7 @@ impl Element for f64 {
     }
 }
 
-/// Most lanes a type may have.
-pub(crate) const MAX_LANES: usize = 32;
+pub(crate) use paid_lanes::MAX_LANES;
 
 /// Elements `i..i + LANES` of `x`, zero beyond its end.
 #[inline(always)]

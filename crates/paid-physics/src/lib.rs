@@ -7,6 +7,6 @@ pub mod engine;
 pub mod scene;
 pub mod simulator;
 
-pub use engine::{Engine, EngineSpec, PhysicsError};
+pub use engine::{Engine, EngineSpec, PhysicsError, SolverConstants};
 pub use scene::{BallParams, Combine, EnvParams, Material, SceneConfig, Terrain};
 pub use simulator::{BallState, BodyState, GroupState, LaneState, Simulator};

@@ -1,13 +1,12 @@
 //! The vector parts of a control step, each entered with the lane type's instruction set.
 
-use paid_lanes::{Kernel, Real};
+use paid_lanes::{Kernel, MAX_LANES, Real, load_f32, store_f32};
 use paid_physics::GroupState;
 
 use crate::ReferenceLibrary;
 use crate::config::TaskConfig;
-use crate::group::{GroupTask, load_f32, store_f32};
+use crate::group::GroupTask;
 use crate::observe::{Draw, Rows, Seen, expected_ball, in_base, observe_critic, observe_policy};
-use crate::reference::MAX_LANES;
 use crate::score::{Score, Sums, score};
 
 /// Actions are limited to this; a NaN becomes the lower limit, so that it cannot reach the physics.

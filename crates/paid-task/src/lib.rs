@@ -16,7 +16,6 @@ mod layout;
 mod lead;
 mod library;
 mod metrics;
-mod noise;
 mod observe;
 mod overrides;
 mod perception;

@@ -1,12 +1,13 @@
 //! Observations of a group.
 
-use paid_lanes::{Mat3, Real, Vec3};
+use paid_lanes::rng::fill_symmetric;
+use paid_lanes::{Mat3, Real, Vec3, store_f32};
 use paid_physics::GroupState;
 
 use crate::config::TaskConfig;
-use crate::group::{GroupTask, store_f32};
+use crate::group::GroupTask;
+use crate::lead;
 use crate::score::projected_gravity;
-use crate::{lead, noise};
 
 /// Purpose of the noise stream among an environment's random numbers.
 pub(crate) const NOISE_STREAM: u32 = 2;
@@ -113,7 +114,7 @@ pub(crate) fn observe_policy<V: Real>(
     let joints = config.joints();
     let preset = &config.preset.observations.noise;
     if !draw.envs.is_empty() {
-        noise::fill_symmetric(draw.values, draw.envs, NOISE_STREAM, draw.seed, draw.count);
+        fill_symmetric(draw.values, draw.envs, NOISE_STREAM, draw.seed, draw.count);
     }
     let mut noise = Noise { values: draw.values, next: 0 };
     let reference = &group.reference;

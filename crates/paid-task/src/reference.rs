@@ -1,12 +1,8 @@
 //! The reference frame of each lane of a group.
 
-use paid_lanes::{Mat3, Quat, Real, Vec3};
+use paid_lanes::{MAX_LANES, Mat3, Quat, Real, Vec3, load_f32};
 
-use crate::group::load_f32;
 use crate::{FrameLayout, ReferenceLibrary};
-
-/// Most lanes of any lane type.
-pub(crate) const MAX_LANES: usize = 16;
 
 /// One packed frame a lane, see [`FrameLayout`].
 #[derive(Clone, Debug)]

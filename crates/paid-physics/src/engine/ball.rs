@@ -7,13 +7,9 @@ use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
+use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
 use super::step::Constants;
-
-/// Contacts are prepared when the gap closes to this within the step [m].
-const MARGIN: f64 = 0.01;
-/// Fastest correction of an overlap [m/s].
-const MAX_PUSH: f64 = 2.0;
 
 /// The ball's velocity under way to the end of the step, and its ground contact.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +95,7 @@ pub(crate) fn prepare_ground<V: Real>(constants: &Constants<V>, g: &Group<V>, w:
     let bounces = hits.and(constants.approach.bounce_threshold.lt(impact)).and(zero.lt(bounce));
     let rest = h - until;
     let after = (V::c(0.5) * pull * rest).neg_mul_add(rest, rebound * rest);
-    let position = constants.approach.target(gap, 0.0, zero, zero, MAX_PUSH);
+    let position = constants.approach.target(gap, SOLVER.ball_slop_m, zero, zero, SOLVER.ball_max_push);
     ball.target = V::select(bounces, bounce, position);
     ball.shift = V::select(bounces, after - bounce.mul_add(h, gap), zero);
 }
@@ -216,8 +212,7 @@ fn prepare_touch<'a, V>(
         shape_radius = V::select(closer, V::splat(capsule.radius), shape_radius);
         body = V::select(closer, V::c(capsule.body as f64), body);
     }
-    // Nothing moves faster than 50 m/s for long: 0.25 m in a step.
-    let near = gap.lt(V::c(0.25));
+    let near = gap.lt(V::c(SOLVER.ball_horizon_m));
     if !near.any() {
         return false;
     }
@@ -231,7 +226,7 @@ fn prepare_touch<'a, V>(
     let robot = vel.at(point);
     let lever = n.scale(-ball.radius);
     let speed = (g.ball_omega.cross_add(lever, g.ball_vel) - robot).dot(n);
-    let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(MARGIN)).and(near);
+    let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(SOLVER.ball_margin_m)).and(near);
     if !on.any() {
         return false;
     }
@@ -241,7 +236,7 @@ fn prepare_touch<'a, V>(
     touch.frame = frame;
     touch.on = V::select(on, V::one(), zero);
     touch.impulse = [zero; 3];
-    touch.target = constants.approach.target(gap, 0.0, speed, g.params.ball_robot.restitution, MAX_PUSH);
+    touch.target = constants.approach.target(gap, SOLVER.ball_slop_m, speed, g.params.ball_robot.restitution, SOLVER.ball_max_push);
     touch.rows.carry_to_base(w, path, body, point, &frame);
     touch.rows.solve_base(w);
     let rows = &touch.rows;

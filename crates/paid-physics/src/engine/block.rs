@@ -2,10 +2,8 @@
 
 use paid_lanes::{Real, Vec3};
 
+use super::solver::SOLVER;
 use super::spatial::unit;
-
-/// Relative inflation of the inverse mass, which keeps its inverse bounded.
-const REGULARIZATION: f64 = 1.001;
 
 /// Inverse-mass constants of a contact point.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +23,7 @@ impl<V: Real> Block<V> {
     /// From the point's symmetric inverse mass: t1t1, t2t2, nn, t1t2, t1n, t2n.
     #[inline(always)]
     pub fn new(k: [V; 6]) -> Self {
-        let more = V::c(REGULARIZATION);
+        let more = V::c(SOLVER.inverse_mass_factor);
         let (a, b, d) = (k[0] * more, k[1] * more, k[3]);
         let inv_det = d.neg_mul_add(d, a * b).recip();
         Self {
@@ -110,9 +108,6 @@ pub(crate) struct Approach<V> {
     pub bounce_threshold: V,
 }
 
-/// Share of the overlap that one step removes.
-const CORRECTION: f64 = 0.2;
-
 impl<V: Real> Approach<V> {
     /// `gap` negative when overlapping [m]; `slop` is the overlap that stays [m]; `speed` the normal velocity at the start of
     /// the step (negative when closing); `max_push` bounds the correction [m/s].
@@ -120,7 +115,7 @@ impl<V: Real> Approach<V> {
     pub fn target(&self, gap: V, slop: f64, speed: V, restitution: V, max_push: f64) -> V {
         let zero = V::zero();
         let overlap = (-(gap + V::c(slop))).max(zero);
-        let push = (overlap * (V::c(CORRECTION) * self.inv_dt)).min(V::c(max_push));
+        let push = (overlap * (V::c(SOLVER.overlap_correction) * self.inv_dt)).min(V::c(max_push));
         let position = V::select(zero.lt(gap), -(gap * self.inv_dt), push);
         let hits = V::select(speed.mul_add(self.dt, gap).lt(zero), V::one(), zero);
         let bounce = V::select(speed.lt(-self.bounce_threshold), -(restitution * speed), zero);

@@ -7,15 +7,9 @@ use super::foot::FreeBase;
 use super::group::{Group, Work};
 use super::phase::phase;
 use super::plan::Plan;
+use super::solver::SOLVER;
 use super::spatial::{Force, Motion, dot6, splat3};
 use super::step::Constants;
-
-/// Points farther from the ground than this are left out [m]. A foot at 4 m/s travels as far in a 5 ms step.
-const REACH: f64 = 0.02;
-/// Overlap that is not corrected: keeps resting contacts closed [m].
-const SLOP: f64 = 0.001;
-/// Fastest correction of an overlap [m/s].
-const MAX_PUSH: f64 = 0.5;
 
 phase! {
 /// How the feet answer to impulses, and their velocities without contacts.
@@ -88,8 +82,8 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
             }
             sole.build_response::<PLANE>(&feet[f].inverse);
             let speed = if bouncy { sole.in_frame::<PLANE>(kin.vel.at(sole.point))[2] } else { zero };
-            sole.target = constants.approach.target(gap, SLOP, speed, restitution, MAX_PUSH);
-            let on = V::select(gap.lt(V::c(REACH)), V::one(), zero);
+            sole.target = constants.approach.target(gap, SOLVER.sole_slop_m, speed, restitution, SOLVER.sole_max_push);
+            let on = V::select(gap.lt(V::c(SOLVER.sole_reach_m)), V::one(), zero);
             sole.on = on;
             let warm = &g.warm[i][f];
             sole.impulse = [warm[0] * on, warm[1] * on, warm[2] * on];

@@ -1,14 +1,11 @@
 //! The ground: a plane or a periodic grid of heights.
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{Real, Scalar, Vec3};
+use paid_lanes::{MAX_LANES, Real, Scalar, Vec3};
 
 use super::error::PhysicsError;
 use super::params::GroupParams;
 use crate::Terrain;
-
-/// More lanes than any lane type has.
-const MAX_LANES: usize = 32;
 
 /// Heights and how to look them up.
 #[derive(Clone, Debug)]

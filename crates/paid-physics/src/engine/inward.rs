@@ -7,16 +7,10 @@ use super::group::{Group, JointWork, Work};
 use super::params::GroupParams;
 use super::phase::phase;
 use super::plan::{Link, Plan, Visit};
+use super::solver::SOLVER;
 use super::spatial::Force;
 use super::step::Constants;
 use super::{outward, soft};
-
-/// Joint stops: 1 mrad of overrun per 5 N m. Stiff against the actuators' 50 to 139 N m, soft enough for a 5 ms step.
-const LIMIT_STIFFNESS: f64 = 5000.0;
-/// Damping of the joint stops [N m s/rad].
-const LIMIT_DAMPING: f64 = 20.0;
-/// Below this joint speed Coulomb friction turns viscous [rad/s].
-const FRICTION_SPEED: f64 = 0.1;
 
 /// What acts on a joint.
 #[derive(Clone, Copy, Debug)]
@@ -49,12 +43,13 @@ fn joint_torque<V: Real>(
 
     let over = (V::splat(link.range[0]) - q).max(zero) + (V::splat(link.range[1]) - q).min(zero);
     let at_stop = zero.lt(over.abs());
-    let stop_ahead = V::c(LIMIT_STIFFNESS).mul_add(h, V::c(LIMIT_DAMPING));
-    let stop = stop_ahead.neg_mul_add(qd, V::c(LIMIT_STIFFNESS) * over);
+    let stop_stiffness = V::c(SOLVER.joint_stop_stiffness);
+    let stop_ahead = stop_stiffness.mul_add(h, V::c(SOLVER.joint_stop_damping));
+    let stop = stop_ahead.neg_mul_add(qd, stop_stiffness * over);
     torque += V::select(at_stop, stop, zero);
     diagonal += V::select(at_stop, stop_ahead * h, zero);
 
-    let friction = V::splat(link.friction_loss) * (qd.abs() + V::c(FRICTION_SPEED)).recip();
+    let friction = V::splat(link.friction_loss) * (qd.abs() + V::c(SOLVER.joint_friction_speed)).recip();
     let viscous = friction + V::splat(link.damping);
     (viscous.neg_mul_add(qd, torque), viscous.mul_add(h, diagonal))
 }

@@ -32,6 +32,7 @@ mod shapes;
 mod slope_tests;
 mod soft;
 mod sole;
+mod solver;
 mod spatial;
 mod step;
 mod validate;
@@ -41,6 +42,7 @@ use paid_robot::RobotModel;
 
 pub use error::PhysicsError;
 pub use plan::EngineSpec;
+pub use solver::SolverConstants;
 
 use ground::Ground;
 use group::{Group, Work};

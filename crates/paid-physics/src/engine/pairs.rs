@@ -7,17 +7,9 @@ use super::phase::phase;
 use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::shapes::Capsule;
+use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
 use super::step::Constants;
-
-/// Contacts are prepared when the gap closes to this within the step [m].
-const MARGIN: f64 = 0.005;
-/// Overlap that is not corrected [m].
-const SLOP: f64 = 0.001;
-/// Fastest correction of an overlap [m/s]: motion references overlap by up to 3 cm, which must not kick.
-const MAX_PUSH: f64 = 0.5;
-/// Relative inflation of the inverse mass.
-const REGULARIZATION: f64 = 1.001;
 
 /// Contact between two chains.
 #[derive(Clone, Debug)]
@@ -117,7 +109,7 @@ fn prepare_touch<V: Real>(
         let d = on_a - on_b;
         let (radius_a, radius_b) = (V::splat(a.radius), V::splat(b.radius));
         let this = length(d) - (radius_a + radius_b);
-        let closer = this.lt(gap.min(V::c(0.1)));
+        let closer = this.lt(gap.min(V::c(SOLVER.limb_horizon_m)));
         // Every step passes here for all pairs: what only contacts need is behind the branch.
         if !closer.any() {
             continue;
@@ -135,12 +127,12 @@ fn prepare_touch<V: Real>(
             vel[side].lin = Vec3::select(closer, v.lin, vel[side].lin);
         }
     }
-    if !gap.lt(V::c(0.1)).any() {
+    if !gap.lt(V::c(SOLVER.limb_horizon_m)).any() {
         return false;
     }
     let n = unit(apart);
     let speed = (vel[0].at(surface) - vel[1].at(surface)).dot(n);
-    let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(MARGIN));
+    let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(SOLVER.limb_margin_m));
     if !on.any() {
         return false;
     }
@@ -148,7 +140,7 @@ fn prepare_touch<V: Real>(
     touch.bodies = bodies;
     touch.normal = n;
     touch.impulse = zero;
-    touch.target = constants.approach.target(gap, SLOP, zero, zero, MAX_PUSH);
+    touch.target = constants.approach.target(gap, SOLVER.limb_slop_m, zero, zero, SOLVER.limb_max_push);
     let [first, second] = &mut touch.rows;
     let paths = [&plan.paths[group.chains[0]][..], &plan.paths[group.chains[1]][..]];
     first.carry_to_base(w, paths[0], bodies[0], surface, &[n]);
@@ -158,7 +150,7 @@ fn prepare_touch<V: Real>(
     }
     first.solve_base(w);
     let k = first.coupling(w, paths[0], 0, 0) + second.joint_coupling(w, paths[1], 0, 0);
-    touch.inv_mass = k.mul_add(V::c(REGULARIZATION), V::c(1e-6)).recip();
+    touch.inv_mass = k.mul_add(V::c(SOLVER.inverse_mass_factor), V::c(1e-6)).recip();
     let mut free = [speed];
     first.free_joints(w, paths[0], constants.dt, &mut free);
     second.free_joints(w, paths[1], constants.dt, &mut free);

@@ -5,6 +5,7 @@ use paid_robot::{Body, RobotModel, Shape};
 
 use super::error::PhysicsError;
 use super::shapes::{Capsule, PairGroup, capsules, pair_groups};
+use super::solver::SOLVER;
 use crate::SceneConfig;
 
 /// What the engine needs beside the model: the feet and the gains of the joint controllers.
@@ -99,7 +100,7 @@ pub(crate) struct Plan<S> {
     pub soles: Vec<[([S; 3], S); 2]>,
     pub capsules: Vec<Capsule<S>>,
     pub pairs: Vec<PairGroup>,
-    /// No shape reaches farther from the base's origin in any pose, with 0.25 m to spare [m].
+    /// No shape reaches farther from the base's origin in any pose, with the ball's horizon to spare `[m]`.
     pub reach: f64,
 }
 
@@ -195,7 +196,7 @@ fn split_chains(model: &RobotModel) -> (Vec<Chain>, Vec<Vec<usize>>) {
     (chains, paths)
 }
 
-/// An upper bound of the distance from the base's origin to any `collision` shape, plus 0.25 m.
+/// An upper bound of the distance from the base's origin to any `collision` shape, and the ball's horizon beyond.
 fn reach(model: &RobotModel) -> f64 {
     let norm = |v: [f64; 3]| Vec3(v).norm();
     let mut origin = vec![0.0; model.bodies.len()];
@@ -213,7 +214,7 @@ fn reach(model: &RobotModel) -> f64 {
             out = out.max(origin[b] + extent);
         }
     }
-    out + 0.25
+    out + SOLVER.ball_horizon_m
 }
 
 fn sole_points<S: Scalar>(body: &Body, frame: &Mat3<f64>) -> Result<Vec<([S; 3], S)>, PhysicsError> {

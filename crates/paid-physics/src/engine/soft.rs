@@ -6,17 +6,9 @@ use super::articulated::Articulated;
 use super::forces::BodyForces;
 use super::group::Group;
 use super::plan::Plan;
+use super::solver::SOLVER;
 use super::spatial::Motion;
 use super::step::Constants;
-
-/// A 33 kg robot that lies on four points sinks 4 mm.
-const STIFFNESS: f64 = 2.0e4;
-/// Near critical for the 5 to 10 kg that a point carries [N s/m].
-const DAMPING: f64 = 400.0;
-/// Bound on the viscosity that stands for friction at low speed [N s/m].
-const MAX_VISCOSITY: f64 = 500.0;
-/// Speed below which friction is viscous [m/s].
-const SLIDE_SPEED: f64 = 0.01;
 
 /// Adds the ground's reaction on a body's shapes to its articulated inertia, and the estimated force to `forces`.
 #[allow(clippy::too_many_arguments)]
@@ -55,14 +47,16 @@ pub(crate) fn ground_contact<V: Real>(
             let p = center - n.scale(radius);
             let v = vel.at(p);
             let vn = v.dot(n);
-            let ahead = V::c(STIFFNESS).mul_add(h, V::c(DAMPING));
-            let normal = ahead.neg_mul_add(vn, V::c(STIFFNESS) * depth).max(zero);
+            let stiffness = V::c(SOLVER.body_ground_stiffness);
+            let ahead = stiffness.mul_add(h, V::c(SOLVER.body_ground_damping));
+            let normal = ahead.neg_mul_add(vn, stiffness * depth).max(zero);
             let pressed = touching.and(zero.lt(normal));
             let normal = V::select(pressed, normal, zero);
             let slide = v - n.scale(vn);
-            let speed2 = slide.norm2() + V::c(SLIDE_SPEED * SLIDE_SPEED);
-            let viscosity =
-                (g.params.robot_ground.dynamic_friction * normal * speed2.rsqrt()).min(V::c(MAX_VISCOSITY));
+            let speed2 =
+                slide.norm2() + V::c(SOLVER.body_ground_slide_speed * SOLVER.body_ground_slide_speed);
+            let viscosity = (g.params.robot_ground.dynamic_friction * normal * speed2.rsqrt())
+                .min(V::c(SOLVER.body_ground_max_viscosity));
             let f = n.scale(normal) - slide.scale(viscosity);
             let along = V::select(pressed, ahead * h, zero);
             art.add_point(p, n, along, viscosity * h, f);

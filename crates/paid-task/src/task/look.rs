@@ -1,7 +1,7 @@
 //! What the environments show: observations, and where ball and goal seem to be.
 
-use paid_lanes::Real;
 use paid_lanes::rng::Rng;
+use paid_lanes::{MAX_LANES, Real};
 use paid_physics::Simulator;
 
 use super::{BLOCK_GROUPS, Task};
@@ -9,7 +9,6 @@ use crate::kernels::Observe;
 use crate::lead;
 use crate::observe::{Draw, Seen, in_base};
 use crate::perception::deviation;
-use crate::reference::MAX_LANES;
 
 /// Purposes of an environment's random streams.
 const PERCEPTION_STREAM: u32 = 3;

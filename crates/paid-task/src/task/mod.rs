@@ -7,7 +7,7 @@ mod step;
 use std::sync::Arc;
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{Real, Vec3};
+use paid_lanes::{MAX_LANES, Real, Vec3};
 use paid_physics::{EnvParams, Simulator};
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -16,7 +16,6 @@ use crate::group::GroupTask;
 use crate::kernels::Gather;
 use crate::lead::{roll_decay, way_s};
 use crate::observe::{in_base, noise_len};
-use crate::reference::MAX_LANES;
 use crate::reset::StartContext;
 use crate::score::Sums;
 use crate::{

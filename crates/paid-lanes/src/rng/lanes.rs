@@ -1,16 +1,19 @@
-//! Observation noise: Philox over lanes, so that 67 random numbers an environment and step cost next to nothing.
+//! Random numbers for all lanes of a group at once, so that noise costs next to nothing.
 
-use paid_lanes::Real;
+use super::{MULTIPLIERS, WEYL};
+use crate::{MAX_LANES, Real, load_f32};
 
-use crate::group::load_f32;
-use crate::reference::MAX_LANES;
+/// Values that one block of the generator gives per lane: four 32-bit words as eight 16-bit halves.
+const BLOCK: usize = 8;
 
-/// Values that one block of the generator gives a lane: four 32-bit words as eight 16-bit halves.
-pub(crate) const BLOCK: usize = 8;
-
-/// Philox4x32-10 of [`paid_lanes::rng::philox`] for `V::LANES` counters at once; word `w` of lane `l` is `[w][l]`.
+/// [`philox`](super::philox) for `V::LANES` environments at once; word `w` of lane `l` is `[w][l]`.
+///
+/// The counter of lane `l` is `[counter[0], counter[1], stream[l], purpose]`, the key are the two halves of `seed`.
+///
+/// # Panics
+/// If `stream` has fewer than `V::LANES` numbers.
 #[inline(always)]
-fn philox_lanes<V: Real>(
+pub fn philox_lanes<V: Real>(
     counter: [u32; 2],
     stream: &[u32],
     purpose: u32,
@@ -26,23 +29,40 @@ fn philox_lanes<V: Real>(
     let mut key = [seed as u32, (seed >> 32) as u32];
     for _ in 0..10 {
         for lane in 0..V::LANES {
-            let a = 0xD251_1F53_u64 * u64::from(x[0][lane]);
-            let b = 0xCD9E_8D57_u64 * u64::from(x[2][lane]);
+            let a = u64::from(MULTIPLIERS[0]) * u64::from(x[0][lane]);
+            let b = u64::from(MULTIPLIERS[1]) * u64::from(x[2][lane]);
             let (old1, old3) = (x[1][lane], x[3][lane]);
             x[0][lane] = (b >> 32) as u32 ^ old1 ^ key[0];
             x[1][lane] = b as u32;
             x[2][lane] = (a >> 32) as u32 ^ old3 ^ key[1];
             x[3][lane] = a as u32;
         }
-        key = [key[0].wrapping_add(0x9E37_79B9), key[1].wrapping_add(0xBB67_AE85)];
+        key = [key[0].wrapping_add(WEYL[0]), key[1].wrapping_add(WEYL[1])];
     }
     x
 }
 
-/// Fills `out` with numbers uniform in (-1, 1), 65536 levels, symmetric about zero. `envs` are the environments' numbers (one
-/// a lane), `draw` counts the calls: the same arguments give the same numbers, whatever the lane type.
+/// Fills `out` with numbers uniform in (-1, 1), 65536 levels, symmetric about zero.
+///
+/// `envs` are the numbers of the environments, one per lane; `draw` counts the calls; `purpose` keeps different uses of
+/// one seed apart. The same arguments give the same numbers, whatever the lane type. At most 2048 numbers per draw.
+///
+/// # Panics
+/// If `envs` has fewer than `V::LANES` numbers.
+///
+/// ```
+/// use paid_lanes::F32Array;
+/// use paid_lanes::rng::fill_symmetric;
+///
+/// let mut eight = [F32Array([0.0; 8]); 3];
+/// fill_symmetric(&mut eight, &[0, 1, 2, 3, 4, 5, 6, 7], 1, 42, 0);
+/// // Environment 5 draws the same numbers alone.
+/// let mut alone = [0.0_f64; 3];
+/// fill_symmetric(&mut alone, &[5], 1, 42, 0);
+/// assert_eq!(f64::from(eight[2].0[5]), alone[2]);
+/// ```
 #[inline(always)]
-pub(crate) fn fill_symmetric<V: Real>(out: &mut [V], envs: &[u32], purpose: u32, seed: u64, draw: u64) {
+pub fn fill_symmetric<V: Real>(out: &mut [V], envs: &[u32], purpose: u32, seed: u64, draw: u64) {
     let blocks = out.len().div_ceil(BLOCK);
     for block in 0..blocks {
         // At most 256 blocks a draw: the block number is the low byte of the counter.
@@ -64,8 +84,8 @@ pub(crate) fn fill_symmetric<V: Real>(out: &mut [V], envs: &[u32], purpose: u32,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use paid_lanes::F32Array;
-    use paid_lanes::rng::philox;
+    use crate::F32Array;
+    use crate::rng::philox;
 
     #[test]
     fn lanes_give_the_reference_generators_words() {
