@@ -11,10 +11,10 @@ use crate::episodes::EvalSetup;
 /// The simulator of an evaluation.
 #[derive(Clone, Debug, Default)]
 pub enum Engine {
-    /// The built-in engine, a trial a SIMD lane.
+    /// The built-in engine, one trial per SIMD lane.
     #[default]
     Builtin,
-    /// MuJoCo with this scene, a trial a world. Ball (mass, radius, inertia) and gravity are the task preset's, so that both engines
+    /// MuJoCo with this scene, one trial per world. Ball (mass, radius, inertia) and gravity are the task preset's, so that both engines
     /// see the same; whether there is a ball is the preset's decision too.
     Mujoco(Box<SceneOptions>),
 }
@@ -71,9 +71,9 @@ fn materials(preset: &TaskPreset) -> String {
     let ground = &preset.scene.ground;
     let mut words = format!("ground friction {}/{}", ground.static_friction, ground.dynamic_friction);
     if preset.scene.ball {
-        let ball = &preset.ball_params.material;
+        let ball = preset.scene.contact_with_ground(preset.ball_params.material);
         words += &format!(
-            ", ball {}/{}, restitution {}",
+            ", ball on it {}/{}, restitution {:.2}",
             ball.static_friction, ball.dynamic_friction, ball.restitution
         );
     }

@@ -9,6 +9,7 @@
 //! the crate `mujoco-rs` 7.0 link at build time: with them the workspace would not build, and the binary not start, where
 //! the library is missing.)
 
+pub mod contact;
 pub mod mjcf;
 pub mod scene;
 
@@ -27,6 +28,7 @@ pub mod sim;
 #[cfg(feature = "mujoco")]
 pub mod world;
 
+pub use contact::SpringContact;
 #[cfg(feature = "mujoco")]
 pub use library::{Library, LibraryError, MUJOCO_VERSION};
 pub use mjcf::mjcf_scene;

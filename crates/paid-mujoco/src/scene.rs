@@ -51,7 +51,7 @@ pub struct FloorOptions {
 /// The ball. Its surface decides every contact that it takes part in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BallOptions {
-    /// Mass, radius, inertia, and, if `damped`, damping. MuJoCo has no restitution: `material` is not used.
+    /// Mass, radius, inertia, and, if `damped`, damping. `material` is not used: [`BallOptions::like_builtin`] converts it.
     pub params: BallParams,
     /// Sliding, torsional [m] and rolling [m] friction.
     pub friction: [f64; 3],

@@ -1,4 +1,4 @@
-//! Physics steps a second on one core, for the G1 in the situations of training.
+//! Physics steps per second on one core, for the G1 in the situations of training.
 //!
 //! `cargo run --release -p paid-physics --example throughput [seconds] [isa]`
 
@@ -68,14 +68,12 @@ impl IsaVisitor for Bench {
         let model = RobotModel::g1();
         let spec = RobotSpec::g1();
         let control = spec.resolve(&model).map_err(|e| e.to_string())?;
-        let feet = spec.indices(&model).map_err(|e| e.to_string())?.feet;
+        let engine_spec = EngineSpec::for_robot(&model, &spec).map_err(|e| e.to_string())?;
         println!("{}", V::NAME);
         for s in situations() {
-            let engine_spec =
-                EngineSpec { feet, stiffness: control.stiffness.clone(), damping: control.damping.clone() };
             let groups = 512 / V::LANES;
             let mut engine =
-                Engine::<V>::new(&model, engine_spec, &s.scene, groups).map_err(|e| e.to_string())?;
+                Engine::<V>::new(&model, engine_spec.clone(), &s.scene, groups).map_err(|e| e.to_string())?;
             let start = LaneState {
                 base_pos: [0.0, 0.0, spec.nominal_height_m],
                 base_quat: [1.0, 0.0, 0.0, 0.0],

@@ -1,32 +1,8 @@
-//! What surrounds the robot: ground, ball, materials, and the numbers of the solver.
+//! What surrounds the robot: ground, ball, and the numbers that all environments share.
 
 use serde::{Deserialize, Serialize};
 
-/// Surface properties of a body (PhysX's material model).
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
-    /// Coulomb coefficient up to which a contact sticks.
-    pub static_friction: f64,
-    /// Coulomb coefficient while sliding; where it is above the static one it raises it.
-    pub dynamic_friction: f64,
-    /// Share of the normal approach speed that is returned.
-    pub restitution: f64,
-}
-
-/// How the coefficients of two touching surfaces become one. The later variant of the two surfaces' rules wins, as in PhysX.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Combine {
-    /// (a + b) / 2.
-    Average,
-    /// The smaller.
-    Min,
-    /// a b.
-    Multiply,
-    /// The larger.
-    Max,
-}
+use crate::{Combine, Material};
 
 /// The ball: a solid-shell sphere with measured contact behavior.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -131,6 +107,20 @@ impl Default for SceneConfig {
             solver_sweeps: 4,
             max_joint_speed: 60.0,
         }
+    }
+}
+
+impl SceneConfig {
+    /// The contact of a surface with the ground: friction and restitution combined by the ground's rules.
+    ///
+    /// The robot's and the ball's own rule is `average`, the lowest, so the ground's always holds.
+    pub fn contact_with_ground(&self, surface: Material) -> Material {
+        surface.against(self.ground, self.ground_friction_combine, self.ground_restitution_combine)
+    }
+
+    /// The contact of the ball with the robot, both of whose rules are `average`.
+    pub fn contact_of_ball_and_robot(ball: Material, robot: Material) -> Material {
+        ball.against(robot, Combine::Average, Combine::Average)
     }
 }
 

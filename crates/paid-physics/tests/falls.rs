@@ -8,7 +8,7 @@ use paid_physics::{Engine, EngineSpec, SceneConfig, Simulator};
 use paid_robot::{RobotModel, Shape};
 
 /// Lowest point of any `collision` shape (except of the feet, whose soles carry them) and its body.
-fn lowest(engine: &Engine<f64>, feet: [usize; 2]) -> (f64, String) {
+fn lowest(engine: &Engine<f64>, feet: &[usize]) -> (f64, String) {
     let mut out = (f64::MAX, String::new());
     for (i, (state, body)) in engine.state(0).bodies.iter().zip(&engine.model().bodies).enumerate() {
         for geom in body.geoms.iter().filter(|g| g.class == "collision" && !feet.contains(&i)) {
@@ -32,8 +32,7 @@ fn g1() -> (RobotModel, EngineSpec, Vec<f64>) {
     let model = RobotModel::g1();
     let spec = paid_robot::RobotSpec::g1();
     let control = spec.resolve(&model).unwrap();
-    let feet = spec.indices(&model).unwrap().feet;
-    let engine = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
+    let engine = EngineSpec::for_robot(&model, &spec).unwrap();
     (model, engine, control.default_pos)
 }
 
@@ -55,7 +54,7 @@ fn a_lying_robot_sinks_less_than_two_centimeters() {
         }
         for step in 0..50 {
             engine.step(0, &default);
-            let (z, name) = lowest(&engine, spec.feet);
+            let (z, name) = lowest(&engine, &spec.feet);
             assert!(z > -0.02, "{quat:?}: {name} at {z} m, control step {step}");
         }
         let pelvis = &engine.state(0).bodies[0];

@@ -1,10 +1,10 @@
-//! The experiments in the batched engine: one ball a SIMD lane.
+//! The experiments in the batched engine: one ball per SIMD lane.
 
 use paid_lanes::{Isa, IsaVisitor, Real};
-use paid_physics::{BallParams, Engine, EngineSpec, EnvParams, LaneState, SceneConfig, Simulator, Terrain};
-use paid_robot::{RobotModel, RobotSpec};
+use paid_physics::{BallParams, Engine, EnvParams, LaneState, SceneConfig, Simulator, Terrain};
 
 use crate::SysidError;
+use crate::stand_in::stand_in;
 
 /// How a ball begins, on flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +44,7 @@ pub trait Lab {
     fn rollouts(&self) -> u64;
 }
 
-/// The built-in engine with the lane type `V`. Its robot, which the engine cannot do without, is left out of every step.
+/// The built-in engine with the lane type `V`. Its robot is a stand-in that is never stepped.
 pub struct EngineLab<V: Real> {
     engine: Engine<V>,
     lane: LaneState,
@@ -75,13 +75,7 @@ impl<V: Real> EngineLab<V> {
     /// If the engine refuses the scene.
     pub fn new(scene: &SceneConfig) -> Result<Self, SysidError> {
         let scene = SceneConfig { terrain: Terrain::Plane, ball: true, ..scene.clone() };
-        let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let fits = |e: &dyn std::fmt::Display| {
-            SysidError::option("the built-in robot", "a valid one", e.to_string())
-        };
-        let control = spec.resolve(&model).map_err(|e| fits(&e))?;
-        let feet = spec.indices(&model).map_err(|e| fits(&e))?.feet;
-        let spec = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
+        let (model, spec) = stand_in();
         let engine = Engine::new(&model, spec, &scene, 1)?;
         let lane = engine.save_lane(0, 0);
         Ok(Self { engine, lane, trace: Vec::new(), rollouts: 0 })

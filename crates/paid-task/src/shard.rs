@@ -91,7 +91,8 @@ pub fn build_engine<V: Real>(
 ) -> Result<Engine<V>, TaskError> {
     let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
     let feet = [body_index(robot, "foot", &spec.feet[0])?, body_index(robot, "foot", &spec.feet[1])?];
-    let engine_spec = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
+    let engine_spec =
+        EngineSpec { feet: feet.to_vec(), stiffness: control.stiffness, damping: control.damping };
     Engine::new(robot, engine_spec, &preset.scene, groups).map_err(|e| TaskError::Simulator(e.to_string()))
 }
 

@@ -4,8 +4,8 @@ use paid_lanes::{Mask, Real, Vec3};
 
 use super::block::{Block, ground_tangents, tangents};
 use super::group::{Group, Work};
+use super::layout::ModelLayout;
 use super::phase::phase;
-use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
@@ -149,31 +149,34 @@ impl<V: Real> BallTouch<V> {
 
 /// The path of touch slot `slot` (0 is the base), its shapes, and its bodies.
 #[inline(always)]
-fn slot_path<S: paid_lanes::Scalar>(plan: &Plan<S>, slot: usize) -> (&[usize], [usize; 2], [usize; 2]) {
+fn slot_path<S: paid_lanes::Scalar>(
+    layout: &ModelLayout<S>,
+    slot: usize,
+) -> (&[usize], [usize; 2], [usize; 2]) {
     if slot == 0 {
-        return (&[], plan.base_capsules, [0, 1]);
+        return (&[], layout.base_capsules, [0, 1]);
     }
-    let chain = plan.chains[slot - 1];
-    let shapes = [plan.links[chain.first].capsules[0], plan.links[chain.end - 1].capsules[1]];
-    (&plan.paths[slot - 1], shapes, [chain.first + 1, chain.end + 1])
+    let chain = layout.chains[slot - 1];
+    let shapes = [layout.links[chain.first].capsules[0], layout.links[chain.end - 1].capsules[1]];
+    (&layout.paths[slot - 1], shapes, [chain.first + 1, chain.end + 1])
 }
 
 /// Finds and prepares the contacts between ball and robot; true if there is one.
 #[inline(always)]
 pub(crate) fn prepare_robot<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<V>,
     g: &Group<V>,
     w: &mut Work<V>,
 ) -> bool {
     let mut found = false;
     let center = g.ball_pos - g.pos;
-    let reach = V::c(plan.reach) + g.params.ball.radius;
+    let reach = V::c(layout.reach) + g.params.ball.radius;
     let near = center.norm2().lt(reach * reach).any();
     let mut touches = core::mem::take(&mut w.touches);
     for slot in 0..touches.len() {
         let touch = &mut touches[slot];
-        touch.active = near && prepare_touch(plan, constants, g, w, slot, center, touch);
+        touch.active = near && prepare_touch(layout, constants, g, w, slot, center, touch);
         found |= touch.active;
     }
     w.touches = touches;
@@ -183,7 +186,7 @@ pub(crate) fn prepare_robot<V: Real>(
 phase! {
 /// Finds and prepares the contact of one slot; false if no lane touches.
 fn prepare_touch<'a, V>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a Group<V>,
     w: &'a Work<V>,
@@ -192,14 +195,14 @@ fn prepare_touch<'a, V>(
     touch: &'a mut BallTouch<V>,
 ) -> bool {
     let zero = V::zero();
-    let (path, shapes, bodies) = slot_path(plan, slot);
+    let (path, shapes, bodies) = slot_path(layout, slot);
     let ball = &g.params.ball;
     let mut gap = V::c(1e3);
     let mut axis_point = Vec3::zero();
     let mut shape_radius = zero;
     let mut body = V::c(bodies[0] as f64);
     for i in shapes[0]..shapes[1] {
-        let capsule = &plan.capsules[i];
+        let capsule = &layout.capsules[i];
         let [a, b] = w.ends[i];
         let along = b - a;
         let t = ((center - a).dot(along) * V::splat(capsule.inv_length2)).clamp(zero, V::one());
@@ -260,7 +263,7 @@ fn prepare_touch<'a, V>(
 
 /// One improvement of every contact between ball and robot.
 #[inline(always)]
-pub(crate) fn sweep_robot<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut Work<V>) {
+pub(crate) fn sweep_robot<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) {
     let ball = &g.params.ball;
     let mut touches = core::mem::take(&mut w.touches);
     for slot in 0..touches.len() {
@@ -268,7 +271,7 @@ pub(crate) fn sweep_robot<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut
         if !touch.active {
             continue;
         }
-        let (path, _, _) = slot_path(plan, slot);
+        let (path, _, _) = slot_path(layout, slot);
         let mut robot = touch.free;
         touch.rows.pushed_joints(w, path, &mut robot);
         touch.rows.pushed_base(w, &mut robot);
@@ -289,7 +292,7 @@ pub(crate) fn sweep_robot<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, w: &mut
 /// Moves the ball to the end of the step and reports its contact forces.
 #[inline(always)]
 pub(crate) fn finish<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<V>,
     g: &mut Group<V>,
     w: &mut Work<V>,
@@ -314,7 +317,7 @@ pub(crate) fn finish<V: Real>(
         report.robot_force = Vec3::select(stronger, force, report.robot_force);
         report.touched_by = V::select(stronger, touch.body, report.touched_by);
         let on_robot = force.scale(-V::one());
-        let (_, _, bodies) = slot_path(plan, slot);
+        let (_, _, bodies) = slot_path(layout, slot);
         for b in bodies[0]..bodies[1] {
             w.forces.add(b, on_robot, is_body(touch.body, b));
         }

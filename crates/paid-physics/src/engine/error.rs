@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum PhysicsError {
     /// A list has another length than the model has joints.
-    #[error("{what}: expected {expected} values (one a joint), found {found}")]
+    #[error("{what}: expected {expected} values (one per joint), found {found}")]
     Length {
         /// Which list.
         what: &'static str,
@@ -20,6 +20,9 @@ pub enum PhysicsError {
         "body '{0}' is out of model order: expected depth-first, parent before child, joint j moving body j + 1"
     )]
     Order(String),
+    /// The foot solver is made for two feet.
+    #[error("feet: expected 2 (a biped), found {0}")]
+    Feet(usize),
     /// A foot must end an unbranched chain that starts at the base.
     #[error("foot '{0}': expected the last body of an unbranched chain from the base (a biped)")]
     Foot(String),

@@ -5,8 +5,8 @@ use paid_lanes::{Mask, Mat3, Real, Vec3};
 use super::block::{Friction, ground_tangents};
 use super::foot::FreeBase;
 use super::group::{Group, Work};
+use super::layout::ModelLayout;
 use super::phase::phase;
-use super::plan::Plan;
 use super::solver::SOLVER;
 use super::spatial::{Force, Motion, dot6, splat3};
 use super::step::Constants;
@@ -14,7 +14,7 @@ use super::step::Constants;
 phase! {
 /// How the feet answer to impulses, and their velocities without contacts.
 pub(crate) fn respond<'a, V>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a Group<V>,
     w: &'a mut Work<V>,
@@ -26,13 +26,13 @@ pub(crate) fn respond<'a, V>(
         free.scaled[i] *= w.factor.inv[i];
     }
     for f in 0..2 {
-        let chain = plan.chains[plan.legs[f]];
+        let chain = layout.chains[layout.legs[f]];
         let joints = &w.joints[chain.first..chain.end];
         let foot = &mut w.feet[f];
         foot.half_solve(0, joints, &w.factor);
         foot.half_solve(3, joints, &w.factor);
         foot.build_inverse(joints, &w.factor);
-        foot.free_velocity(w.kin[plan.legs[f]].vel, w.gyro, joints, &free);
+        foot.free_velocity(w.kin[layout.legs[f]].vel, w.gyro, joints, &free);
     }
     let [left, right] = &w.feet;
     for r in 0..6 {
@@ -51,7 +51,7 @@ pub(crate) fn respond<'a, V>(
 phase! {
 /// Prepares the sole points for the sweeps.
 pub(crate) fn prepare<'a, V, const PLANE: bool>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a Group<V>,
     w: &'a mut Work<V>,
@@ -61,9 +61,9 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
     let bouncy = zero.lt(restitution).any();
     let Work { kin, soles, feet, .. } = w;
     for f in 0..2 {
-        let kin = &kin[plan.legs[f]];
-        for i in 0..plan.soles.len() {
-            let (center, radius) = &plan.soles[i][f];
+        let kin = &kin[layout.legs[f]];
+        for i in 0..layout.soles.len() {
+            let (center, radius) = &layout.soles[i][f];
             let radius = V::splat(*radius);
             let center = kin.place(splat3(center));
             let sole = &mut soles[i][f];
@@ -176,13 +176,13 @@ pub(crate) fn sweep<'a, V, const PLANE: bool>(g: &'a Group<V>, w: &'a mut Work<V
 /// Adds the feet's half-solved impulses to joints and base; keeps the warm start and the contact forces.
 #[inline(always)]
 pub(crate) fn finish<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<V>,
     g: &mut Group<V>,
     w: &mut Work<V>,
 ) {
     for f in 0..2 {
-        let chain = plan.chains[plan.legs[f]];
+        let chain = layout.chains[layout.legs[f]];
         let total = w.feet[f].impulse.array();
         for j in chain.first..chain.end {
             let y = &w.feet[f].joints[j - chain.first];

@@ -6,9 +6,9 @@ use super::articulated::{Articulated, BaseFactor};
 use super::ball::{BallTouch, BallWork};
 use super::foot::Foot;
 use super::forces::BodyForces;
+use super::layout::ModelLayout;
 use super::pairs::PairTouch;
 use super::params::GroupParams;
-use super::plan::Plan;
 use super::sole::Sole;
 use super::spatial::{Kin, Motion, Rigid};
 use crate::GroupState;
@@ -96,7 +96,7 @@ pub(crate) struct Work<V: Real> {
 }
 
 impl<V: Real> Work<V> {
-    pub fn new(plan: &Plan<V::Scalar>) -> Self {
+    pub fn new(layout: &ModelLayout<V::Scalar>) -> Self {
         let joint = JointWork {
             axis: Motion::zero(),
             gain: [V::zero(); 6],
@@ -113,17 +113,17 @@ impl<V: Real> Work<V> {
             second: super::spatial::Sym3([z; 6]),
             bias: super::spatial::Force::zero(),
         };
-        let n = plan.links.len();
-        let foot = |f: usize| Foot::new(plan.paths[plan.legs[f]].len());
+        let n = layout.links.len();
+        let foot = |f: usize| Foot::new(layout.paths[layout.legs[f]].len());
         let mut touches = vec![BallTouch::new(0)];
-        touches.extend(plan.paths.iter().map(|p| BallTouch::new(p.len())));
+        touches.extend(layout.paths.iter().map(|p| BallTouch::new(p.len())));
         Self {
             base: Kin::zero(),
-            kin: vec![Kin::zero(); plan.chains.len()],
+            kin: vec![Kin::zero(); layout.chains.len()],
             joints: vec![joint; n],
-            rigid: vec![rigid; plan.paths.iter().map(Vec::len).max().unwrap_or(0)],
+            rigid: vec![rigid; layout.paths.iter().map(Vec::len).max().unwrap_or(0)],
             trig: vec![[z; 2]; n],
-            art: vec![Articulated::zero(); plan.chains.len()],
+            art: vec![Articulated::zero(); layout.chains.len()],
             base_art: Articulated::zero(),
             factor: BaseFactor::zero(),
             base_free: [z; 6],
@@ -131,18 +131,18 @@ impl<V: Real> Work<V> {
             base_pending: [z; 6],
             base_sole_impulse: [z; 6],
             gyro: Vec3::zero(),
-            change: vec![Motion::zero(); plan.chains.len()],
+            change: vec![Motion::zero(); layout.chains.len()],
             vel: vec![Motion::zero(); n + 1],
-            ends: vec![[Vec3::zero(); 2]; plan.capsules.len()],
+            ends: vec![[Vec3::zero(); 2]; layout.capsules.len()],
             feet: [foot(0), foot(1)],
             cross: [[z; 6]; 6],
-            soles: vec![[Sole::new(), Sole::new()]; plan.soles.len()],
+            soles: vec![[Sole::new(), Sole::new()]; layout.soles.len()],
             ball: BallWork::new(),
             touches,
-            pairs: plan
+            pairs: layout
                 .pairs
                 .iter()
-                .map(|g| PairTouch::new(plan.paths[g.chains[0]].len(), plan.paths[g.chains[1]].len()))
+                .map(|g| PairTouch::new(layout.paths[g.chains[0]].len(), layout.paths[g.chains[1]].len()))
                 .collect(),
             forces: BodyForces::new(n + 1),
         }

@@ -4,9 +4,9 @@ use paid_lanes::Real;
 
 use super::articulated::{Articulated, BaseFactor};
 use super::group::{Group, JointWork, Work};
+use super::layout::{Link, ModelLayout, Visit};
 use super::params::GroupParams;
 use super::phase::phase;
-use super::plan::{Link, Plan, Visit};
 use super::solver::SOLVER;
 use super::spatial::Force;
 use super::step::Constants;
@@ -80,7 +80,7 @@ fn reduce<V: Real>(art: &mut Articulated<V>, joint: &mut JointWork<V>, torque: V
 phase! {
 /// The pass over chain `c`, whose children have been passed.
 pub(crate) fn inward<'a, V>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a Group<V>,
     w: &'a mut Work<V>,
@@ -89,15 +89,15 @@ pub(crate) fn inward<'a, V>(
 ) -> () {
     let h = constants.dt;
     let in_contact = matches!(drive, Drive::Targets(_));
-    let chain = plan.chains[c];
+    let chain = layout.chains[c];
     let mut art = w.art[c];
     for j in (chain.first..chain.end).rev() {
-        let link = &plan.links[j];
+        let link = &layout.links[j];
         art.add_rigid(&w.rigid[chain.depth + j - chain.first]);
         if in_contact && link.soft_ground && link.capsules[0] < link.capsules[1] {
             let vel = w.vel[j + 1];
             let forces = &mut w.forces;
-            soft::ground_contact(plan, constants, g, j + 1, link.capsules, &w.ends, vel, &mut art, forces);
+            soft::ground_contact(layout, constants, g, j + 1, link.capsules, &w.ends, vel, &mut art, forces);
         }
         let (torque, diagonal) = match drive {
             Drive::Targets(t) => joint_torque(link, &g.params, g.q[j], g.qd[j], t[j], h),
@@ -115,16 +115,16 @@ pub(crate) fn inward<'a, V>(
 phase! {
 /// The base, once all chains have been passed.
 pub(crate) fn finish<'a, V>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a Group<V>,
     w: &'a mut Work<V>,
     drive: Drive<'a, V>,
 ) -> () {
     if matches!(drive, Drive::Targets(_)) {
-        let range = plan.base_capsules;
+        let range = layout.base_capsules;
         let vel = w.base.vel;
-        soft::ground_contact(plan, constants, g, 0, range, &w.ends, vel, &mut w.base_art, &mut w.forces);
+        soft::ground_contact(layout, constants, g, 0, range, &w.ends, vel, &mut w.base_art, &mut w.forces);
     }
     w.factor = BaseFactor::new(&w.base_art);
     let bias = w.base_art.bias;
@@ -143,20 +143,20 @@ pub(crate) fn finish<'a, V>(
 /// Both passes over the whole tree, limb by limb.
 #[inline(always)]
 pub(crate) fn dynamics<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<'_, V>,
     g: &Group<V>,
     w: &mut Work<V>,
     drive: Drive<'_, V>,
 ) {
-    outward::start(plan, g, w, constants.gravity);
-    for &visit in &plan.visits {
+    outward::start(layout, g, w, constants.gravity);
+    for &visit in &layout.visits {
         match visit {
-            Visit::Outward(c) => outward::outward(plan, g, w, c),
-            Visit::Inward(c) => inward(plan, constants, g, w, drive, c),
+            Visit::Outward(c) => outward::outward(layout, g, w, c),
+            Visit::Inward(c) => inward(layout, constants, g, w, drive, c),
         }
     }
-    finish(plan, constants, g, w, drive);
+    finish(layout, constants, g, w, drive);
 }
 
 /// Actuator torque at the end of the step: the implicit controller's, within the effort limit [N m].

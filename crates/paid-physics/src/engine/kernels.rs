@@ -68,28 +68,28 @@ fn step<V: Real>(engine: &mut Engine<V>, group: usize, targets: &[V]) {
 }
 
 fn refresh<V: Real>(engine: &mut Engine<V>, group: usize) {
-    report::poses(&engine.plan, &mut engine.groups[group], &mut engine.work);
+    report::poses(&engine.layout, &mut engine.groups[group], &mut engine.work);
 }
 
 phase! {
 /// All physics steps of a control step, and the reports that only they can make.
 fn control_step<'a, V>(engine: &'a mut Engine<V>, group: usize, targets: &'a [V]) -> () {
-    let Engine { scene, plan, ground, groups, work, .. } = engine;
+    let Engine { scene, layout, ground, groups, work, .. } = engine;
     let g = &mut groups[group];
     let constants = Constants::new(scene, ground);
     report::start(g);
     for _ in 0..scene.substeps {
-        physics_step(plan, &constants, g, work, targets);
+        physics_step(layout, &constants, g, work, targets);
         report::forces(g, work);
     }
-    report::torques(plan, g, targets);
+    report::torques(layout, g, targets);
 }
 }
 
 phase! {
 /// Physics steps of the balls of a group: ground contact as in a full step, no robot.
 fn ball_steps<'a, V>(engine: &'a mut Engine<V>, group: usize, steps: usize) -> () {
-    let Engine { scene, plan, ground, groups, work, .. } = engine;
+    let Engine { scene, layout, ground, groups, work, .. } = engine;
     let g = &mut groups[group];
     let constants = Constants::new(scene, ground);
     report::start(g);
@@ -101,7 +101,7 @@ fn ball_steps<'a, V>(engine: &'a mut Engine<V>, group: usize, steps: usize) -> (
         for _ in 0..constants.sweeps {
             ball::sweep_ground(g, work);
         }
-        ball::finish(plan, &constants, g, work);
+        ball::finish(layout, &constants, g, work);
     }
     report::ball(g);
 }

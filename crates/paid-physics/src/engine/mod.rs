@@ -20,11 +20,11 @@ mod ground;
 mod group;
 mod inward;
 mod kernels;
+mod layout;
 mod outward;
 mod pairs;
 mod params;
 mod phase;
-mod plan;
 mod report;
 mod rows;
 mod shapes;
@@ -34,6 +34,7 @@ mod soft;
 mod sole;
 mod solver;
 mod spatial;
+mod spec;
 mod step;
 mod validate;
 
@@ -41,14 +42,14 @@ use paid_lanes::{Quat, Real, Vec3};
 use paid_robot::RobotModel;
 
 pub use error::PhysicsError;
-pub use plan::EngineSpec;
 pub use solver::SolverConstants;
+pub use spec::EngineSpec;
 
 use ground::Ground;
 use group::{Group, Work};
 use kernels::Kernels;
+use layout::ModelLayout;
 use params::GroupParams;
-use plan::Plan;
 
 use crate::{EnvParams, GroupState, LaneState, SceneConfig, Simulator};
 
@@ -56,7 +57,7 @@ use crate::{EnvParams, GroupState, LaneState, SceneConfig, Simulator};
 pub struct Engine<V: Real> {
     model: RobotModel,
     scene: SceneConfig,
-    plan: Plan<V::Scalar>,
+    layout: ModelLayout<V::Scalar>,
     ground: Ground<V::Scalar>,
     groups: Vec<Group<V>>,
     work: Work<V>,
@@ -98,7 +99,7 @@ impl<V: Real> Engine<V> {
         groups: usize,
     ) -> Result<Self, PhysicsError> {
         check_scene(scene)?;
-        let plan = Plan::new(model, &spec, scene)?;
+        let layout = ModelLayout::new(model, &spec, scene)?;
         let ground = Ground::new(&scene.terrain)?;
         let joints = model.joints.len();
         let radius = EnvParams::default().ball.radius_m;
@@ -112,7 +113,7 @@ impl<V: Real> Engine<V> {
             ball_pos: Vec3::c([2.0, 0.0, radius]),
             ball_vel: Vec3::zero(),
             ball_omega: Vec3::zero(),
-            warm: vec![[[V::zero(); 3]; 2]; plan.soles.len()],
+            warm: vec![[[V::zero(); 3]; 2]; layout.soles.len()],
             params: GroupParams::new(scene, joints + 1),
             state: GroupState::empty(joints, joints + 1),
             reset: 0,
@@ -120,8 +121,8 @@ impl<V: Real> Engine<V> {
         let mut engine = Self {
             model: model.clone(),
             scene: scene.clone(),
-            work: Work::new(&plan),
-            plan,
+            work: Work::new(&layout),
+            layout,
             ground,
             groups: vec![group; groups],
             kernels: Kernels::for_lanes(),
@@ -159,7 +160,7 @@ impl<V: Real> Simulator<V> for Engine<V> {
     }
 
     fn step(&mut self, group: usize, joint_target: &[V]) {
-        let joints = self.plan.links.len();
+        let joints = self.layout.links.len();
         assert_eq!(joint_target.len(), joints, "one target a joint");
         self.groups[group].reset = 0;
         (self.kernels.step)(self, group, joint_target);

@@ -4,8 +4,8 @@ use paid_lanes::{Real, Vec3};
 
 use super::articulated::Articulated;
 use super::group::{Group, Work};
+use super::layout::{Link, ModelLayout};
 use super::phase::phase;
-use super::plan::{Link, Plan};
 use super::spatial::{Kin, Motion, Rigid, splat_sym, splat3};
 
 /// Pose and motion of the base; gravity enters as an upward acceleration of the world.
@@ -21,8 +21,8 @@ pub(crate) fn base_kin<V: Real>(g: &Group<V>, gravity: V) -> Kin<V> {
 
 /// Inertia of the base with each lane's mass scale and shift of the center of mass.
 #[inline(always)]
-pub(crate) fn base_rigid<V: Real>(plan: &Plan<V::Scalar>, g: &Group<V>, kin: &Kin<V>) -> Rigid<V> {
-    let b = &plan.base;
+pub(crate) fn base_rigid<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, kin: &Kin<V>) -> Rigid<V> {
+    let b = &layout.base;
     let com = splat3(&b.com) + g.params.base_com_offset;
     let mut rigid = Rigid::new(V::splat(b.mass), com, splat_sym(&b.inertia), kin);
     if let Some(scale) = &g.params.mass_scale {
@@ -81,13 +81,13 @@ fn accelerate<V: Real>(kin: &mut Kin<V>, axis: Motion<V>, qd: V) {
 /// Where the shapes of a body are.
 #[inline(always)]
 fn place_capsules<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     range: [usize; 2],
     kin: &Kin<V>,
     ends: &mut [[Vec3<V>; 2]],
 ) {
     for i in range[0]..range[1] {
-        let capsule = &plan.capsules[i];
+        let capsule = &layout.capsules[i];
         let first = kin.place(splat3(&capsule.ends[0]));
         let second = if capsule.sphere { first } else { kin.place(splat3(&capsule.ends[1])) };
         ends[i] = [first, second];
@@ -96,23 +96,23 @@ fn place_capsules<V: Real>(
 
 phase! {
 /// The base, and what all chains need.
-pub(crate) fn start<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, gravity: V) -> () {
+pub(crate) fn start<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, gravity: V) -> () {
     trigonometry(g, w);
     w.base = base_kin(g, gravity);
     w.vel[0] = w.base.vel;
-    place_capsules(plan, plan.base_capsules, &w.base, &mut w.ends);
+    place_capsules(layout, layout.base_capsules, &w.base, &mut w.ends);
     w.base_art = Articulated::zero();
-    w.base_art.add_rigid(&base_rigid(plan, g, &w.base));
+    w.base_art.add_rigid(&base_rigid(layout, g, &w.base));
 }
 }
 
 phase! {
 /// The pass over chain `c`, whose parent chain has been passed.
-pub(crate) fn outward<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, c: usize) -> () {
-    let chain = plan.chains[c];
+pub(crate) fn outward<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>, c: usize) -> () {
+    let chain = layout.chains[c];
     let mut kin = chain.parent.map_or(w.base, |p| w.kin[p]);
     for j in chain.first..chain.end {
-        let link = &plan.links[j];
+        let link = &layout.links[j];
         let axis = over_joint(link, &mut kin, w.trig[j]);
         accelerate(&mut kin, axis, g.qd[j]);
         w.joints[j].axis = axis;
@@ -123,7 +123,7 @@ pub(crate) fn outward<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a 
         }
         w.rigid[chain.depth + j - chain.first] = rigid;
         w.vel[j + 1] = kin.vel;
-        place_capsules(plan, link.capsules, &kin, &mut w.ends);
+        place_capsules(layout, link.capsules, &kin, &mut w.ends);
     }
     w.kin[c] = kin;
     w.art[c] = Articulated::zero();

@@ -3,8 +3,8 @@
 use paid_lanes::{Mask, Real, Vec3};
 
 use super::group::Work;
+use super::layout::ModelLayout;
 use super::phase::phase;
-use super::plan::Plan;
 use super::rows::{Rows, is_body};
 use super::shapes::Capsule;
 use super::solver::SOLVER;
@@ -70,7 +70,7 @@ fn nearest<V: Real>(
 phase! {
 /// Finds and prepares the contacts; true if there is one.
 pub(crate) fn prepare<'a, V>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     w: &'a mut Work<V>,
 ) -> bool {
@@ -78,7 +78,7 @@ pub(crate) fn prepare<'a, V>(
     let mut touches = core::mem::take(&mut w.pairs);
     for i in 0..touches.len() {
         let touch = &mut touches[i];
-        touch.active = prepare_touch(plan, constants, w, i, touch);
+        touch.active = prepare_touch(layout, constants, w, i, touch);
         found |= touch.active;
     }
     w.pairs = touches;
@@ -89,14 +89,14 @@ pub(crate) fn prepare<'a, V>(
 /// Finds and prepares the contact of one pair of chains; false if no lane touches.
 #[inline(always)]
 fn prepare_touch<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<V>,
     w: &Work<V>,
     index: usize,
     touch: &mut PairTouch<V>,
 ) -> bool {
     let zero = V::zero();
-    let group = &plan.pairs[index];
+    let group = &layout.pairs[index];
     let mut gap = V::c(1e3);
     let mut bodies = [zero; 2];
     let mut apart = Vec3::zero();
@@ -104,7 +104,7 @@ fn prepare_touch<V: Real>(
     let mut vel = [Motion::zero(); 2];
     for p in 0..group.capsules.len() {
         let [i, j] = group.capsules[p];
-        let (a, b) = (&plan.capsules[i], &plan.capsules[j]);
+        let (a, b) = (&layout.capsules[i], &layout.capsules[j]);
         let [on_a, on_b] = nearest(a, b, &w.ends[i], &w.ends[j]);
         let d = on_a - on_b;
         let (radius_a, radius_b) = (V::splat(a.radius), V::splat(b.radius));
@@ -142,7 +142,7 @@ fn prepare_touch<V: Real>(
     touch.impulse = zero;
     touch.target = constants.approach.target(gap, SOLVER.limb_slop_m, zero, zero, SOLVER.limb_max_push);
     let [first, second] = &mut touch.rows;
-    let paths = [&plan.paths[group.chains[0]][..], &plan.paths[group.chains[1]][..]];
+    let paths = [&layout.paths[group.chains[0]][..], &layout.paths[group.chains[1]][..]];
     first.carry_to_base(w, paths[0], bodies[0], surface, &[n]);
     second.carry_to_base(w, paths[1], bodies[1], surface, &[-n]);
     for r in 0..6 {
@@ -161,15 +161,15 @@ fn prepare_touch<V: Real>(
 
 /// One improvement of every contact.
 #[inline(always)]
-pub(crate) fn sweep<V: Real>(plan: &Plan<V::Scalar>, w: &mut Work<V>) {
+pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, w: &mut Work<V>) {
     let mut touches = core::mem::take(&mut w.pairs);
     for i in 0..touches.len() {
         let touch = &mut touches[i];
         if !touch.active {
             continue;
         }
-        let [a, b] = plan.pairs[i].chains;
-        let paths = [&plan.paths[a][..], &plan.paths[b][..]];
+        let [a, b] = layout.pairs[i].chains;
+        let paths = [&layout.paths[a][..], &layout.paths[b][..]];
         let [first, second] = &touch.rows;
         let mut v = [touch.free];
         first.pushed_joints(w, paths[0], &mut v);
@@ -188,7 +188,7 @@ pub(crate) fn sweep<V: Real>(plan: &Plan<V::Scalar>, w: &mut Work<V>) {
 
 /// Reports the contact forces.
 #[inline(always)]
-pub(crate) fn finish<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>, w: &mut Work<V>) {
+pub(crate) fn finish<V: Real>(layout: &ModelLayout<V::Scalar>, constants: &Constants<V>, w: &mut Work<V>) {
     for i in 0..w.pairs.len() {
         let touch = &w.pairs[i];
         if !touch.active {
@@ -196,7 +196,7 @@ pub(crate) fn finish<V: Real>(plan: &Plan<V::Scalar>, constants: &Constants<V>, 
         }
         let force = touch.normal.scale(touch.impulse * constants.inv_dt);
         for side in 0..2 {
-            let chain = plan.chains[plan.pairs[i].chains[side]];
+            let chain = layout.chains[layout.pairs[i].chains[side]];
             let f = if side == 0 { force } else { -force };
             for b in chain.first + 1..chain.end + 1 {
                 w.forces.add(b, f, is_body(touch.bodies[side], b));

@@ -1,19 +1,19 @@
-//! Physical parameters, one value a lane, and how two surfaces become one contact.
+//! Physical parameters, one value per lane.
 
 use paid_lanes::{Real, Vec3};
 
 use super::block::Friction;
-use crate::{BallParams, Combine, EnvParams, Material, SceneConfig};
+use crate::{BallParams, EnvParams, Material, SceneConfig};
 
-/// Coefficients of a contact between two surfaces.
+/// Coefficients of a contact between two surfaces, one value per lane.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Surface<V> {
+pub(crate) struct ContactLanes<V> {
     pub static_friction: V,
     pub dynamic_friction: V,
     pub restitution: V,
 }
 
-impl<V: Real> Surface<V> {
+impl<V: Real> ContactLanes<V> {
     /// Coulomb friction of a contact of one point.
     #[inline(always)]
     pub fn friction(&self) -> Friction<V> {
@@ -33,28 +33,7 @@ impl<V: Real> Surface<V> {
     }
 }
 
-fn combine_values(rule: Combine, a: f64, b: f64) -> f64 {
-    match rule {
-        Combine::Average => 0.5 * (a + b),
-        Combine::Min => a.min(b),
-        Combine::Multiply => a * b,
-        Combine::Max => a.max(b),
-    }
-}
-
-/// The surface of a contact: friction and restitution combined by their rules; a dynamic coefficient above the static
-/// one raises it.
-pub(crate) fn combine(a: Material, b: Material, friction: Combine, restitution: Combine) -> Material {
-    let raised = |m: Material| m.static_friction.max(m.dynamic_friction);
-    let dynamic_friction = combine_values(friction, a.dynamic_friction, b.dynamic_friction);
-    Material {
-        static_friction: combine_values(friction, raised(a), raised(b)).max(dynamic_friction),
-        dynamic_friction,
-        restitution: combine_values(restitution, a.restitution, b.restitution),
-    }
-}
-
-/// Ball constants, one value a lane.
+/// Ball constants, one value per lane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BallLanes<V> {
     pub radius: V,
@@ -75,9 +54,9 @@ pub(crate) struct GroupParams<V> {
     pub gain_scale: [V; 2],
     pub terrain_offset: [V; 2],
     pub ball: BallLanes<V>,
-    pub robot_ground: Surface<V>,
-    pub ball_ground: Surface<V>,
-    pub ball_robot: Surface<V>,
+    pub robot_ground: ContactLanes<V>,
+    pub ball_ground: ContactLanes<V>,
+    pub ball_robot: ContactLanes<V>,
 }
 
 impl<V: Real> GroupParams<V> {
@@ -98,9 +77,9 @@ impl<V: Real> GroupParams<V> {
             gain_scale: [V::one(); 2],
             terrain_offset: [z; 2],
             ball,
-            robot_ground: Surface::new(zero),
-            ball_ground: Surface::new(zero),
-            ball_robot: Surface::new(zero),
+            robot_ground: ContactLanes::new(zero),
+            ball_ground: ContactLanes::new(zero),
+            ball_robot: ContactLanes::new(zero),
         };
         for lane in 0..V::LANES {
             params.set_lane(lane, &EnvParams::default(), scene, bodies);
@@ -117,7 +96,7 @@ impl<V: Real> GroupParams<V> {
         ball.angular_keep.set_lane(lane, (1.0 - b.angular_damping * dt).max(0.0));
     }
 
-    /// Takes over the parameters of one lane. `mass_scale` must be empty or have one value a body.
+    /// Takes over the parameters of one lane. `mass_scale` must be empty or have one value per body.
     pub fn set_lane(&mut self, lane: usize, p: &EnvParams, scene: &SceneConfig, bodies: usize) {
         assert!(
             p.mass_scale.is_empty() || p.mass_scale.len() == bodies,
@@ -136,45 +115,9 @@ impl<V: Real> GroupParams<V> {
             }
         }
         self.set_ball(lane, &p.ball, scene.physics_dt_s);
-        // The robot's and the ball's rule is `average`, the lowest: the ground's always holds against it.
-        let with_ground =
-            |m| combine(m, scene.ground, scene.ground_friction_combine, scene.ground_restitution_combine);
-        self.robot_ground.set_lane(lane, with_ground(p.robot));
-        self.ball_ground.set_lane(lane, with_ground(p.ball.material));
-        let average = Combine::Average;
-        self.ball_robot.set_lane(lane, combine(p.ball.material, p.robot, average, average));
+        self.robot_ground.set_lane(lane, scene.contact_with_ground(p.robot));
+        self.ball_ground.set_lane(lane, scene.contact_with_ground(p.ball.material));
+        self.ball_robot.set_lane(lane, SceneConfig::contact_of_ball_and_robot(p.ball.material, p.robot));
         self.lanes[lane] = p.clone();
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::combine;
-    use crate::{Combine, Material};
-
-    const A: Material = Material { static_friction: 0.8, dynamic_friction: 0.6, restitution: 0.5 };
-    const B: Material = Material { static_friction: 0.2, dynamic_friction: 0.4, restitution: 0.8 };
-
-    #[test]
-    fn every_rule_combines_two_surfaces() {
-        // B's dynamic coefficient of 0.4 raises its static one.
-        for (rule, static_friction, dynamic_friction, restitution) in [
-            (Combine::Average, 0.6, 0.5, 0.65),
-            (Combine::Min, 0.4, 0.4, 0.5),
-            (Combine::Multiply, 0.32, 0.24, 0.4),
-            (Combine::Max, 0.8, 0.6, 0.8),
-        ] {
-            let got = combine(A, B, rule, rule);
-            assert!((got.static_friction - static_friction).abs() < 1e-12, "{rule:?}: {got:?}");
-            assert!((got.dynamic_friction - dynamic_friction).abs() < 1e-12, "{rule:?}: {got:?}");
-            assert!((got.restitution - restitution).abs() < 1e-12, "{rule:?}: {got:?}");
-        }
-    }
-
-    #[test]
-    fn friction_and_restitution_follow_their_own_rules() {
-        let got = combine(A, B, Combine::Min, Combine::Multiply);
-        assert!((got.dynamic_friction - 0.4).abs() < 1e-12);
-        assert!((got.restitution - 0.4).abs() < 1e-12);
     }
 }

@@ -4,9 +4,9 @@ use paid_lanes::{Mat3, Real, Vec3};
 
 use super::group::{Group, Work};
 use super::inward::actuator_torque;
+use super::layout::ModelLayout;
 use super::outward::{base_kin, over_joint, trigonometry};
 use super::phase::phase;
-use super::plan::Plan;
 use super::spatial::{Kin, splat3};
 use crate::{BodyState, GroupState};
 
@@ -28,16 +28,16 @@ fn body_state<V: Real>(kin: &Kin<V>, origin: Vec3<V>, com: Vec3<V>, frame: Optio
 
 phase! {
 /// Writes joints, bodies and ball from the state.
-pub(crate) fn poses<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a mut Group<V>, w: &'a mut Work<V>) -> () {
+pub(crate) fn poses<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a mut Group<V>, w: &'a mut Work<V>) -> () {
     trigonometry(g, w);
     let base = base_kin(g, V::zero());
-    let com = splat3(&plan.base.com) + g.params.base_com_offset;
+    let com = splat3(&layout.base.com) + g.params.base_com_offset;
     g.state.bodies[0] = body_state(&base, g.pos, com, None);
-    for c in 0..plan.chains.len() {
-        let chain = plan.chains[c];
+    for c in 0..layout.chains.len() {
+        let chain = layout.chains[c];
         let mut kin = chain.parent.map_or(base, |p| w.kin[p]);
         for j in chain.first..chain.end {
-            let link = &plan.links[j];
+            let link = &layout.links[j];
             let axis = over_joint(link, &mut kin, w.trig[j]);
             kin.vel = kin.vel.plus(axis, g.qd[j]);
             let frame = link.report.map(|f| Mat3([splat3(&f[0]).0, splat3(&f[1]).0, splat3(&f[2]).0]));
@@ -62,9 +62,9 @@ pub(crate) fn ball<V: Real>(g: &mut Group<V>) {
 
 /// Actuator torques at the end of the last physics step.
 #[inline(always)]
-pub(crate) fn torques<V: Real>(plan: &Plan<V::Scalar>, g: &mut Group<V>, targets: &[V]) {
-    for j in 0..plan.links.len() {
-        g.state.joint_torque[j] = actuator_torque(&plan.links[j], &g.params, g.q[j], g.qd[j], targets[j]);
+pub(crate) fn torques<V: Real>(layout: &ModelLayout<V::Scalar>, g: &mut Group<V>, targets: &[V]) {
+    for j in 0..layout.links.len() {
+        g.state.joint_torque[j] = actuator_torque(&layout.links[j], &g.params, g.q[j], g.qd[j], targets[j]);
     }
 }
 

@@ -7,7 +7,7 @@
 use paid_lanes::{Real, Vec3};
 
 use super::group::Work;
-use super::plan::Plan;
+use super::layout::ModelLayout;
 use super::spatial::{Force, Motion, dot6};
 
 /// Half-solved rows of a point on one path.
@@ -186,10 +186,10 @@ impl<V: Real, const N: usize> Rows<V, N> {
 
 /// Writes the soles' impulses so far into factored coordinates, for the rows to see.
 #[inline(always)]
-pub(crate) fn spread_soles<V: Real>(plan: &Plan<V::Scalar>, w: &mut Work<V>) {
+pub(crate) fn spread_soles<V: Real>(layout: &ModelLayout<V::Scalar>, w: &mut Work<V>) {
     w.base_sole_impulse = [V::zero(); 6];
     for f in 0..2 {
-        let first = plan.chains[plan.legs[f]].first;
+        let first = layout.chains[layout.legs[f]].first;
         let foot = &w.feet[f];
         let total = foot.impulse.array();
         for i in 0..foot.joints.len() {
@@ -203,9 +203,9 @@ pub(crate) fn spread_soles<V: Real>(plan: &Plan<V::Scalar>, w: &mut Work<V>) {
 
 /// Passes the rows' impulses since the last call on to the feet's velocities.
 #[inline(always)]
-pub(crate) fn push_feet<V: Real>(plan: &Plan<V::Scalar>, w: &mut Work<V>) {
+pub(crate) fn push_feet<V: Real>(layout: &ModelLayout<V::Scalar>, w: &mut Work<V>) {
     for f in 0..2 {
-        let first = plan.chains[plan.legs[f]].first;
+        let first = layout.chains[layout.legs[f]].first;
         let foot = &mut w.feet[f];
         let mut v = foot.vel.array();
         for i in 0..foot.joints.len() {

@@ -4,7 +4,7 @@ use paid_lanes::{Mat3, Scalar, Vec3};
 use paid_robot::{RobotModel, Shape};
 
 use super::error::PhysicsError;
-use super::plan::Chain;
+use super::layout::Chain;
 
 /// A capsule (or a sphere: both ends equal) in its body's internal frame.
 #[derive(Clone, Debug)]

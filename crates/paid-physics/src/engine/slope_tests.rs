@@ -49,7 +49,7 @@ fn block() -> (RobotModel, EngineSpec) {
         });
     }
     let model = RobotModel { name: "block".to_owned(), bodies, joints, contact_exclusions: Vec::new() };
-    (model, EngineSpec { feet: [1, 2], stiffness: vec![2000.0; 2], damping: vec![50.0; 2] })
+    (model, EngineSpec { feet: vec![1, 2], stiffness: vec![2000.0; 2], damping: vec![50.0; 2] })
 }
 
 /// The block and the ball at rest on a slope that rises along x by `tan` a meter, for `seconds`.

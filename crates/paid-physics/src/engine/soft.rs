@@ -5,7 +5,7 @@ use paid_lanes::{Mask, Real, Vec3};
 use super::articulated::Articulated;
 use super::forces::BodyForces;
 use super::group::Group;
-use super::plan::Plan;
+use super::layout::ModelLayout;
 use super::solver::SOLVER;
 use super::spatial::Motion;
 use super::step::Constants;
@@ -14,7 +14,7 @@ use super::step::Constants;
 #[allow(clippy::too_many_arguments)]
 #[inline(always)]
 pub(crate) fn ground_contact<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<V>,
     g: &Group<V>,
     body: usize,
@@ -27,7 +27,7 @@ pub(crate) fn ground_contact<V: Real>(
     let zero = V::zero();
     let h = constants.dt;
     for i in range[0]..range[1] {
-        let capsule = &plan.capsules[i];
+        let capsule = &layout.capsules[i];
         let radius = V::splat(capsule.radius);
         let count = if capsule.sphere { 1 } else { 2 };
         for end in 0..count {

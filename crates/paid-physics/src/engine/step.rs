@@ -6,8 +6,8 @@ use super::block::Approach;
 use super::ground::Ground;
 use super::group::{Group, Work};
 use super::inward::{Drive, dynamics};
+use super::layout::ModelLayout;
 use super::phase::phase;
-use super::plan::Plan;
 use super::spatial::{Motion, dot6};
 use super::{ball, feet, pairs, rows};
 use crate::SceneConfig;
@@ -48,7 +48,7 @@ impl<'a, V: Real> Constants<'a, V> {
 /// Advances a group by one physics step toward the joint targets.
 #[inline(always)]
 pub(crate) fn physics_step<V: Real>(
-    plan: &Plan<V::Scalar>,
+    layout: &ModelLayout<V::Scalar>,
     constants: &Constants<'_, V>,
     g: &mut Group<V>,
     w: &mut Work<V>,
@@ -56,17 +56,17 @@ pub(crate) fn physics_step<V: Real>(
 ) {
     let plane = constants.ground.is_plane();
     w.forces.clear();
-    dynamics(plan, constants, g, w, Drive::Targets(targets));
-    feet::respond(plan, constants, g, w);
+    dynamics(layout, constants, g, w, Drive::Targets(targets));
+    feet::respond(layout, constants, g, w);
     if plane {
-        feet::prepare::<V, true>(plan, constants, g, w);
+        feet::prepare::<V, true>(layout, constants, g, w);
     } else {
-        feet::prepare::<V, false>(plan, constants, g, w);
+        feet::prepare::<V, false>(layout, constants, g, w);
     }
-    let mut others = pairs::prepare(plan, constants, w);
+    let mut others = pairs::prepare(layout, constants, w);
     if constants.ball {
         ball::prepare_ground(constants, g, w);
-        others |= ball::prepare_robot(plan, constants, g, w);
+        others |= ball::prepare_robot(layout, constants, g, w);
     }
     for i in 0..constants.sweeps {
         let decide = i + 1 == constants.sweeps.div_ceil(2);
@@ -76,37 +76,37 @@ pub(crate) fn physics_step<V: Real>(
             feet::sweep::<V, false>(g, w, decide);
         }
         if others {
-            sweep_others(plan, g, w);
+            sweep_others(layout, g, w);
         }
         if constants.ball {
             ball::sweep_ground(g, w);
         }
     }
-    finish(plan, constants, g, w);
+    finish(layout, constants, g, w);
 }
 
 phase! {
 /// One improvement of all contacts but the soles', and of the feet's velocities after it.
-fn sweep_others<'a, V>(plan: &'a Plan<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>) -> () {
-    rows::spread_soles(plan, w);
-    pairs::sweep(plan, w);
-    ball::sweep_robot(plan, g, w);
-    rows::push_feet(plan, w);
+fn sweep_others<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>) -> () {
+    rows::spread_soles(layout, w);
+    pairs::sweep(layout, w);
+    ball::sweep_robot(layout, g, w);
+    rows::push_feet(layout, w);
 }
 }
 
 phase! {
 /// Third pass, base to tips: new velocities and positions from bias, torques and contact impulses.
 fn finish<'a, V>(
-    plan: &'a Plan<V::Scalar>,
+    layout: &'a ModelLayout<V::Scalar>,
     constants: &'a Constants<'a, V>,
     g: &'a mut Group<V>,
     w: &'a mut Work<V>,
 ) -> () {
-    feet::finish(plan, constants, g, w);
-    pairs::finish(plan, constants, w);
+    feet::finish(layout, constants, g, w);
+    pairs::finish(layout, constants, w);
     if constants.ball {
-        ball::finish(plan, constants, g, w);
+        ball::finish(layout, constants, g, w);
     }
     let h = constants.dt;
     let mut change = w.base_free;
@@ -118,8 +118,8 @@ fn finish<'a, V>(
     g.omega += base.ang;
     g.vel += base.lin + w.gyro;
     let limit = constants.max_joint_speed;
-    for c in 0..plan.chains.len() {
-        let chain = plan.chains[c];
+    for c in 0..layout.chains.len() {
+        let chain = layout.chains[c];
         let mut change = chain.parent.map_or(base, |p| w.change[p]);
         for j in chain.first..chain.end {
             let joint = &w.joints[j];

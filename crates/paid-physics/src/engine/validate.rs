@@ -19,10 +19,10 @@ impl<V: Real> Kernel for AccelerationKernel<'_, V> {
 
     #[inline(always)]
     fn run(self) -> Vec<V> {
-        let Engine { scene, plan, ground, groups, work: w, .. } = self.engine;
+        let Engine { scene, layout, ground, groups, work: w, .. } = self.engine;
         let g = &groups[self.group];
         let constants = Constants::new(scene, ground);
-        dynamics(plan, &constants, g, w, Drive::Torques(self.torques));
+        dynamics(layout, &constants, g, w, Drive::Torques(self.torques));
         let [fx, fy, fz, mx, my, mz] = self.base_wrench;
         let bias = w.base_art.bias;
         let mut x = Force::from_array([mx, my, mz, fx, fy, fz]).plus(bias, V::c(-1.0)).array();
@@ -30,11 +30,11 @@ impl<V: Real> Kernel for AccelerationKernel<'_, V> {
         w.factor.finish(&mut x);
         let base = Motion::from_array(x);
         let linear = base.lin + g.omega.cross(g.vel);
-        let mut out = Vec::with_capacity(6 + plan.links.len());
+        let mut out = Vec::with_capacity(6 + layout.links.len());
         out.extend_from_slice(&linear.0);
         out.extend_from_slice(&base.ang.0);
-        for c in 0..plan.chains.len() {
-            let chain = plan.chains[c];
+        for c in 0..layout.chains.len() {
+            let chain = layout.chains[c];
             let mut a = chain.parent.map_or(base, |p| w.change[p]);
             for j in chain.first..chain.end {
                 let joint = &w.joints[j];
@@ -70,14 +70,14 @@ impl<V: Real> Engine<V> {
 
     /// [`Engine::accelerations`] with a force at the base's origin (3) [N] and a moment on the base (3) [N m], world axes.
     pub fn accelerations_under(&mut self, group: usize, base_wrench: [V; 6], torques: &[V]) -> Vec<V> {
-        assert_eq!(torques.len(), self.plan.links.len(), "one torque a joint");
+        assert_eq!(torques.len(), self.layout.links.len(), "one torque a joint");
         (self.kernels.accelerations)(self, group, base_wrench, torques)
     }
 
     /// Column `column` of the inverse mass matrix, in the layout of [`Engine::accelerations`]: the accelerations that one unit
     /// of generalized force adds.
     pub fn inverse_mass_column(&mut self, group: usize, column: usize) -> Vec<V> {
-        let n = self.plan.links.len();
+        let n = self.layout.links.len();
         let mut wrench = [V::zero(); 6];
         let mut torques = vec![V::zero(); n];
         let still = self.accelerations(group, &torques);
@@ -96,7 +96,7 @@ impl<V: Real> Engine<V> {
     /// Mass matrix of one lane (armature included), rows and columns in the layout of [`Engine::accelerations`]; the inverse of
     /// [`Engine::inverse_mass_column`]'s matrix, inverted in `f64`.
     pub fn mass_matrix(&mut self, group: usize, lane: usize) -> Vec<Vec<f64>> {
-        let n = self.plan.links.len() + 6;
+        let n = self.layout.links.len() + 6;
         let inverse: Vec<Vec<f64>> = (0..n)
             .map(|c| self.inverse_mass_column(group, c).iter().map(|x| x.lane(lane)).collect())
             .collect();
@@ -105,7 +105,7 @@ impl<V: Real> Engine<V> {
 
     /// Generalized force that keeps all accelerations at zero (gravity, centrifugal and Coriolis terms) of one lane.
     pub fn bias(&mut self, group: usize, lane: usize) -> Vec<f64> {
-        let zeros = vec![V::zero(); self.plan.links.len()];
+        let zeros = vec![V::zero(); self.layout.links.len()];
         let still: Vec<f64> = self.accelerations(group, &zeros).iter().map(|x| x.lane(lane)).collect();
         let mass = self.mass_matrix(group, lane);
         mass.iter().map(|row| -row.iter().zip(&still).map(|(m, a)| m * a).sum::<f64>()).collect()

@@ -117,7 +117,7 @@ pub fn biped() -> (RobotModel, EngineSpec) {
         let hand = vec![capsule("hand", [[0.0, 0.0, -0.03], [0.0, 0.0, -0.08]], 0.04)];
         b.body(&format!("{side}_hand"), elbow, [0.0, 0.0, -0.22], [-1.0, 0.0, 0.0], 0.4, 0.1, 20.0, hand);
     }
-    let spec = EngineSpec { feet, stiffness: b.stiffness, damping: b.damping };
+    let spec = EngineSpec { feet: feet.to_vec(), stiffness: b.stiffness, damping: b.damping };
     (b.model, spec)
 }
 

@@ -8,10 +8,7 @@ use paid_robot::{RobotModel, RobotSpec};
 /// The built-in engine with the G1, `groups` groups.
 pub fn engine<V: Real>(scene: &SceneConfig, groups: usize) -> Engine<V> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let control = spec.resolve(&model).unwrap();
-    let feet = [0, 1].map(|f| model.body_index(&spec.feet[f]).unwrap());
-    let spec = EngineSpec { feet, stiffness: control.stiffness, damping: control.damping };
-    Engine::new(&model, spec, scene, groups).unwrap()
+    Engine::new(&model, EngineSpec::for_robot(&model, &spec).unwrap(), scene, groups).unwrap()
 }
 
 /// Accelerations of states by the engine, as many a group as it has lanes.

@@ -10,8 +10,8 @@ use paid_eval::policy::LearnedPolicy;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport, Variant};
 use paid_learn::{Checkpoint, Policy};
 use paid_motion::MotionLibrary;
-use paid_mujoco::{BallOptions, SceneOptions};
-use paid_physics::{Combine, SceneConfig, Terrain};
+use paid_mujoco::SceneOptions;
+use paid_physics::Terrain;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_sysid::Surface;
 use paid_task::ReferenceLibrary;
@@ -80,23 +80,6 @@ pub struct Judge<'a> {
     threads: usize,
 }
 
-/// Damping ratio of a spring and damper that returns the share `e` of the approach speed: e = exp(-pi z / sqrt(1 - z^2)).
-fn damping_ratio(e: f64) -> f64 {
-    let log = e.clamp(0.01, 0.99).ln();
-    -log / log.hypot(std::f64::consts::PI)
-}
-
-/// Restitution of a ball on the scene's ground.
-fn restitution(ball: f64, scene: &SceneConfig) -> f64 {
-    let ground = scene.ground.restitution;
-    match scene.ground_restitution_combine {
-        Combine::Average => 0.5 * (ball + ground),
-        Combine::Min => ball.min(ground),
-        Combine::Multiply => ball * ground,
-        Combine::Max => ball.max(ground),
-    }
-}
-
 impl<'a> Judge<'a> {
     /// Reads a checkpoint; `preset` is the task that it is judged in.
     pub fn new(
@@ -116,9 +99,8 @@ impl<'a> Judge<'a> {
         Ok(Self { robot, spec, library, policy, preset: preset.clone(), settings, threads })
     }
 
-    /// The setup of a surface. The ball's measured behavior in MuJoCo's terms, which are not the training's: friction without a
-    /// distinction of sticking and sliding, a spring and damper for a restitution, damping as a viscous force. Of the two frictions it is
-    /// the sliding one: a kicked ball slides, and at the static one the damping of its spin would stop it before the goal.
+    /// The setup of a surface. The ball has the behavior that was measured on it, as far as MuJoCo's contact can
+    /// follow ([`paid_mujoco::contact`]).
     fn setup(&self, surface: &str) -> Result<EvalSetup, Failure> {
         let mut task = self.preset.task.clone();
         task.scene.terrain = Terrain::Plane;
@@ -129,16 +111,7 @@ impl<'a> Judge<'a> {
         perception.frame_s = self.settings.frame;
         let ball = Surface::load(surface).map_err(Failure::input)?.ball_params;
         task.ball_params = ball;
-        let usual = BallOptions::default();
-        let bounce = damping_ratio(restitution(ball.material.restitution, &task.scene));
-        let options = BallOptions {
-            params: ball,
-            friction: [ball.material.dynamic_friction, usual.friction[1], usual.friction[2]],
-            solref: [usual.solref[0], bounce],
-            damped: true,
-            ..usual
-        };
-        let scene = SceneOptions { ball: Some(options), ..SceneOptions::default() };
+        let scene = SceneOptions::default().with_builtin_ball(ball, &task.scene);
         task.validate().map_err(Failure::input)?;
         Ok(EvalSetup {
             engine: Engine::Mujoco(Box::new(scene)),
@@ -196,19 +169,6 @@ impl<'a> Judge<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_damping_ratio_returns_the_restitution() {
-        for e in [0.5, 0.6, 0.75] {
-            let z = damping_ratio(e);
-            let back = (-std::f64::consts::PI * z / (1.0 - z * z).sqrt()).exp();
-            assert!((back - e).abs() < 1e-12, "{e}: {z} {back}");
-        }
-        let mut scene =
-            SceneConfig { ground_restitution_combine: Combine::Multiply, ..SceneConfig::default() };
-        scene.ground.restitution = 0.8;
-        assert!((restitution(0.75, &scene) - 0.6).abs() < 1e-12);
-    }
 
     #[test]
     fn the_places_are_the_papers_three() {

@@ -26,7 +26,7 @@ struct Runner<V: Real> {
 impl<V: Real> Runner<V> {
     fn new(workload: &Workload, groups: usize) -> Result<Self, Failure> {
         let spec = EngineSpec {
-            feet: workload.feet,
+            feet: workload.feet.to_vec(),
             stiffness: workload.control.stiffness.clone(),
             damping: workload.control.damping.clone(),
         };

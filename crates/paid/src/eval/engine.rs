@@ -57,12 +57,15 @@ pub struct SceneOptionsArgs {
     /// Time constant of contacts with the floor [s]; larger is softer [default: 0.01].
     #[arg(long, value_name = "S", value_parser = positive)]
     floor_contact_time: Option<f64>,
-    /// Damping ratio of contacts with the ball; 1 does not bounce, 0.09 bounces like a restitution of 0.75 [default: 1].
+    /// Damping ratio of contacts with the ball; 1 does not bounce, 0.16 asks for a restitution of 0.6 [default: 1].
     #[arg(long, value_name = "RATIO", value_parser = positive)]
     ball_contact_damping: Option<f64>,
     /// The ball's linear and angular damping act in MuJoCo too.
     #[arg(long)]
     ball_damping: bool,
+    /// Friction, bounce and damping of the ball as in training, as far as MuJoCo's contact can follow.
+    #[arg(long)]
+    training_ball: bool,
     /// The training's four spheres a foot instead of the vendor's seven capsules.
     #[arg(long)]
     training_soles: bool,
@@ -123,10 +126,13 @@ impl EngineArgs {
         }
         if let Some(ball) = &mut scene.ball {
             ball.params = task.ball_params;
+            if args.training_ball {
+                *ball = ball.like_builtin(task.ball_params, &task.scene);
+            }
             ball.friction[0] = args.ball_friction.unwrap_or(ball.friction[0]);
             ball.solref[0] = args.ball_contact_time.unwrap_or(ball.solref[0]);
             ball.solref[1] = args.ball_contact_damping.unwrap_or(ball.solref[1]);
-            ball.damped = args.ball_damping;
+            ball.damped |= args.ball_damping;
         }
         scene.floor.friction[0] = args.floor_friction.unwrap_or(scene.floor.friction[0]);
         scene.floor.solref[0] = args.floor_contact_time.unwrap_or(scene.floor.solref[0]);
@@ -144,6 +150,9 @@ impl EngineArgs {
         let (dt, control_dt) = (args.physics_dt.unwrap_or(scene.physics_dt_s), task.control_dt_s());
         scene.substeps = (control_dt / dt).round() as usize;
         scene.physics_dt_s = dt;
+        if args.training_ball && args.ball_contact_time.is_none() {
+            scene.resolve_contacts();
+        }
         if scene.substeps == 0 || (scene.substeps as f64 * dt - control_dt).abs() > 1e-9 {
             return Err(Failure::input(format!(
                 "--physics-dt: expected a whole part of the control period of {control_dt} s, found {dt}"

@@ -6,18 +6,8 @@ use paid_robot::{Body, RobotModel, Shape};
 use super::error::PhysicsError;
 use super::shapes::{Capsule, PairGroup, capsules, pair_groups};
 use super::solver::SOLVER;
+use super::spec::EngineSpec;
 use crate::SceneConfig;
-
-/// What the engine needs beside the model: the feet and the gains of the joint controllers.
-#[derive(Clone, Debug, PartialEq)]
-pub struct EngineSpec {
-    /// Body indices of the left and the right foot.
-    pub feet: [usize; 2],
-    /// Stiffness of each joint's controller, model order [N m/rad].
-    pub stiffness: Vec<f64>,
-    /// Damping of each joint's controller, model order [N m s/rad].
-    pub damping: Vec<f64>,
-}
 
 /// Inertial constants of a body in its (internal) frame.
 #[derive(Clone, Debug)]
@@ -44,7 +34,7 @@ pub(crate) struct Link<S> {
     pub gain_damping: S,
     pub range: [S; 2],
     pub effort: S,
-    /// Position range in [`Plan::capsules`].
+    /// Position range in [`ModelLayout::capsules`].
     pub capsules: [usize; 2],
     /// Takes part in soft ground contact.
     pub soft_ground: bool,
@@ -83,7 +73,7 @@ fn walk(chains: &[Chain], parent: Option<usize>, visits: &mut Vec<Visit>) {
 
 /// The model prepared for stepping.
 #[derive(Clone, Debug)]
-pub(crate) struct Plan<S> {
+pub(crate) struct ModelLayout<S> {
     pub base: Inertial<S>,
     pub base_capsules: [usize; 2],
     /// Link `j` is body `j + 1`.
@@ -232,7 +222,7 @@ fn sole_points<S: Scalar>(body: &Body, frame: &Mat3<f64>) -> Result<Vec<([S; 3],
     Ok(points)
 }
 
-impl<S: Scalar> Plan<S> {
+impl<S: Scalar> ModelLayout<S> {
     /// Checks and prepares the model.
     pub fn new(model: &RobotModel, spec: &EngineSpec, scene: &SceneConfig) -> Result<Self, PhysicsError> {
         check_order(model)?;
@@ -242,9 +232,10 @@ impl<S: Scalar> Plan<S> {
                 return Err(PhysicsError::Length { what, expected: joints, found: list.len() });
             }
         }
+        let feet = <[usize; 2]>::try_from(&spec.feet[..]).map_err(|_| PhysicsError::Feet(spec.feet.len()))?;
         let (chains, paths) = split_chains(model);
         let mut legs = [0; 2];
-        for (leg, &foot) in legs.iter_mut().zip(&spec.feet) {
+        for (leg, foot) in legs.iter_mut().zip(feet) {
             let name = model.bodies.get(foot).map_or_else(|| foot.to_string(), |b| b.name.clone());
             let is_leg = |c: &Chain| c.end == foot && c.parent.is_none() && foot > 0;
             let chain = chains.iter().position(is_leg).ok_or_else(|| PhysicsError::Foot(name.clone()))?;
@@ -254,7 +245,7 @@ impl<S: Scalar> Plan<S> {
             *leg = chain;
         }
         if legs[0] == legs[1] {
-            return Err(PhysicsError::Foot(model.bodies[spec.feet[1]].name.clone()));
+            return Err(PhysicsError::Foot(model.bodies[feet[1]].name.clone()));
         }
         let frames: Vec<(usize, Option<Mat3<f64>>)> =
             core::iter::once((2, None)).chain(model.joints.iter().map(|j| frame_for_axis(j.axis))).collect();
@@ -280,12 +271,11 @@ impl<S: Scalar> Plan<S> {
                 range: scalars(joint.range),
                 effort: S::from_f64(joint.effort_limit),
                 capsules: ranges[j + 1],
-                soft_ground: !spec.feet.contains(&(j + 1)),
+                soft_ground: !feet.contains(&(j + 1)),
                 report: frames[j + 1].1.map(|m| m.0.map(scalars)),
             });
         }
-        let feet = spec.feet.map(|f| sole_points::<S>(&model.bodies[f], &frame(f)));
-        let [left, right] = feet;
+        let [left, right] = feet.map(|f| sole_points::<S>(&model.bodies[f], &frame(f)));
         let (left, right) = (left?, right?);
         if left.is_empty() || left.len() != right.len() {
             return Err(PhysicsError::Soles(left.len(), right.len()));
