@@ -9,6 +9,7 @@ use std::thread;
 use std::time::Instant;
 
 use paid_lanes::Isa;
+use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{EnvSample, EvalControl, EvalOptions, InitialState, ReferenceLibrary, TaskPreset, TaskShard};
 
@@ -156,7 +157,7 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
                 break;
             }
             let start = Instant::now();
-            shard.observe(&mut observations, &mut critic);
+            shard.observe(&mut [&mut observations, &mut critic]);
             let observed = Instant::now();
             policy.act(Seen { observations: &observations, envs, world: shard.eval() }, &mut actions)?;
             let acted = Instant::now();
@@ -164,7 +165,7 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
                 let trial = (trials.start + i % envs).min(trials.end - 1);
                 return Err(EvalError::Action { action: i / envs, trial, step, value: actions[i] });
             }
-            shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+            shard.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
             let physics = acted.elapsed() + (observed - start);
             setup.monitor.spend(envs, physics, acted - observed);
             let before = active.iter().filter(|a| **a).count();

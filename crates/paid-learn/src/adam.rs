@@ -2,7 +2,7 @@
 
 use paid_lanes::Real;
 
-use crate::element::{Element, Lanewise, load, store};
+use paid_policy::element::{Element, Lanewise, load, store};
 
 /// Decay of the first moment; the paper's default.
 pub const BETA1: f64 = 0.9;
@@ -83,7 +83,7 @@ impl<S: Element> Lanewise<S> for Reduce<'_, S> {
                 total += load::<V>(part, i);
             }
             store(total, self.total, i);
-            squares += crate::element::sum(total * total);
+            squares += paid_policy::element::sum(total * total);
             i += V::LANES;
         }
         squares

@@ -5,10 +5,11 @@ use std::time::Instant;
 use paid_lanes::rng::Rng;
 
 use crate::config::{ConfigError, LearnConfig};
-use crate::env::{StepBuffers, VecEnv};
 use crate::learner::Learner;
-use crate::matrix::{Mat, MatMut, multiply};
+use crate::net::TrainNetwork;
 use crate::parallel::for_each;
+use paid_policy::matrix::{Mat, MatMut, multiply};
+use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
 
 /// Sizes of a benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,18 +66,16 @@ impl VecEnv for Still {
     fn num_envs(&self) -> usize {
         self.envs
     }
-    fn policy_obs_dim(&self) -> usize {
-        self.policy.len() / self.envs
-    }
-    fn critic_obs_dim(&self) -> usize {
-        self.critic.len() / self.envs
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        ObservationGroup::policy_and_critic(self.policy.len() / self.envs, self.critic.len() / self.envs)
     }
     fn action_dim(&self) -> usize {
         self.actions
     }
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
-        policy.copy_from_slice(&self.policy);
-        critic.copy_from_slice(&self.critic);
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
+        for (group, values) in groups.iter_mut().zip([&self.policy, &self.critic]) {
+            group.copy_from_slice(values);
+        }
     }
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
         for e in 0..self.envs {
@@ -108,8 +107,7 @@ pub fn bench_update(config: &LearnConfig, size: BenchSize, seconds: f64) -> Resu
 pub fn bench(config: &LearnConfig, size: BenchSize, seconds: f64) -> Result<LearnBench, ConfigError> {
     let BenchSize { policy_obs, critic_obs, actions, .. } = size;
     let mut learner = Learner::new(policy_obs, critic_obs, actions, config, 0)?;
-    let mut envs: Vec<Box<dyn VecEnv>> =
-        (0..size.shards).map(|_| Box::new(Still::new(size)) as Box<dyn VecEnv>).collect();
+    let mut envs: Vec<_> = (0..size.shards).map(|_| Box::new(Still::new(size))).collect();
     let mut collect = |learner: &mut Learner| {
         learner.collect(&mut envs, size.threads).map_or(0.0, |stats| stats.samples as f64)
     };

@@ -1,10 +1,10 @@
 //! Gaussian policy with a standard deviation per action that does not depend on the observation.
 
 use paid_lanes::rng::philox;
-use paid_lanes::{Mask, Real, Scalar};
+use paid_lanes::{MAX_LANES, Mask, Real, Scalar};
 
-use crate::element::{Element, Lanewise, MAX_LANES, load, store, sum, sum_valid};
-use crate::matrix::{Mat, MatMut};
+use paid_policy::element::{Element, Lanewise, load, store, sum, sum_valid};
+use paid_policy::matrix::{Mat, MatMut};
 
 /// `ln(2 pi) / 2`.
 pub const HALF_LN_TAU: f64 = 0.918_938_533_204_672_8;

@@ -5,15 +5,16 @@ use std::time::Instant;
 use paid_lanes::rng::Rng;
 
 use crate::config::{ConfigError, LearnConfig, PpoConfig};
-use crate::env::VecEnv;
 use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, entropy};
-use crate::model::{Model, Policy};
-use crate::normalizer::Normalizer;
+use crate::model::Model;
 use crate::parallel::for_each;
 use crate::rollout::Plan;
 use crate::shard::{Collect, Shard};
 use crate::update::{Gradients, Schedule, UpdateStats, Worker, update};
+use paid_policy::Policy;
+use paid_policy::VecEnv;
+use paid_policy::normalizer::Normalizer;
 
 /// Streams of the random number generator.
 const INIT_STREAM: u32 = 0x696E_6974;
@@ -173,9 +174,9 @@ impl Learner {
     ///
     /// # Errors
     /// If a shard does not fit the learner.
-    pub fn iterate(
+    pub fn iterate<E: VecEnv + ?Sized>(
         &mut self,
-        envs: &mut [Box<dyn VecEnv>],
+        envs: &mut [Box<E>],
         threads: usize,
     ) -> Result<IterationStats, ShardError> {
         let collect = self.collect(envs, threads)?;
@@ -199,9 +200,9 @@ impl Learner {
     ///
     /// # Errors
     /// If a shard does not fit the learner.
-    pub fn collect(
+    pub fn collect<E: VecEnv + ?Sized>(
         &mut self,
-        envs: &mut [Box<dyn VecEnv>],
+        envs: &mut [Box<E>],
         threads: usize,
     ) -> Result<CollectStats, ShardError> {
         let start = Instant::now();
@@ -308,7 +309,7 @@ impl Learner {
         Plan::new(envs, ppo.horizon, block, sequences)
     }
 
-    fn prepare_shards(&mut self, envs: &[Box<dyn VecEnv>]) -> Result<(), ShardError> {
+    fn prepare_shards<E: VecEnv + ?Sized>(&mut self, envs: &[Box<E>]) -> Result<(), ShardError> {
         let sizes =
             |p: usize, c: usize, a: usize| format!("{p} policy features, {c} critic features, {a} actions");
         let want = sizes(self.actor.net.input, self.critic.net.input, self.actor.net.output);

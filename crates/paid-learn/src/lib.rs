@@ -1,4 +1,4 @@
-//! Networks, PPO, normalizer, checkpoints.
+//! PPO: collection, advantages, gradients, Adam, checkpoints. The networks themselves are `paid-policy`'s.
 //!
 //! Batches are *feature-major*: element (feature `f`, environment `e`) of an `[F, N]` matrix is at `f * N + e`, so that SIMD
 //! lanes (environments) are contiguous from the physics to the matrix products.
@@ -7,26 +7,26 @@
 
 pub mod adam;
 pub mod bench;
-pub mod checkpoint;
+mod checkpoint;
 pub mod config;
-pub mod element;
-pub mod env;
 pub mod gae;
 pub mod gaussian;
 pub mod learner;
-pub mod matrix;
 pub mod model;
 pub mod net;
-pub mod normalizer;
 pub mod parallel;
 pub mod rollout;
 pub mod shard;
 pub mod update;
 pub mod value_loss;
 
-pub use checkpoint::{Checkpoint, CheckpointError};
-pub use config::{ConfigError, LearnConfig, LstmConfig, NetworkConfig, NetworkKind, PpoConfig};
-pub use env::{StepBuffers, VecEnv};
+pub use config::{ConfigError, LearnConfig, PpoConfig};
 pub use learner::{CollectStats, IterationStats, Learner, ShardError};
-pub use model::{Model, Policy, PolicyState};
+pub use model::Model;
 pub use update::UpdateStats;
+
+// What the learner takes and gives, so that its callers need not name two crates.
+pub use paid_policy::{
+    Checkpoint, CheckpointError, LstmConfig, NetworkConfig, NetworkKind, ObservationGroup, Policy,
+    StepBuffers, VecEnv,
+};

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use crate::gae::{GaeConfig, GaeStep, advantage};
-use crate::matrix::{Mat, MatMut};
+use paid_policy::matrix::{Mat, MatMut};
 
 /// How a shard's environments are cut into blocks, and where a block's samples lie.
 ///

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use crate::env::{StepBuffers, VecEnv};
 use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, sample};
-use crate::matrix::{Mat, MatMut};
 use crate::model::Model;
-use crate::net::{State, StepWorkspace};
-use crate::normalizer::{Normalizer, Seen};
 use crate::rollout::{Plan, Rollout, block_mut, unit_ref};
+use paid_policy::matrix::{Mat, MatMut};
+use paid_policy::net::{State, StepWorkspace};
+use paid_policy::normalizer::{Normalizer, NormalizerBatch};
+use paid_policy::{StepBuffers, VecEnv};
 
 /// What a shard keeps between horizons, and its scratch.
 #[derive(Clone, Debug)]
@@ -25,9 +25,9 @@ pub struct Shard {
     /// The critic's at the start of the horizon.
     pub critic_start: Vec<State<f32>>,
     /// What the policy's normalizer saw.
-    pub policy_seen: Seen,
+    pub policy_seen: NormalizerBatch,
     /// What the critic's normalizer saw.
-    pub critic_seen: Seen,
+    pub critic_seen: NormalizerBatch,
     /// Counts and times of the last horizon.
     pub stats: ShardStats,
     raw_policy: Vec<f32>,
@@ -89,8 +89,8 @@ impl Shard {
             critic_start: critic_state.clone(),
             actor_state,
             critic_state,
-            policy_seen: Seen::default(),
-            critic_seen: Seen::default(),
+            policy_seen: NormalizerBatch::default(),
+            critic_seen: NormalizerBatch::default(),
             stats: ShardStats::default(),
             raw_policy: vec![0.0; actor.net.input * n],
             raw_critic: vec![0.0; critic.net.input * n],
@@ -103,14 +103,19 @@ impl Shard {
     }
 
     /// Collects one horizon from `env` and estimates advantages.
-    pub fn collect(&mut self, shared: Collect<'_>, env: &mut dyn VecEnv, work: &mut StepWorkspace<f32>) {
-        self.policy_seen = Seen::new(shared.actor.net.input);
-        self.critic_seen = Seen::new(shared.critic.net.input);
+    pub fn collect(
+        &mut self,
+        shared: Collect<'_>,
+        env: &mut (impl VecEnv + ?Sized),
+        work: &mut StepWorkspace<f32>,
+    ) {
+        self.policy_seen = NormalizerBatch::new(shared.actor.net.input);
+        self.critic_seen = NormalizerBatch::new(shared.critic.net.input);
         self.stats = ShardStats::default();
         self.actor_start.clone_from(&self.actor_state);
         self.critic_start.clone_from(&self.critic_state);
         for t in 0..self.rollout.plan.horizon {
-            self.stats.env_s += timed(|| env.observe(&mut self.raw_policy, &mut self.raw_critic));
+            self.stats.env_s += timed(|| env.observe(&mut [&mut self.raw_policy, &mut self.raw_critic]));
             for b in 0..self.rollout.plan.blocks.len() {
                 self.act(shared, t, b, work);
             }
@@ -122,7 +127,7 @@ impl Shard {
             self.stats.env_s += timed(|| env.step(&self.action, out));
             self.record(t);
         }
-        self.stats.env_s += timed(|| env.observe(&mut self.raw_policy, &mut self.raw_critic));
+        self.stats.env_s += timed(|| env.observe(&mut [&mut self.raw_policy, &mut self.raw_critic]));
         self.bootstrap(shared, work);
         self.stats.advantage = self.rollout.estimate_advantages(shared.gae);
         self.stats.non_finite += self.policy_seen.non_finite + self.critic_seen.non_finite;

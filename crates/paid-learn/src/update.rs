@@ -4,14 +4,15 @@ use paid_lanes::rng::Rng;
 
 use crate::adam::{AdamStep, Reduce};
 use crate::config::PpoConfig;
-use crate::element::Element;
 use crate::gaussian::{ActorBatch, ActorLoss, ActorLossConfig, actor_loss};
 use crate::model::Model;
-use crate::net::{Sequence, State, Steps, TrainWorkspace};
+use crate::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
 use crate::parallel::for_each;
 use crate::rollout::unit_ref;
 use crate::shard::Shard;
 use crate::value_loss::{ValueBatch, value_loss};
+use paid_policy::element::Element;
+use paid_policy::net::State;
 
 /// Parameters that one thread reduces or steps at a time.
 const RANGE: usize = 16 * 1024;
@@ -22,7 +23,7 @@ pub struct Worker {
     train: TrainWorkspace<f32>,
     dlog_prob: Vec<f32>,
     /// Scratch of collection.
-    pub step: crate::net::StepWorkspace<f32>,
+    pub step: paid_policy::net::StepWorkspace<f32>,
 }
 
 /// Gradients of the slices and their sums; kept so that updates allocate nothing.

@@ -2,7 +2,7 @@
 
 use paid_lanes::Real;
 
-use crate::element::{Element, Lanewise, load, store, sum_valid};
+use paid_policy::element::{Element, Lanewise, load, store, sum_valid};
 
 /// What the value loss reads of a batch of `n` samples.
 #[derive(Clone, Copy, Debug)]

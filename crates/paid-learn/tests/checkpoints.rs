@@ -157,7 +157,7 @@ fn weights_that_are_not_finite_are_refused() {
     let path = folder.path().join("nan");
     let mut learner = Learner::new(2, 3, 1, &config(NetworkKind::Mlp, &[8]), 4).unwrap();
     learner.save(&path, &[]).unwrap();
-    let mut file = paid_learn::checkpoint::TensorFile::load(&path).unwrap();
+    let mut file = paid_policy::tensor_file::TensorFile::load(&path).unwrap();
     file.put_f32s("critic.mlp.1.bias", &[1], &[f32::NAN]);
     file.save().unwrap();
     let error = learner.load_weights(&Checkpoint::load(&path).unwrap()).unwrap_err().to_string();

@@ -2,10 +2,11 @@
 
 use paid_lanes::rng::Rng;
 use paid_learn::gaussian::{self, ActorBatch, ActorLoss, ActorLossConfig, actor_loss};
-use paid_learn::matrix::{Mat, MatMut};
-use paid_learn::net::{Network, Sequence, State, StepWorkspace, Steps, TrainWorkspace};
+use paid_learn::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
 use paid_learn::value_loss::{ValueBatch, value_loss};
-use paid_learn::{LstmConfig, NetworkConfig, NetworkKind};
+use paid_policy::matrix::{Mat, MatMut};
+use paid_policy::net::{Network, State, StepWorkspace};
+use paid_policy::{LstmConfig, NetworkConfig, NetworkKind};
 
 fn config(layers: usize, hidden: &[usize]) -> NetworkConfig {
     NetworkConfig {

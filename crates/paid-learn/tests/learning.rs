@@ -3,14 +3,16 @@
 mod common;
 
 use common::{PointMass, Recall};
-use paid_learn::{LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, VecEnv};
+use paid_learn::{
+    LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, StepBuffers, VecEnv,
+};
 
-fn point_masses(shards: usize, envs: usize) -> Vec<Box<dyn VecEnv>> {
-    (0..shards).map(|k| Box::new(PointMass::new(envs, k as u64)) as Box<dyn VecEnv>).collect()
+fn point_masses(shards: usize, envs: usize) -> Vec<Box<PointMass>> {
+    (0..shards).map(|k| Box::new(PointMass::new(envs, k as u64))).collect()
 }
 
-fn recalls(shards: usize, envs: usize) -> Vec<Box<dyn VecEnv>> {
-    (0..shards).map(|k| Box::new(Recall::new(envs, k as u64)) as Box<dyn VecEnv>).collect()
+fn recalls(shards: usize, envs: usize) -> Vec<Box<Recall>> {
+    (0..shards).map(|k| Box::new(Recall::new(envs, k as u64))).collect()
 }
 
 fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
@@ -33,19 +35,13 @@ fn evaluate(learner: &Learner, env: &mut dyn VecEnv) -> f64 {
     let n = env.num_envs();
     let mut state = policy.start(n);
     let mut obs = vec![0.0; env.policy_obs_dim() * n];
-    let mut critic = vec![0.0; env.critic_obs_dim() * n];
     let mut actions = vec![0.0; n];
     let (mut reward, mut terminated, mut truncated) = (vec![0.0; n], vec![0; n], vec![0; n]);
     let mut total = 0.0;
     for _ in 0..48 {
-        env.observe(&mut obs, &mut critic);
+        env.observe(&mut [&mut obs]);
         policy.act(&obs, &mut state, &mut actions);
-        let out = paid_learn::StepBuffers {
-            reward: &mut reward,
-            terminated: &mut terminated,
-            truncated: &mut truncated,
-        };
-        env.step(&actions, out);
+        env.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
         for e in 0..n {
             total += f64::from(reward[e]);
             if terminated[e] + truncated[e] > 0 {
@@ -60,20 +56,15 @@ fn evaluate(learner: &Learner, env: &mut dyn VecEnv) -> f64 {
 fn feedback(k: f32, d: f32) -> f64 {
     let mut env = PointMass::new(200, 99);
     let n = env.num_envs();
-    let (mut obs, mut critic, mut actions) = (vec![0.0; 2 * n], vec![0.0; 3 * n], vec![0.0; n]);
+    let (mut obs, mut actions) = (vec![0.0; 2 * n], vec![0.0; n]);
     let (mut reward, mut terminated, mut truncated) = (vec![0.0; n], vec![0; n], vec![0; n]);
     let mut total = 0.0;
     for _ in 0..48 {
-        env.observe(&mut obs, &mut critic);
+        env.observe(&mut [&mut obs]);
         for e in 0..n {
             actions[e] = -k * obs[e] - d * obs[n + e];
         }
-        let out = paid_learn::StepBuffers {
-            reward: &mut reward,
-            terminated: &mut terminated,
-            truncated: &mut truncated,
-        };
-        env.step(&actions, out);
+        env.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
         total += reward.iter().map(|&r| f64::from(r)).sum::<f64>();
     }
     total / (48 * n) as f64

@@ -12,7 +12,6 @@
 //!
 //! A reference motion is embedded only on request ([`Reference`]), because a file that carries one inherits the motion's license.
 
-mod contract;
 mod error;
 mod graph;
 pub mod proto;
@@ -23,8 +22,9 @@ mod released;
 mod weights;
 mod write;
 
-pub use contract::{Contract, FORMAT, JointContract, ObservationTerm, RecurrentContract};
+// What files are written from and read as.
 pub use error::OnnxError;
+pub use paid_policy::contract::{Contract, FORMAT, JointContract, ObservationTerm, RecurrentContract};
 pub use raw::{OnnxFile, RawModel};
 pub use read::{OnnxPolicy, PolicyState};
 pub use reference::Reference;

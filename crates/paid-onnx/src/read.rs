@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
-use crate::contract::{Contract, FORMAT};
+use paid_policy::Contract;
+use paid_policy::contract::FORMAT;
+
 use crate::error::OnnxError;
 use crate::proto::{FLOAT, GraphProto, INT64, ModelProto, ValueInfo};
 use crate::raw::{OnnxFile, RawModel};
 use crate::reference::Reference;
+use crate::released::released_metadata;
 use crate::{CONTRACT_KEY, OPSET, RELEASED_KEYS};
 
 /// A policy that was read from a file, ready to act for one robot at a time.
@@ -209,7 +212,7 @@ fn check_metadata(model: &ModelProto, path: &Path) -> Result<Contract, OnnxError
     for key in RELEASED_KEYS {
         get(key)?;
     }
-    for (key, expected) in contract.released_metadata() {
+    for (key, expected) in released_metadata(&contract) {
         let found = get(key)?;
         if found != expected {
             let reason = format!("contradicts the contract: expected '{expected}', found '{found}'");

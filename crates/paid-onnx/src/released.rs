@@ -6,7 +6,9 @@
 
 use std::path::Path;
 
-use crate::contract::{Contract, JointContract, RecurrentContract};
+use paid_policy::Contract;
+use paid_policy::contract::{JointContract, RecurrentContract};
+
 use crate::error::OnnxError;
 use crate::raw::{OnnxFile, RawModel};
 use crate::read::OnnxPolicy;
@@ -29,6 +31,25 @@ pub fn released_policy(file: OnnxFile, template: &Contract) -> Result<OnnxPolicy
     let raw = RawModel::new(file)?;
     let contract = contract_of(&raw, template)?;
     OnnxPolicy::new(raw, contract)
+}
+
+/// The released interface's metadata, in the order of [`crate::RELEASED_KEYS`] without `run_path`.
+pub(crate) fn released_metadata(contract: &Contract) -> Vec<(&'static str, String)> {
+    let joints = |f: fn(&JointContract) -> f64| {
+        contract.joints.iter().map(|j| format!("{:.9}", f(j))).collect::<Vec<_>>().join(",")
+    };
+    let names = |i: &mut dyn Iterator<Item = &String>| i.cloned().collect::<Vec<_>>().join(",");
+    vec![
+        ("joint_names", names(&mut contract.joints.iter().map(|j| &j.name))),
+        ("joint_stiffness", joints(|j| j.stiffness)),
+        ("joint_damping", joints(|j| j.damping)),
+        ("default_joint_pos", joints(|j| j.default_pos)),
+        ("action_scale", joints(|j| j.action_scale)),
+        ("observation_names", names(&mut contract.observation.iter().map(|t| &t.name))),
+        ("command_names", names(&mut contract.commands.iter())),
+        ("anchor_body_name", contract.anchor_body.clone()),
+        ("body_names", names(&mut contract.bodies.iter())),
+    ]
 }
 
 fn contract_of(raw: &RawModel, template: &Contract) -> Result<Contract, OnnxError> {

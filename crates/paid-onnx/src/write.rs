@@ -5,17 +5,21 @@ use std::path::Path;
 
 use prost::Message;
 
-use crate::contract::{Contract, FORMAT};
+use paid_policy::Contract;
+use paid_policy::contract::FORMAT;
+
 use crate::error::OnnxError;
 use crate::proto::{ModelProto, OperatorSetId, StringStringEntry};
 use crate::reference::Reference;
+use crate::released::released_metadata;
 use crate::weights::PolicyWeights;
 use crate::{CONTRACT_KEY, IR_VERSION, OPSET, graph};
 
-/// The bytes of an ONNX file. The same arguments give the same bytes.
+/// The bytes of an ONNX file. The same arguments give the same bytes. `run` is a plain name: it goes into the metadata as `run_path`,
+/// a key of the released interface, and a path would tell about the machine.
 ///
 /// # Errors
-/// [`OnnxError::Weights`] if weights, contract and reference do not fit together.
+/// [`OnnxError::Weights`] if weights, contract and reference do not fit together, or `run` has a path separator.
 pub fn encode(
     weights: &PolicyWeights,
     contract: &Contract,
@@ -23,6 +27,11 @@ pub fn encode(
     run: &str,
 ) -> Result<Vec<u8>, OnnxError> {
     let (joints, bodies) = (contract.joints.len(), contract.bodies.len());
+    if run.contains(['/', '\\']) {
+        return Err(OnnxError::Weights(format!(
+            "run name '{run}' has a path separator, expected a plain name"
+        )));
+    }
     weights.check().map_err(OnnxError::Weights)?;
     contract.check().map_err(OnnxError::Weights)?;
     if let Some(r) = reference {
@@ -41,7 +50,7 @@ pub fn encode(
             return Err(OnnxError::Weights(format!("{what}: expected {expected}, found {found}")));
         }
     }
-    let mut metadata = contract.released_metadata();
+    let mut metadata = released_metadata(contract);
     metadata.push(("run_path", run.to_owned()));
     let json = serde_json::to_string(contract).map_err(|e| OnnxError::Weights(e.to_string()))?;
     metadata.push((CONTRACT_KEY, json));
@@ -60,7 +69,7 @@ pub fn encode(
 }
 
 /// Writes a policy file: to a temporary name beside `path`, then renamed, so that an earlier file stays whole on failure.
-/// `run` goes into the metadata as `run_path`.
+/// `run` is a plain name as in [`encode`].
 ///
 /// # Errors
 /// As [`encode`], and [`OnnxError::Io`].

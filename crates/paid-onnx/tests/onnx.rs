@@ -139,7 +139,7 @@ fn forward(p: &PolicyWeights, obs: &[f32], h: &mut [Vec<f64>], c: &mut [Vec<f64>
 fn assert_acts_the_same(p: &PolicyWeights, contract: &Contract, seed: u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("policy.onnx");
-    write(&path, p, contract, None, "runs/test").unwrap();
+    write(&path, p, contract, None, "test").unwrap();
     let policy = OnnxPolicy::load_expecting(&path, contract).unwrap();
     let mut state = policy.initial_state();
     let hidden = p.lstm.first().map_or(0, |l| l.hidden);
@@ -236,8 +236,7 @@ fn load(bytes: &[u8]) -> Result<OnnxPolicy, OnnxError> {
 }
 
 fn model() -> ModelProto {
-    let bytes =
-        encode(&weights(6, Some((2, 4)), &[8], None), &contract(Some((2, 4))), None, "runs/a").unwrap();
+    let bytes = encode(&weights(6, Some((2, 4)), &[8], None), &contract(Some((2, 4))), None, "a").unwrap();
     ModelProto::decode(&bytes[..]).unwrap()
 }
 
@@ -262,8 +261,16 @@ fn metadata_has_the_released_keys_in_the_released_form() {
     assert_eq!(policy.metadata("joint_names"), Some("joint_0,joint_1,joint_2"));
     assert_eq!(policy.metadata("joint_stiffness"), Some("40.000000000,40.333333333,40.666666667"));
     assert_eq!(policy.metadata("observation_names"), Some("joint_pos,joint_vel,last_action,target"));
-    assert_eq!(policy.metadata("run_path"), Some("runs/a"));
+    assert_eq!(policy.metadata("run_path"), Some("a"));
     assert_eq!(policy.contract(), &contract(Some((2, 4))));
+}
+
+#[test]
+fn a_run_name_with_a_path_is_refused() {
+    for run in ["/home/someone/runs/a", "runs/a", "C:\\runs\\a"] {
+        let error = encode(&weights(6, None, &[8], None), &contract(None), None, run).expect_err("a path");
+        assert!(error.to_string().contains("path separator"), "{error}");
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
+use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::BUILTIN;
 use paid_task::{Agent, ReferenceLibrary, TaskPreset, build_shard, run_agent};
@@ -40,9 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut observing, mut stepping, mut resets) = (0.0, 0.0, 0);
     for _ in 0..steps {
         let start = Instant::now();
-        shard.observe(&mut policy, &mut critic);
+        shard.observe(&mut [&mut policy, &mut critic]);
         let middle = Instant::now();
-        shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+        shard.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
         observing += (middle - start).as_secs_f64();
         stepping += middle.elapsed().as_secs_f64();
         resets += terminated.iter().chain(&truncated).filter(|x| **x == 1).count();

@@ -1,6 +1,7 @@
 //! Agents that need no training: a check of a preset before time is spent on it.
 
 use paid_lanes::rng::Rng;
+use paid_policy::StepBuffers;
 use serde::Serialize;
 
 use crate::{ObservationTerm, TaskMetrics, TaskShard};
@@ -74,7 +75,7 @@ pub fn observe_agent(
     let mut rng = Rng::new(seed, u32::MAX, 0);
     shard.take_metrics();
     for step in 0..steps {
-        shard.observe(&mut policy.0, &mut critic.0);
+        shard.observe(&mut [&mut policy.0, &mut critic.0]);
         for (group, (values, sums)) in [("policy", &mut policy), ("critic", &mut critic)] {
             for sum in sums {
                 sum.add(values, envs).map_err(|(name, env)| {
@@ -87,7 +88,7 @@ pub fn observe_agent(
                 *action = rng.normal() as f32;
             }
         }
-        shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+        shard.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
         if let Some(env) = reward.iter().position(|x| !x.is_finite()) {
             return Err(format!("step {step}, environment {env}: the reward is not finite"));
         }

@@ -50,5 +50,5 @@ pub use reward_preset::{
     BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset, StrikeKernel,
 };
 pub use sampler::SamplerState;
-pub use shard::{TaskShard, build_engine, build_shard};
+pub use shard::{TaskShard, TrainShard, build_engine, build_shard};
 pub use task::Task;

@@ -1,9 +1,10 @@
-//! A shard: environments that one worker owns. The trainer's and evaluator's view of a task.
+//! A shard: environments that one worker owns.
 
 use std::sync::Arc;
 
 use paid_lanes::{Isa, IsaVisitor, Real};
 use paid_physics::{Engine, EngineSpec};
+use paid_policy::VecEnv;
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::library::body_index;
@@ -11,46 +12,23 @@ use crate::{
     EvalControl, ObservationLayout, ReferenceLibrary, SamplerState, Task, TaskError, TaskMetrics, TaskPreset,
 };
 
-/// Environments that one worker steps together. Matrices are feature-major `[features, num_envs]`.
-pub trait TaskShard: Send {
-    /// Number of environments.
-    fn num_envs(&self) -> usize;
-    /// Length of the policy's observation.
-    fn policy_obs_dim(&self) -> usize;
-    /// Length of the critic's observation.
-    fn critic_obs_dim(&self) -> usize;
-    /// Length of an action.
-    fn action_dim(&self) -> usize;
-    /// Meaning of the observations.
-    fn layout(&self) -> &ObservationLayout;
-    /// Writes the current observations: `policy` `[policy_obs_dim, num_envs]` with noise (drawn anew at each call), `critic`
-    /// `[critic_obs_dim, num_envs]` without.
-    ///
-    /// # Panics
-    /// If a slice has another length.
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]);
-    /// Advances all environments by one control step under `actions` `[action_dim, num_envs]`, policy joint order. Episodes
-    /// that ended have begun anew when this returns: 1 in `terminated` for a failure (no value follows), in `truncated`
-    /// for the end of the motion or the time limit (bootstrap). Never both.
-    ///
-    /// # Panics
-    /// If a slice has another length.
-    fn step(&mut self, actions: &[f32], reward: &mut [f32], terminated: &mut [u8], truncated: &mut [u8]);
+/// Environments that report to a trainer and draw their episodes from its sampler. Observations are drawn with noise anew at each
+/// `observe`; in `step`, `terminated` stands for a failure and `truncated` for the end of the motion or the time limit, never both.
+pub trait TrainShard: VecEnv {
     /// Sums and counts since the last call.
     fn take_metrics(&mut self) -> TaskMetrics;
     /// Failures since the last call, `[motion][bin]` flattened: for [`SamplerState::update`].
     fn take_failures(&mut self) -> Vec<f32>;
     /// A fresh (uniform) sampler of this library's size.
     fn new_sampler(&self) -> SamplerState;
-    /// From now on resets draw from these probabilities.
+    /// From the next reset on, episodes are drawn from these probabilities.
     fn set_sampler(&mut self, sampler: &SamplerState);
-    /// Everything that the next steps depend on: physics, references, kick state, random positions, sampler, metrics.
-    fn save(&self) -> Vec<u8>;
-    /// Continues from what `save` wrote, bit for bit.
-    ///
-    /// # Errors
-    /// A plain sentence if the bytes are damaged or of another shard.
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), String>;
+}
+
+/// Environments of the task that one worker steps together: the trainer's and the evaluator's view.
+pub trait TaskShard: TrainShard {
+    /// Meaning of the observations.
+    fn layout(&self) -> &ObservationLayout;
     /// Control of single environments for evaluation.
     fn eval(&mut self) -> &mut dyn EvalControl;
 }

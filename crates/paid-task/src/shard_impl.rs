@@ -1,36 +1,41 @@
-//! [`TaskShard`] and [`EvalControl`] for any task.
+//! [`VecEnv`], [`TaskShard`] and [`EvalControl`] for any task.
 
 use paid_lanes::Real;
 use paid_physics::Simulator;
+use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
 
 use crate::score::Sums;
 use crate::{
     BodySample, EnvSample, EvalControl, EvalOptions, InitialState, ObservationLayout, REWARD_TERMS,
-    SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard,
+    SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
-impl<V: Real, S: Simulator<V>> TaskShard for Task<V, S> {
+impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
     fn num_envs(&self) -> usize {
         self.envs.len()
     }
-    fn policy_obs_dim(&self) -> usize {
-        self.config.layout.policy_dim()
-    }
-    fn critic_obs_dim(&self) -> usize {
-        self.config.layout.critic_dim()
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        let layout = &self.config.layout;
+        ObservationGroup::policy_and_critic(layout.policy_dim(), layout.critic_dim())
     }
     fn action_dim(&self) -> usize {
         self.config.joints()
     }
-    fn layout(&self) -> &ObservationLayout {
-        &self.config.layout
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
+        self.observe_all(groups);
     }
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
-        self.observe_all(policy, critic);
+    fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        self.step_all(actions, out.reward, out.terminated, out.truncated);
     }
-    fn step(&mut self, actions: &[f32], reward: &mut [f32], terminated: &mut [u8], truncated: &mut [u8]) {
-        self.step_all(actions, reward, terminated, truncated);
+    fn save(&self) -> Vec<u8> {
+        self.save_bytes()
     }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.restore_bytes(bytes)
+    }
+}
+
+impl<V: Real, S: Simulator<V>> TrainShard for Task<V, S> {
     fn take_metrics(&mut self) -> TaskMetrics {
         self.fold_sums();
         std::mem::take(&mut self.metrics)
@@ -50,11 +55,11 @@ impl<V: Real, S: Simulator<V>> TaskShard for Task<V, S> {
         );
         self.sampler = sampler.clone();
     }
-    fn save(&self) -> Vec<u8> {
-        self.save_bytes()
-    }
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        self.restore_bytes(bytes)
+}
+
+impl<V: Real, S: Simulator<V>> TaskShard for Task<V, S> {
+    fn layout(&self) -> &ObservationLayout {
+        &self.config.layout
     }
     fn eval(&mut self) -> &mut dyn EvalControl {
         self

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
+use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     Agent, EndCause, EvalOptions, InitialState, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard,
@@ -102,7 +103,7 @@ fn an_undisturbed_start_matches_its_reference() {
     let envs = shard.num_envs();
     let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
-    shard.observe(&mut policy, &mut critic);
+    shard.observe(&mut [&mut policy, &mut critic]);
     assert_eq!((shard.policy_obs_dim(), shard.critic_obs_dim()), (160, 292));
     let row = shard.layout().critic.iter().find(|t| t.name == "anchor_pos_error").expect("a term").offset;
     for env in 0..envs {
@@ -170,10 +171,11 @@ fn observed(shard: &mut dyn TaskShard, action: f32) -> Vec<f32> {
     let envs = shard.num_envs();
     let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
-    shard.observe(&mut policy, &mut critic);
+    shard.observe(&mut [&mut policy, &mut critic]);
     let (mut reward, mut ends) = (vec![0.0; envs], [vec![0; envs], vec![0; envs]]);
     let [terminated, truncated] = &mut ends;
-    shard.step(&vec![action; shard.action_dim() * envs], &mut reward, terminated, truncated);
+    let actions = vec![action; shard.action_dim() * envs];
+    shard.step(&actions, StepBuffers::new(&mut reward, terminated, truncated));
     policy
 }
 
@@ -340,9 +342,9 @@ fn lane_types_agree() {
         let mut policy = vec![0.0; shard.policy_obs_dim() * 16];
         let mut critic = vec![0.0; shard.critic_obs_dim() * 16];
         let (mut reward, mut terminated, mut truncated) = (vec![0.0; 16], vec![0; 16], vec![0; 16]);
-        shard.observe(&mut policy, &mut critic);
+        shard.observe(&mut [&mut policy, &mut critic]);
         let actions = vec![0.1; shard.action_dim() * 16];
-        shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+        shard.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
         results.push((policy, critic, reward, terminated));
     }
     let (a, b) = (&results[0], &results[1]);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use paid_lanes::{Isa, Mat3, Vec3};
 use paid_motion::MotionLibrary;
+use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     BALL_AT_STRIKE, EvalOptions, InitialState, ReferenceLibrary, RollingBall, TaskPreset, TaskShard,
@@ -31,7 +32,7 @@ fn seen_balls(shard: &mut dyn TaskShard) -> Vec<[f64; 2]> {
     let envs = shard.num_envs();
     let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
-    shard.observe(&mut policy, &mut critic);
+    shard.observe(&mut [&mut policy, &mut critic]);
     let row = shard.layout().policy.iter().find(|t| t.name == BALL_AT_STRIKE).expect("a term").offset;
     (0..envs)
         .map(|env| {
@@ -61,7 +62,7 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
         let (mut reward, mut terminated, mut truncated) = (vec![0.0; ENVS], vec![0; ENVS], vec![0; ENVS]);
         let last = motions.iter().map(|m| library.facts()[*m].strike_frame).max().expect("motions");
         for step in 1..=last {
-            shard.step(&actions, &mut reward, &mut terminated, &mut truncated);
+            shard.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
             for (env, &motion) in motions.iter().enumerate() {
                 let sample = shard.eval().sample(env).expect("exists");
                 if terminated[env] == 0 && step == library.facts()[motion].strike_frame {

@@ -4,12 +4,13 @@ use std::fs;
 use std::time::Instant;
 
 use paid_lanes::rng::Rng;
+use paid_learn::Learner;
 use paid_learn::parallel::for_each;
-use paid_learn::{Learner, StepBuffers, VecEnv};
+use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
+use paid_task::TaskShard;
 use serde::Serialize;
 
-use crate::shard::Handle;
-use crate::{RunPreset, Scene, TrainError, TrainShard, Trainer};
+use crate::{RunPreset, Scene, TrainError, Trainer};
 
 /// What a benchmark of training found. Rates are samples (control steps times environments) a second.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -44,28 +45,26 @@ pub struct TrainBench {
 
 /// An environment that costs nothing: it shows one stored observation for ever.
 struct Still {
-    dims: [usize; 3],
+    groups: Vec<ObservationGroup>,
+    actions: usize,
     envs: usize,
-    policy: Vec<f32>,
-    critic: Vec<f32>,
+    values: Vec<Vec<f32>>,
 }
 
 impl VecEnv for Still {
     fn num_envs(&self) -> usize {
         self.envs
     }
-    fn policy_obs_dim(&self) -> usize {
-        self.dims[0]
-    }
-    fn critic_obs_dim(&self) -> usize {
-        self.dims[1]
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        self.groups.clone()
     }
     fn action_dim(&self) -> usize {
-        self.dims[2]
+        self.actions
     }
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
-        policy.copy_from_slice(&self.policy);
-        critic.copy_from_slice(&self.critic);
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
+        for (group, values) in groups.iter_mut().zip(&self.values) {
+            group.copy_from_slice(values);
+        }
     }
     fn step(&mut self, _actions: &[f32], out: StepBuffers<'_>) {
         out.reward.fill(0.0);
@@ -80,41 +79,38 @@ impl VecEnv for Still {
     }
 }
 
-/// Random actions and buffers of a shard.
-struct Driver<E> {
-    shard: Handle<E>,
+/// Random actions for a shard, and buffers.
+struct Driver {
     rng: Rng,
     action: Vec<f32>,
-    policy: Vec<f32>,
-    critic: Vec<f32>,
+    values: Vec<Vec<f32>>,
     reward: Vec<f32>,
     ends: [Vec<u8>; 2],
 }
 
-impl<E: TrainShard> Driver<E> {
-    fn new(shard: Handle<E>, number: u32) -> Self {
+impl Driver {
+    fn new(shard: &dyn TaskShard, number: u32) -> Self {
         let n = shard.num_envs();
         Self {
             rng: Rng::new(0, number, 0),
             action: vec![0.0; n * shard.action_dim()],
-            policy: vec![0.0; n * shard.policy_obs_dim()],
-            critic: vec![0.0; n * shard.critic_obs_dim()],
+            values: shard.observation_groups().iter().map(|group| vec![0.0; n * group.size]).collect(),
             reward: vec![0.0; n],
             ends: [vec![0; n], vec![0; n]],
-            shard,
         }
     }
 
     /// A horizon under uniform actions of standard deviation 0.4, the usual one of a policy in training.
-    fn roll(&mut self, horizon: usize) {
+    fn roll(&mut self, shard: &mut dyn TaskShard, horizon: usize) {
         for _ in 0..horizon {
             self.rng.fill_unit(&mut self.action);
             for a in &mut self.action {
                 *a = (*a - 0.5) * 1.4;
             }
-            self.shard.observe(&mut self.policy, &mut self.critic);
+            let mut groups: Vec<&mut [f32]> = self.values.iter_mut().map(Vec::as_mut_slice).collect();
+            shard.observe(&mut groups);
             let [terminated, truncated] = &mut self.ends;
-            self.shard.step(&self.action, StepBuffers { reward: &mut self.reward, terminated, truncated });
+            shard.step(&self.action, StepBuffers::new(&mut self.reward, terminated, truncated));
         }
     }
 }
@@ -137,19 +133,18 @@ pub fn bench_train(
     }
     let peak_rss_mib = peak_rss_mib();
     let mut drivers: Vec<_> =
-        trainer.handles().enumerate().map(|(i, shard)| Driver::new(shard, i as u32)).collect();
+        trainer.shards_mut().iter().enumerate().map(|(i, shard)| Driver::new(&**shard, i as u32)).collect();
     let horizon = preset.learn.ppo.horizon;
     let mut workers = vec![(); threads];
     let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
-    for_each(&mut workers, drivers.iter_mut().collect(), |(), driver| driver.roll(1));
-    let mut stills: Vec<Box<dyn VecEnv>> = Vec::new();
-    for driver in &drivers {
-        let shard = &driver.shard;
+    roll(&mut trainer, &mut drivers, &mut workers, 1);
+    let mut stills = Vec::new();
+    for (driver, shard) in drivers.iter().zip(trainer.shards_mut()) {
         stills.push(Box::new(Still {
-            dims: [shard.policy_obs_dim(), shard.critic_obs_dim(), shard.action_dim()],
+            groups: shard.observation_groups(),
+            actions: shard.action_dim(),
             envs: shard.num_envs(),
-            policy: driver.policy.clone(),
-            critic: driver.critic.clone(),
+            values: driver.values.clone(),
         }));
     }
     let mut forward: Learner = trainer.learner().clone();
@@ -165,7 +160,7 @@ pub fn bench_train(
         };
         trainer.iterate(threads)?;
         take(&mut times[0]);
-        for_each(&mut workers, drivers.iter_mut().collect(), |(), driver| driver.roll(horizon));
+        roll(&mut trainer, &mut drivers, &mut workers, horizon);
         take(&mut times[1]);
         forward.collect(&mut stills, threads).map_err(|e| setup(&e))?;
         take(&mut times[2]);
@@ -191,6 +186,12 @@ pub fn bench_train(
         ratio: whole / parts,
         peak_rss_mib,
     })
+}
+
+/// Lets every driver step its shard through a horizon.
+fn roll(trainer: &mut Trainer, drivers: &mut [Driver], workers: &mut [()], horizon: usize) {
+    let items = drivers.iter_mut().zip(trainer.shards_mut()).collect();
+    for_each(workers, items, |(), (driver, shard)| driver.roll(&mut **shard, horizon));
 }
 
 /// Largest resident memory of this process so far [MiB] (`VmHWM` of Linux's `/proc/self/status`).

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use paid_learn::checkpoint::write_atomically;
+use paid_policy::tensor_file::write_atomically;
 
 use crate::record::Record;
 use crate::{EventWriter, TrainError};

@@ -13,7 +13,6 @@ pub mod record;
 #[cfg(test)]
 mod run_tests;
 pub mod setup;
-pub mod shard;
 pub mod stage;
 #[cfg(test)]
 mod toy;
@@ -30,6 +29,5 @@ pub use preset::{RunConfig, RunPreset};
 pub use progress::Progress;
 pub use record::{LossRecord, Named, Record};
 pub use setup::Scene;
-pub use shard::{TaskEnv, TrainShard};
 pub use stage::{End, Limits, Outcome, StageJob, Start, train_stage};
 pub use trainer::Trainer;

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use paid_learn::{Checkpoint, Policy};
 use paid_motion::Clip;
 use paid_onnx::{
     Contract, DenseLayer, FORMAT, JointContract, LstmLayer, Normalizer, ObservationTerm, PolicyWeights,
     RecurrentContract, Reference,
 };
+use paid_policy::{Checkpoint, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::ObservationLayout;
 
@@ -138,9 +138,14 @@ impl TrainedPolicy {
         let mut contract = self.contract(license)?;
         let reference = clip.map(|clip| self.reference(clip)).transpose()?;
         contract.reference = reference.as_ref().map(|r| r.name.clone());
-        let run = self.checkpoint.to_string_lossy();
-        paid_onnx::write(path, &weights(&self.policy), &contract, reference.as_ref(), &run)
+        paid_onnx::write(path, &weights(&self.policy), &contract, reference.as_ref(), &self.run_name())
             .map_err(|error| TrainError::Setup(error.to_string()))
+    }
+
+    /// What the file says about where it comes from: stage and checkpoint, without the folder, which is this machine's business.
+    fn run_name(&self) -> String {
+        let stem = self.checkpoint.file_stem().unwrap_or_default().to_string_lossy();
+        format!("{} {stem}", self.preset.stage).replace(['/', '\\'], "-")
     }
 
     /// A clip (model order) in the file's orders: policy joints, tracked bodies.
@@ -210,10 +215,10 @@ pub fn weights(policy: &Policy) -> PolicyWeights {
 #[cfg(test)]
 mod tests {
     use paid_lanes::rng::Rng;
-    use paid_learn::net::Network;
-    use paid_learn::normalizer::{Moments, Normalizer};
-    use paid_learn::{LstmConfig, NetworkConfig, NetworkKind};
     use paid_onnx::OnnxPolicy;
+    use paid_policy::net::Network;
+    use paid_policy::normalizer::{Moments, Normalizer};
+    use paid_policy::{LstmConfig, NetworkConfig, NetworkKind};
 
     use super::*;
 
@@ -235,7 +240,13 @@ mod tests {
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
         let preset = RunPreset::resolve("stage1", &[]).expect("built in");
-        TrainedPolicy { checkpoint: "runs/x".into(), preset, model, spec, policy }
+        TrainedPolicy {
+            checkpoint: "/home/someone/runs/x/model_10.safetensors".into(),
+            preset,
+            model,
+            spec,
+            policy,
+        }
     }
 
     #[test]
@@ -261,6 +272,8 @@ mod tests {
                 }
             }
             assert!(expected.iter().any(|x| x.abs() > 1e-3));
+            // No path of this machine leaves with the policy.
+            assert_eq!(file.metadata("run_path"), Some("stage1 model_10"));
         }
     }
 

@@ -4,11 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_motion::{Clip, MotionLibrary};
+use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{ReferenceClip, ReferenceLibrary, build_shard};
+use paid_task::{ReferenceLibrary, TaskShard, build_shard};
 
-use crate::shard::TaskEnv;
 use crate::{RunPreset, TrainError};
 
 /// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies beside it under the same name.
@@ -33,22 +32,6 @@ pub fn load_robot(robot: &str) -> Result<(RobotModel, RobotSpec), TrainError> {
     Ok((model, spec))
 }
 
-/// A motion in the task's form. The files' body velocities are those of the centers of mass.
-pub fn reference_clip(clip: &Clip) -> ReferenceClip {
-    ReferenceClip {
-        name: clip.name.clone(),
-        fps: clip.fps,
-        kick_foot: clip.kick_leg.index(),
-        frames: clip.frames,
-        joint_pos: clip.joint_pos.clone(),
-        joint_vel: clip.joint_vel.clone(),
-        body_pos: clip.body_pos.clone(),
-        body_quat: clip.body_quat.clone(),
-        body_com_vel: clip.body_lin_vel.clone(),
-        body_ang_vel: clip.body_ang_vel.clone(),
-    }
-}
-
 /// The robot and the motions of a run.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -71,8 +54,7 @@ impl Scene {
         let rate = 1.0 / preset.task.control_dt_s();
         let motions = MotionLibrary::open(Path::new(&preset.run.motions), &model, &spec, rate)
             .map_err(|e| setup(&e))?;
-        let clips = motions.clips.iter().map(reference_clip).collect();
-        let library = ReferenceLibrary::new(clips, &model, &spec).map_err(|e| setup(&e))?;
+        let library = ReferenceLibrary::from_motions(&motions, &model, &spec).map_err(|e| setup(&e))?;
         Ok(Self { model, spec, library: Arc::new(library) })
     }
 
@@ -85,7 +67,7 @@ impl Scene {
     ///
     /// # Errors
     /// If preset, robot and motions do not fit together.
-    pub fn shards(&self, preset: &RunPreset) -> Result<Vec<TaskEnv>, TrainError> {
+    pub fn shards(&self, preset: &RunPreset) -> Result<Vec<Box<dyn TaskShard>>, TrainError> {
         let isa = preset.isa().map_err(TrainError::Setup)?;
         let envs = preset.run.envs / preset.run.shards;
         (0..preset.run.shards)
@@ -100,7 +82,6 @@ impl Scene {
                     shard * envs,
                     preset.run.seed,
                 )
-                .map(TaskEnv)
                 .map_err(|error| TrainError::Setup(error.to_string()))
             })
             .collect()

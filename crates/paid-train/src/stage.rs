@@ -5,13 +5,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use paid_learn::Checkpoint;
-use paid_learn::checkpoint::write_atomically;
+use paid_policy::tensor_file::write_atomically;
+use paid_task::TrainShard;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
 use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
 use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_weights};
 use crate::trainer::progress_of;
-use crate::{Record, RunPreset, Scene, TrainError, TrainShard, Trainer};
+use crate::{Record, RunPreset, Scene, TrainError, Trainer};
 
 /// Where a stage starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -90,7 +91,7 @@ pub fn train_stage(
 }
 
 /// [`train_stage`] with trainers from `build`, a new one for each phase.
-pub(crate) fn run_stage<E: TrainShard + 'static>(
+pub(crate) fn run_stage<E: TrainShard + ?Sized>(
     job: &StageJob,
     build: &dyn Fn(&RunPreset) -> Result<Trainer<E>, TrainError>,
     stop: &AtomicBool,
@@ -198,7 +199,7 @@ impl Clock {
     }
 }
 
-fn save<E: TrainShard + 'static>(
+fn save<E: TrainShard + ?Sized>(
     trainer: &Trainer<E>,
     run: &RunFolder,
     keep: usize,

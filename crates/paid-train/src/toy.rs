@@ -1,10 +1,10 @@
 //! A small known task for the tests: drive a point to the origin.
 
 use paid_lanes::rng::Rng;
-use paid_learn::{StepBuffers, VecEnv};
-use paid_task::{SamplerState, TaskMetrics};
+use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
+use paid_task::{SamplerState, TaskMetrics, TrainShard};
 
-use crate::{RunPreset, TrainShard};
+use crate::RunPreset;
 
 /// Points on a line; the action is a velocity, the reward the negative squared distance.
 pub struct Toy {
@@ -34,9 +34,9 @@ impl Toy {
     }
 
     /// Shards of a small preset.
-    pub fn shards(preset: &RunPreset) -> Vec<Self> {
+    pub fn shards(preset: &RunPreset) -> Vec<Box<Self>> {
         let envs = preset.run.envs / preset.run.shards;
-        (0..preset.run.shards).map(|k| Self::new(envs, k as u32)).collect()
+        (0..preset.run.shards).map(|k| Box::new(Self::new(envs, k as u32))).collect()
     }
 
     /// A preset of seconds.
@@ -63,20 +63,19 @@ impl VecEnv for Toy {
     fn num_envs(&self) -> usize {
         self.x.len()
     }
-    fn policy_obs_dim(&self) -> usize {
-        2
-    }
-    fn critic_obs_dim(&self) -> usize {
-        1
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        ObservationGroup::policy_and_critic(2, 1)
     }
     fn action_dim(&self) -> usize {
         1
     }
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
         let n = self.x.len();
-        policy[..n].copy_from_slice(&self.x);
-        self.rng.fill_unit(&mut policy[n..]);
-        critic.copy_from_slice(&self.x);
+        for group in groups {
+            group[..n].copy_from_slice(&self.x);
+            // The policy sees noise too; the critic's group ends here.
+            self.rng.fill_unit(&mut group[n..]);
+        }
     }
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
         for e in 0..self.x.len() {

@@ -3,22 +3,20 @@
 use std::path::Path;
 use std::time::Instant;
 
-use paid_learn::{Checkpoint, Learner, VecEnv};
-use paid_task::{SamplerState, TaskMetrics};
+use paid_learn::{Checkpoint, Learner};
+use paid_task::{SamplerState, TaskMetrics, TaskShard, TrainShard};
 use serde::{Deserialize, Serialize};
 
 use crate::folder::PRESET_FILE;
 use crate::progress::{Progress, describe};
-use crate::shard::Handle;
-use crate::{LossRecord, Record, RunPreset, TrainError, TrainShard};
+use crate::{LossRecord, Record, RunPreset, TrainError};
 
-/// A stage in training.
-pub struct Trainer<E> {
+/// A stage in training, on shards of the task or, in tests, of another kind.
+pub struct Trainer<E: ?Sized = dyn TaskShard> {
     preset: RunPreset,
     motions: Vec<String>,
     learner: Learner,
-    envs: Vec<Box<dyn VecEnv>>,
-    shards: Vec<Handle<E>>,
+    shards: Vec<Box<E>>,
     sampler: SamplerState,
     progress: Progress,
 }
@@ -64,12 +62,12 @@ const META: &str = "trainer.json";
 const SAMPLER: &str = "sampler";
 const SHARD: &str = "shard.";
 
-impl<E: TrainShard + 'static> Trainer<E> {
+impl<E: TrainShard + ?Sized> Trainer<E> {
     /// A trainer with fresh networks.
     ///
     /// # Errors
     /// If there is no shard or the learner cannot be built for these.
-    pub fn new(preset: &RunPreset, shards: Vec<E>, motions: Vec<String>) -> Result<Self, TrainError> {
+    pub fn new(preset: &RunPreset, shards: Vec<Box<E>>, motions: Vec<String>) -> Result<Self, TrainError> {
         let Some(first) = shards.first() else {
             return Err(TrainError::Setup("expected at least one shard, found none".to_owned()));
         };
@@ -82,17 +80,7 @@ impl<E: TrainShard + 'static> Trainer<E> {
             preset.run.seed,
         )
         .map_err(|error| TrainError::Setup(error.to_string()))?;
-        let shards: Vec<Handle<E>> = shards.into_iter().map(Handle::new).collect();
-        let envs = shards.iter().map(|shard| Box::new(shard.another()) as Box<dyn VecEnv>).collect();
-        Ok(Self {
-            preset: preset.clone(),
-            motions,
-            learner,
-            envs,
-            shards,
-            sampler,
-            progress: Progress::default(),
-        })
+        Ok(Self { preset: preset.clone(), motions, learner, shards, sampler, progress: Progress::default() })
     }
 
     /// Counters.
@@ -105,14 +93,14 @@ impl<E: TrainShard + 'static> Trainer<E> {
         &self.learner
     }
 
-    /// Handles of the shards.
-    pub fn handles(&self) -> impl Iterator<Item = Handle<E>> + '_ {
-        self.shards.iter().map(Handle::another)
+    /// The shards, for measuring them alone.
+    pub fn shards_mut(&mut self) -> &mut [Box<E>] {
+        &mut self.shards
     }
 
     /// Environments over all shards.
     pub fn num_envs(&self) -> usize {
-        self.envs.iter().map(|env| env.num_envs()).sum()
+        self.shards.iter().map(|shard| shard.num_envs()).sum()
     }
 
     /// Notes which share of the run is over (0 to 1); the learner's noise may depend on it.
@@ -129,7 +117,7 @@ impl<E: TrainShard + 'static> Trainer<E> {
         let start = Instant::now();
         let stats = self
             .learner
-            .iterate(&mut self.envs, threads)
+            .iterate(&mut self.shards, threads)
             .map_err(|error| TrainError::Setup(error.to_string()))?;
         let metrics = self.merge_shards();
         let elapsed = start.elapsed().as_secs_f64();
@@ -174,8 +162,7 @@ impl<E: TrainShard + 'static> Trainer<E> {
     fn merge_shards(&mut self) -> TaskMetrics {
         let mut metrics = TaskMetrics::default();
         let mut failures = vec![0.0; self.sampler.failures.len()];
-        for shard in &self.shards {
-            let mut shard = shard.get();
+        for shard in &mut self.shards {
             metrics.merge(&shard.take_metrics());
             for (sum, count) in failures.iter_mut().zip(shard.take_failures()) {
                 *sum += count;
@@ -185,8 +172,8 @@ impl<E: TrainShard + 'static> Trainer<E> {
         if metrics.kick.episodes > 0 {
             self.sampler.widen(metrics.kick.on_target_share(), &self.preset.task.ball);
         }
-        for shard in &self.shards {
-            shard.get().set_sampler(&self.sampler);
+        for shard in &mut self.shards {
+            shard.set_sampler(&self.sampler);
         }
         metrics
     }
@@ -207,12 +194,8 @@ impl<E: TrainShard + 'static> Trainer<E> {
             .map_err(|error| TrainError::Checkpoint { path: path.to_owned(), message: error.to_string() })?;
         let preset = self.preset.to_toml()?;
         let failures: Vec<u8> = self.sampler.failures.iter().flat_map(|x| x.to_le_bytes()).collect();
-        let states: Vec<(String, Vec<u8>)> = self
-            .shards
-            .iter()
-            .enumerate()
-            .map(|(k, shard)| (format!("{SHARD}{k}"), shard.get().save()))
-            .collect();
+        let states: Vec<(String, Vec<u8>)> =
+            self.shards.iter().enumerate().map(|(k, shard)| (format!("{SHARD}{k}"), shard.save())).collect();
         let mut blobs: Vec<(&str, &[u8])> =
             vec![(META, &meta), (PRESET_FILE, preset.as_bytes()), (SAMPLER, &failures)];
         blobs.extend(states.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -225,10 +208,10 @@ impl<E: TrainShard + 'static> Trainer<E> {
     /// If it is no full checkpoint, or of other networks, shards or motions.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         self.restore(checkpoint)?;
-        for (k, shard) in self.shards.iter().enumerate() {
+        for (k, shard) in self.shards.iter_mut().enumerate() {
             let name = format!("{SHARD}{k}");
             let state = blob(checkpoint, &name)?;
-            shard.get().restore(state).map_err(|error| damaged(checkpoint, format!("{name}: {error}")))?;
+            shard.restore(state).map_err(|error| damaged(checkpoint, format!("{name}: {error}")))?;
         }
         Ok(())
     }
@@ -242,8 +225,8 @@ impl<E: TrainShard + 'static> Trainer<E> {
         self.restore(checkpoint)?;
         self.learner.forget();
         self.progress.phase = phase;
-        for shard in &self.shards {
-            shard.get().set_sampler(&self.sampler);
+        for shard in &mut self.shards {
+            shard.set_sampler(&self.sampler);
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use paid_train::{End, Limits, Outcome, RunPreset, StageJob, Start, TaskEnv, train_stage};
+use paid_train::{End, Limits, Outcome, RunPreset, StageJob, Start, train_stage};
 
 /// The folder of the release's motions, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<PathBuf> {
@@ -71,8 +71,7 @@ fn stage_two_starts_from_the_networks_of_stage_one() {
     (ppo.initial_std, ppo.max_std) = (0.2, 0.3);
     let scene = paid_train::Scene::load(&second).expect("scene");
     let shards = scene.shards(&second).expect("shards");
-    let mut trainer =
-        paid_train::Trainer::<TaskEnv>::new(&second, shards, scene.motion_names()).expect("trainer");
+    let mut trainer = paid_train::Trainer::new(&second, shards, scene.motion_names()).expect("trainer");
     let before = paid_learn::Checkpoint::load(&one.checkpoint).expect("reads");
     trainer.start_from(&before).expect("starts");
     assert_eq!(trainer.learner().actor().weights(), weights(&one));

@@ -77,7 +77,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Kind::Random => Agent::Random,
     };
     let shard = shards.first_mut().ok_or_else(|| Failure::input("run.shards: expected 1, found 0"))?;
-    let report = observe_agent(shard.0.as_mut(), agent, args.steps, args.seed).map_err(Failure::input)?;
+    let report = observe_agent(shard.as_mut(), agent, args.steps, args.seed).map_err(Failure::input)?;
     if args.json {
         let metrics = report.metrics.summary().into_iter().map(|(name, x)| (name, x.into())).collect();
         let line = serde_json::to_string(&Report {

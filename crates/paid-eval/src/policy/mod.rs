@@ -6,7 +6,7 @@ mod twist2;
 
 use std::sync::Arc;
 
-use paid_learn::model::PolicyState;
+use paid_policy::PolicyState;
 use paid_task::EvalControl;
 
 use crate::EvalError;
@@ -70,18 +70,18 @@ impl Policy for ZeroPolicy {
 /// A trained network's mean action.
 #[derive(Clone, Debug)]
 pub struct LearnedPolicy {
-    policy: Arc<paid_learn::Policy>,
+    policy: Arc<paid_policy::Policy>,
     state: PolicyState,
 }
 
 impl LearnedPolicy {
     /// Shares the weights with other threads' policies.
-    pub fn new(policy: Arc<paid_learn::Policy>) -> Self {
+    pub fn new(policy: Arc<paid_policy::Policy>) -> Self {
         Self { state: policy.start(0), policy }
     }
 
     /// Makes one for each thread.
-    pub fn maker(policy: paid_learn::Policy) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
+    pub fn maker(policy: paid_policy::Policy) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
         let policy = Arc::new(policy);
         move || Ok(Box::new(Self::new(Arc::clone(&policy))) as Box<dyn Policy>)
     }

@@ -1,28 +1,9 @@
-//! Long short-term memory layer (Hochreiter and Schmidhuber 1997, with forget gate), gates in the order i, f, g, o.
+//! Training of an LSTM layer: forward with caches, and back through time.
 
-use core::ops::Range;
-
-use paid_lanes::rng::Rng;
 use paid_lanes::{Real, Scalar};
-
-use super::layout::Layout;
-use crate::element::{Element, Lanewise, load, store, sum};
-use crate::matrix::{Mat, MatMut, multiply};
-
-/// `c' = f c + i g`, `h' = o tanh(c')` with `i, f, o = sigmoid(.)`, `g = tanh(.)` of `W_ih x + W_hh h + b`.
-#[derive(Clone, Debug)]
-pub struct Lstm {
-    /// Place of `W_ih`, `[4 size, input]`.
-    pub weight_ih: Range<usize>,
-    /// Place of `W_hh`, `[4 size, size]`.
-    pub weight_hh: Range<usize>,
-    /// Place of `b`, `[4 size]`.
-    pub bias: Range<usize>,
-    /// Features in.
-    pub input: usize,
-    /// Cells.
-    pub size: usize,
-}
+use paid_policy::element::{Element, Lanewise, load, store, sum};
+use paid_policy::matrix::{Mat, MatMut, multiply};
+use paid_policy::net::{Cell, Lstm};
 
 /// What the forward pass over a sequence keeps for the backward pass; matrices of `steps * width` columns, step `t` in
 /// columns `t * width ..`.
@@ -39,7 +20,7 @@ pub struct LstmCache<S> {
     tanh_c: Vec<S>,
     /// Hidden state after each step: the layer's output.
     h: Vec<S>,
-    /// Gradient of the output; [`Lstm::backward`] reads and overwrites it.
+    /// Gradient of the output; [`backward`] reads and overwrites it.
     dh: Vec<S>,
     /// Cell state, and its gradient on the way back, of one step `[size, width]`.
     c: Vec<S>,
@@ -78,198 +59,103 @@ pub struct Steps<'a, S> {
     pub keep: &'a [S],
 }
 
-impl Lstm {
-    /// Appends the layer's tensors to a layout.
-    pub fn new(layout: &mut Layout, name: &str, input: usize, size: usize) -> Self {
-        let weight_ih = layout.add(format!("{name}.weight_ih"), &[4 * size, input]);
-        let weight_hh = layout.add(format!("{name}.weight_hh"), &[4 * size, size]);
-        let bias = layout.add(format!("{name}.bias"), &[4 * size]);
-        Self { weight_ih, weight_hh, bias, input, size }
-    }
-
-    /// Uniform in +-1/sqrt(size): PyTorch's default, see [`super::Linear::initialize`].
-    pub fn initialize<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
-        let bound = 1.0 / (self.size as f64).sqrt();
-        for range in [self.weight_ih.clone(), self.weight_hh.clone(), self.bias.clone()] {
-            for value in &mut params[range] {
-                *value = S::from_f64(rng.uniform(-bound, bound));
-            }
-        }
-    }
-
-    fn w_ih<'a, S: Element>(&self, params: &'a [S]) -> Mat<'a, S> {
-        Mat::new(&params[self.weight_ih.clone()], 4 * self.size, self.input, self.input)
-    }
-
-    fn w_hh<'a, S: Element>(&self, params: &'a [S]) -> Mat<'a, S> {
-        Mat::new(&params[self.weight_hh.clone()], 4 * self.size, self.size, self.size)
-    }
-
-    /// One step without caches: `x` `[input, n]`, `h` and `c` `[size, n]` are replaced; `gates` is scratch of `4 size * n`.
-    pub fn step<S: Element>(
-        &self,
-        params: &[S],
-        x: Mat<'_, S>,
-        h: MatMut<'_, S>,
-        c: MatMut<'_, S>,
-        gates: &mut [S],
-    ) {
-        let n = x.cols();
-        let gates = &mut gates[..4 * self.size * n];
-        multiply(MatMut::new(gates, 4 * self.size, n, n), self.w_ih(params), x, false);
-        multiply(MatMut::new(gates, 4 * self.size, n, n), self.w_hh(params), h.as_ref(), true);
-        let bias = &params[self.bias.clone()];
-        S::launch(Cell { gates: MatMut::new(gates, 4 * self.size, n, n), bias, c, h, tanh_c: None });
-    }
-
-    /// A whole sequence `x` `[input, steps * width]` from the states `h0`, `c0` `[size, width]`.
-    pub fn forward<S: Element>(
-        &self,
-        params: &[S],
-        x: Mat<'_, S>,
-        steps: Steps<'_, S>,
-        h0: &[S],
-        c0: &[S],
-        cache: &mut LstmCache<S>,
-    ) {
-        let Steps { steps, width, keep } = steps;
-        let (size, cols) = (self.size, steps * width);
-        cache.resize(size, cols, width);
-        multiply(MatMut::new(&mut cache.gates, 4 * size, cols, cols), self.w_ih(params), x, false);
-        cache.c.copy_from_slice(&c0[..size * width]);
-        for t in 0..steps {
-            let first = t * width;
-            let keep = &keep[first..first + width];
-            for r in 0..size {
-                let row = r * cols + first;
-                for i in 0..width {
-                    let h = if t == 0 { h0[r * width + i] } else { cache.h[row - width + i] };
-                    let alive = keep[i] > S::default();
-                    let c = &mut cache.c[r * width + i];
-                    if !alive {
-                        *c = S::default();
-                    }
-                    cache.c_prev[row + i] = *c;
-                    cache.h_prev[row + i] = if alive { h } else { S::default() };
-                }
-            }
-            let h_prev = Mat::new(&cache.h_prev, size, cols, cols).columns(first, width);
-            let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
-            multiply(gates.columns(first, width), self.w_hh(params), h_prev, true);
-            S::launch(Cell {
-                gates: gates.columns(first, width),
-                bias: &params[self.bias.clone()],
-                c: MatMut::new(&mut cache.c, size, width, width),
-                h: MatMut::new(&mut cache.h, size, cols, cols).columns(first, width),
-                tanh_c: Some(MatMut::new(&mut cache.tanh_c, size, cols, cols).columns(first, width)),
-            });
-        }
-    }
-
-    /// Backward through time from the output gradient in the cache; adds to `grads`, writes the input gradient to `dx`
-    /// `[input, steps * width]` if wanted. The states at the start are constants (truncated backpropagation).
-    pub fn backward<S: Element>(
-        &self,
-        params: &[S],
-        grads: &mut [S],
-        x: Mat<'_, S>,
-        steps: Steps<'_, S>,
-        cache: &mut LstmCache<S>,
-        dx: Option<MatMut<'_, S>>,
-    ) {
-        let Steps { steps, width, keep } = steps;
-        let (size, cols) = (self.size, steps * width);
-        cache.c.fill(S::default());
-        for t in (0..steps).rev() {
-            let first = t * width;
-            let view = |data, rows| Mat::new(data, rows, cols, cols).columns(first, width);
-            let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
-            S::launch(CellBackward {
-                gates: gates.columns(first, width),
-                c_prev: view(&cache.c_prev, size),
-                tanh_c: view(&cache.tanh_c, size),
-                dh: view(&cache.dh, size),
-                keep: &keep[first..first + width],
-                dc: MatMut::new(&mut cache.c, size, width, width),
-                dbias: &mut grads[self.bias.clone()],
-            });
-            if t > 0 {
-                // The hidden state of step t-1 reaches step t only where no episode began: its gradient is computed
-                // into this step's columns (already used) and added to those of step t-1 under the mask.
-                let mut dh = MatMut::new(&mut cache.dh, size, cols, cols);
-                let dgates = Mat::new(&cache.gates, 4 * size, cols, cols).columns(first, width);
-                multiply(dh.columns(first, width), self.w_hh(params).t(), dgates, false);
-                for r in 0..size {
-                    let row = dh.row(r);
-                    for i in 0..width {
-                        if keep[first + i] > S::default() {
-                            let carried = row[first + i].to_f64();
-                            let place = &mut row[first - width + i];
-                            *place = S::from_f64(place.to_f64() + carried);
-                        }
-                    }
-                }
-            }
-        }
-        let dgates = Mat::new(&cache.gates, 4 * size, cols, cols);
-        let h_prev = Mat::new(&cache.h_prev, size, cols, cols);
-        let dw_hh = MatMut::new(&mut grads[self.weight_hh.clone()], 4 * size, size, size);
-        multiply(dw_hh, dgates, h_prev.t(), true);
-        let dw_ih = MatMut::new(&mut grads[self.weight_ih.clone()], 4 * size, self.input, self.input);
-        multiply(dw_ih, dgates, x.t(), true);
-        if let Some(dx) = dx {
-            multiply(dx, self.w_ih(params).t(), dgates, false);
-        }
-    }
-}
-
-#[inline(always)]
-fn sigmoid<V: Real>(x: V) -> V {
-    ((-x).exp() + V::one()).recip()
-}
-
-/// The elementwise part of a step; `gates` before the bias become the activated gates.
-struct Cell<'a, S> {
-    gates: MatMut<'a, S>,
-    bias: &'a [S],
-    c: MatMut<'a, S>,
-    h: MatMut<'a, S>,
-    tanh_c: Option<MatMut<'a, S>>,
-}
-
-impl<S: Scalar + Element> Lanewise<S> for Cell<'_, S> {
-    type Output = ();
-    #[inline(always)]
-    fn run<V: Real<Scalar = S>>(mut self) {
-        let size = self.bias.len() / 4;
-        let n = self.gates.cols();
+/// Runs `layer` over a whole sequence `x` `[input, steps * width]` from the states `h0`, `c0` `[size, width]`.
+pub fn forward<S: Element>(
+    layer: &Lstm,
+    params: &[S],
+    x: Mat<'_, S>,
+    steps: Steps<'_, S>,
+    h0: &[S],
+    c0: &[S],
+    cache: &mut LstmCache<S>,
+) {
+    let Steps { steps, width, keep } = steps;
+    let (size, cols) = (layer.size, steps * width);
+    cache.resize(size, cols, width);
+    multiply(MatMut::new(&mut cache.gates, 4 * size, cols, cols), layer.w_ih(params), x, false);
+    cache.c.copy_from_slice(&c0[..size * width]);
+    for t in 0..steps {
+        let first = t * width;
+        let keep = &keep[first..first + width];
         for r in 0..size {
-            let bias = [
-                V::splat(self.bias[r]),
-                V::splat(self.bias[size + r]),
-                V::splat(self.bias[2 * size + r]),
-                V::splat(self.bias[3 * size + r]),
-            ];
-            let mut k = 0;
-            while k < n {
-                let i = sigmoid(load::<V>(self.gates.row(r), k) + bias[0]);
-                let f = sigmoid(load::<V>(self.gates.row(size + r), k) + bias[1]);
-                let g = (load::<V>(self.gates.row(2 * size + r), k) + bias[2]).tanh();
-                let o = sigmoid(load::<V>(self.gates.row(3 * size + r), k) + bias[3]);
-                let c = f.mul_add(load::<V>(self.c.row(r), k), i * g);
-                let tanh_c = c.tanh();
-                store(c, self.c.row(r), k);
-                store(o * tanh_c, self.h.row(r), k);
-                if let Some(cache) = &mut self.tanh_c {
-                    store(i, self.gates.row(r), k);
-                    store(f, self.gates.row(size + r), k);
-                    store(g, self.gates.row(2 * size + r), k);
-                    store(o, self.gates.row(3 * size + r), k);
-                    store(tanh_c, cache.row(r), k);
+            let row = r * cols + first;
+            for i in 0..width {
+                let h = if t == 0 { h0[r * width + i] } else { cache.h[row - width + i] };
+                let alive = keep[i] > S::default();
+                let c = &mut cache.c[r * width + i];
+                if !alive {
+                    *c = S::default();
                 }
-                k += V::LANES;
+                cache.c_prev[row + i] = *c;
+                cache.h_prev[row + i] = if alive { h } else { S::default() };
             }
         }
+        let h_prev = Mat::new(&cache.h_prev, size, cols, cols).columns(first, width);
+        let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
+        multiply(gates.columns(first, width), layer.w_hh(params), h_prev, true);
+        S::launch(Cell {
+            gates: gates.columns(first, width),
+            bias: &params[layer.bias.clone()],
+            c: MatMut::new(&mut cache.c, size, width, width),
+            h: MatMut::new(&mut cache.h, size, cols, cols).columns(first, width),
+            tanh_c: Some(MatMut::new(&mut cache.tanh_c, size, cols, cols).columns(first, width)),
+        });
+    }
+}
+
+/// Backward through time from the output gradient in the cache; adds to `grads`, writes the input gradient to `dx`
+/// `[input, steps * width]` if wanted. The states at the start are constants (truncated backpropagation).
+pub fn backward<S: Element>(
+    layer: &Lstm,
+    params: &[S],
+    grads: &mut [S],
+    x: Mat<'_, S>,
+    steps: Steps<'_, S>,
+    cache: &mut LstmCache<S>,
+    dx: Option<MatMut<'_, S>>,
+) {
+    let Steps { steps, width, keep } = steps;
+    let (size, cols) = (layer.size, steps * width);
+    cache.c.fill(S::default());
+    for t in (0..steps).rev() {
+        let first = t * width;
+        let view = |data, rows| Mat::new(data, rows, cols, cols).columns(first, width);
+        let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
+        S::launch(CellBackward {
+            gates: gates.columns(first, width),
+            c_prev: view(&cache.c_prev, size),
+            tanh_c: view(&cache.tanh_c, size),
+            dh: view(&cache.dh, size),
+            keep: &keep[first..first + width],
+            dc: MatMut::new(&mut cache.c, size, width, width),
+            dbias: &mut grads[layer.bias.clone()],
+        });
+        if t > 0 {
+            // The hidden state of step t-1 reaches step t only where no episode began: its gradient is computed
+            // into this step's columns (already used) and added to those of step t-1 under the mask.
+            let mut dh = MatMut::new(&mut cache.dh, size, cols, cols);
+            let dgates = Mat::new(&cache.gates, 4 * size, cols, cols).columns(first, width);
+            multiply(dh.columns(first, width), layer.w_hh(params).t(), dgates, false);
+            for r in 0..size {
+                let row = dh.row(r);
+                for i in 0..width {
+                    if keep[first + i] > S::default() {
+                        let carried = row[first + i].to_f64();
+                        let place = &mut row[first - width + i];
+                        *place = S::from_f64(place.to_f64() + carried);
+                    }
+                }
+            }
+        }
+    }
+    let dgates = Mat::new(&cache.gates, 4 * size, cols, cols);
+    let h_prev = Mat::new(&cache.h_prev, size, cols, cols);
+    let dw_hh = MatMut::new(&mut grads[layer.weight_hh.clone()], 4 * size, size, size);
+    multiply(dw_hh, dgates, h_prev.t(), true);
+    let dw_ih = MatMut::new(&mut grads[layer.weight_ih.clone()], 4 * size, layer.input, layer.input);
+    multiply(dw_ih, dgates, x.t(), true);
+    if let Some(dx) = dx {
+        multiply(dx, layer.w_ih(params).t(), dgates, false);
     }
 }
 

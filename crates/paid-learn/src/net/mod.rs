@@ -1,14 +1,10 @@
-//! Networks: layers with forward, cached forward and backward passes over feature-major matrices `[features, N]`.
+//! Training of networks: cached forward and backward passes over feature-major matrices `[features, N]`.
 //!
-//! A network's shape ([`Network`]) is separate from its parameters (one flat vector, described by a [`Layout`]), so that
-//! gradients, optimizer moments and checkpoints are flat vectors of the same layout.
+//! The networks themselves are [`paid_policy::net`]'s.
 
-mod layout;
-mod linear;
-mod lstm;
+pub mod linear;
+pub mod lstm;
 mod network;
 
-pub use layout::{Layout, TensorSpec};
-pub use linear::Linear;
-pub use lstm::{Lstm, LstmCache, Steps};
-pub use network::{CHUNK, Loss, Network, Sequence, State, StepWorkspace, TrainWorkspace};
+pub use lstm::{LstmCache, Steps};
+pub use network::{Loss, Sequence, TrainNetwork, TrainWorkspace};

@@ -2,7 +2,7 @@
 #![allow(dead_code, missing_docs)]
 
 use paid_lanes::rng::Rng;
-use paid_learn::{StepBuffers, VecEnv};
+use paid_learn::{ObservationGroup, StepBuffers, VecEnv};
 
 /// A point mass on a line, pushed by the action: reward `1 - x^2 - 0.1 v^2 - 0.01 a^2`, 0.1 s a step, cut after 50.
 /// Policy and critic see position and velocity; the critic sees the step number too.
@@ -30,23 +30,19 @@ impl VecEnv for PointMass {
     fn num_envs(&self) -> usize {
         self.state.len()
     }
-    fn policy_obs_dim(&self) -> usize {
-        2
-    }
-    fn critic_obs_dim(&self) -> usize {
-        3
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        ObservationGroup::policy_and_critic(2, 3)
     }
     fn action_dim(&self) -> usize {
         1
     }
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
         let n = self.state.len();
-        for (e, state) in self.state.iter().enumerate() {
-            for k in 0..3 {
-                critic[k * n + e] = state[k] as f32;
-            }
-            for k in 0..2 {
-                policy[k * n + e] = state[k] as f32;
+        for (group, size) in groups.iter_mut().zip([2, 3]) {
+            for (e, state) in self.state.iter().enumerate() {
+                for k in 0..size {
+                    group[k * n + e] = state[k] as f32;
+                }
             }
         }
     }
@@ -112,22 +108,20 @@ impl VecEnv for Recall {
     fn num_envs(&self) -> usize {
         self.state.len()
     }
-    fn policy_obs_dim(&self) -> usize {
-        2
-    }
-    fn critic_obs_dim(&self) -> usize {
-        2
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        ObservationGroup::policy_and_critic(2, 2)
     }
     fn action_dim(&self) -> usize {
         1
     }
-    fn observe(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
         let n = self.state.len();
-        for (e, &(sign, t)) in self.state.iter().enumerate() {
-            policy[e] = if t == 0 { sign } else { 0.0 };
-            policy[n + e] = if t == 0 { 1.0 } else { 0.0 };
+        for group in groups {
+            for (e, &(sign, t)) in self.state.iter().enumerate() {
+                group[e] = if t == 0 { sign } else { 0.0 };
+                group[n + e] = if t == 0 { 1.0 } else { 0.0 };
+            }
         }
-        critic.copy_from_slice(policy);
     }
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
         for e in 0..self.state.len() {

@@ -15,11 +15,14 @@ const PERCEPTION_STREAM: u32 = 3;
 const VELOCITY_STREAM: u32 = 4;
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
-    /// Writes observations, see [`crate::TaskShard::observe`].
-    pub(crate) fn observe_all(&mut self, policy: &mut [f32], critic: &mut [f32]) {
+    /// Writes observations, see [`paid_policy::VecEnv::observe`].
+    pub(crate) fn observe_all(&mut self, out: &mut [&mut [f32]]) {
         let envs = self.envs.len();
-        assert_eq!(policy.len(), self.config.layout.policy_dim() * envs, "policy observations");
-        assert_eq!(critic.len(), self.config.layout.critic_dim() * envs, "critic observations");
+        let sizes = [self.config.layout.policy_dim(), self.config.layout.critic_dim()];
+        assert!(out.len() <= sizes.len(), "at most {} observation groups, found {}", sizes.len(), out.len());
+        for (k, (out, size)) in out.iter().zip(sizes).enumerate() {
+            assert_eq!(out.len(), size * envs, "observation group {k}");
+        }
         let disturbed = self.disturbed();
         if !disturbed {
             self.noise.fill(V::zero());
@@ -34,7 +37,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 self.observe_group(group, disturbed, (group - first) * V::LANES, width);
             }
             let used = groups * V::LANES;
-            for (out, rows) in [(&mut *policy, &self.policy_rows), (&mut *critic, &self.critic_rows)] {
+            for (out, rows) in out.iter_mut().zip([&self.policy_rows, &self.critic_rows]) {
                 for (to, from) in out.chunks_exact_mut(envs).zip(rows.chunks_exact(width)) {
                     to[first * V::LANES..][..used].copy_from_slice(&from[..used]);
                 }

@@ -16,7 +16,7 @@ use crate::{EndCause, KickEvent, TaskMetrics};
 const KICK_DELAY: u32 = 5;
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
-    /// Advances all environments, see [`crate::TaskShard::step`].
+    /// Advances all environments, see [`paid_policy::VecEnv::step`].
     pub(crate) fn step_all(
         &mut self,
         actions: &[f32],

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     EndCause, EvalControl, EvalOptions, InitialState, REWARD_NAMES, ReferenceLibrary, Task, TaskPreset,
-    TaskShard,
+    TaskShard, TrainShard,
 };
 
 use crate::simulator::{FRAMES, Playback, SPEED, clip, playback_with_height, steps, task};
@@ -74,10 +75,10 @@ fn observations_are_placed_as_the_layout_says() {
     task.eval().set_eval(Some(EvalOptions::default()));
     task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
     let actions: Vec<f32> = (0..task.action_dim()).map(|j| 0.01 * j as f32).collect();
-    task.step(&actions, &mut [0.0], &mut [0], &mut [0]);
+    task.step(&actions, StepBuffers::new(&mut [0.0], &mut [0], &mut [0]));
     let mut policy = vec![9.0; task.policy_obs_dim()];
     let mut critic = vec![9.0; task.critic_obs_dim()];
-    task.observe(&mut policy, &mut critic);
+    task.observe(&mut [&mut policy, &mut critic]);
     let layout = task.layout().clone();
     let slice = |name: &str| {
         let term = layout.policy.iter().find(|t| t.name == name).expect("a term");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EndCause, EvalControl, REWARD_NAMES, ReferenceLibrary, Task, TaskShard};
+use paid_task::{EndCause, EvalControl, REWARD_NAMES, ReferenceLibrary, Task, TrainShard};
 
 use crate::simulator::{FRAMES, Playback, clip, playback_with_height, preset, steps, task, term};
 

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use paid_lanes::{Quat, Vec3};
 use paid_physics::{EnvParams, GroupState, LaneState, Simulator};
+use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset, TaskShard};
+use paid_task::{REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset, TrainShard};
 
 pub const FRAMES: usize = 60;
 pub const SPEED: f64 = 0.5;
@@ -193,7 +194,7 @@ pub fn steps(task: &mut Task<f64, Playback>, n: usize) -> Vec<(f32, u8, u8)> {
     (0..n)
         .map(|_| {
             let (mut reward, mut terminated, mut truncated) = ([0.0], [0], [0]);
-            task.step(&actions, &mut reward, &mut terminated, &mut truncated);
+            task.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
             (reward[0], terminated[0], truncated[0])
         })
         .collect()

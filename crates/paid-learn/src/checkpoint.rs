@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use super::{Checkpoint, CheckpointError, Meta, TensorFile, VERSION};
+use paid_policy::checkpoint::{Meta, VERSION};
+use paid_policy::net::State;
+use paid_policy::normalizer::Normalizer;
+use paid_policy::{Checkpoint, CheckpointError, TensorFile};
+
 use crate::learner::Learner;
 use crate::model::Model;
-use crate::net::State;
-use crate::normalizer::Normalizer;
 use crate::shard::Shard;
 
 /// Recurrent states of a shard's blocks as one `[2 * layers * size, envs]` matrix.
@@ -112,7 +114,7 @@ impl Learner {
             model.m = checkpoint.parameters(&format!("adam.m.{name}"), &model.layout)?;
             model.v = checkpoint.parameters(&format!("adam.v.{name}"), &model.layout)?;
         }
-        let file = &checkpoint.file;
+        let file = checkpoint.tensors();
         let learning_rate = file.f64s("learner.learning_rate", &[1])?[0];
         let counters = file.u64s("learner.counters", &[6])?;
         let sizes = file.u64s("learner.shards", &[counters[5] as usize])?;

@@ -1,6 +1,6 @@
 //! Element types of networks, and lane-wise kernels over slices of them.
 
-use paid_lanes::{Isa, IsaVisitor, Kernel, Real, Scalar};
+use paid_lanes::{Isa, IsaVisitor, Kernel, MAX_LANES, Real, Scalar};
 
 /// Element type of a network: `f32` in training, `f64` in gradient tests. Both run the same source.
 pub trait Element: Scalar {
@@ -49,11 +49,9 @@ impl Element for f64 {
     }
 }
 
-pub(crate) use paid_lanes::MAX_LANES;
-
 /// Elements `i..i + LANES` of `x`, zero beyond its end.
 #[inline(always)]
-pub(crate) fn load<V: Real>(x: &[V::Scalar], i: usize) -> V {
+pub fn load<V: Real>(x: &[V::Scalar], i: usize) -> V {
     if i + V::LANES <= x.len() {
         V::load(&x[i..i + V::LANES])
     } else {
@@ -66,7 +64,7 @@ pub(crate) fn load<V: Real>(x: &[V::Scalar], i: usize) -> V {
 
 /// Writes lanes to elements `i..i + LANES` of `x`, dropping those beyond its end.
 #[inline(always)]
-pub(crate) fn store<V: Real>(value: V, x: &mut [V::Scalar], i: usize) {
+pub fn store<V: Real>(value: V, x: &mut [V::Scalar], i: usize) {
     if i + V::LANES <= x.len() {
         value.store(&mut x[i..i + V::LANES]);
     } else {
@@ -79,7 +77,7 @@ pub(crate) fn store<V: Real>(value: V, x: &mut [V::Scalar], i: usize) {
 
 /// Sum of the lanes, lane 0 first.
 #[inline(always)]
-pub(crate) fn sum<V: Real>(value: V) -> f64 {
+pub fn sum<V: Real>(value: V) -> f64 {
     let mut buffer = [V::Scalar::default(); MAX_LANES];
     value.store(&mut buffer);
     let mut total = 0.0;
@@ -91,7 +89,7 @@ pub(crate) fn sum<V: Real>(value: V) -> f64 {
 
 /// Sum of the lanes that stand for elements `i..` of a slice of length `len`.
 #[inline(always)]
-pub(crate) fn sum_valid<V: Real>(value: V, i: usize, len: usize) -> f64 {
+pub fn sum_valid<V: Real>(value: V, i: usize, len: usize) -> f64 {
     let mut buffer = [V::Scalar::default(); MAX_LANES];
     value.store(&mut buffer);
     let mut total = 0.0;

@@ -51,7 +51,7 @@ pub struct Normalizer {
 
 /// What one shard saw in one iteration: sums of the normalized values.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Seen {
+pub struct NormalizerBatch {
     count: f64,
     sum: Vec<f64>,
     squares: Vec<f64>,
@@ -59,7 +59,7 @@ pub struct Seen {
     pub non_finite: u64,
 }
 
-impl Seen {
+impl NormalizerBatch {
     /// Nothing seen of `features` features.
     pub fn new(features: usize) -> Self {
         Self { count: 0.0, sum: vec![0.0; features], squares: vec![0.0; features], non_finite: 0 }
@@ -107,19 +107,19 @@ impl Normalizer {
         };
     }
 
-    /// Normalizes `x` `[features, n]` into `out`; values that are not finite become zero. Counts what it saw in `seen`.
-    pub fn apply(&self, x: Mat<'_, f32>, out: MatMut<'_, f32>, seen: Option<&mut Seen>) {
+    /// Normalizes `x` `[features, n]` into `out`; values that are not finite become zero. Counts what it saw in `batch`.
+    pub fn apply(&self, x: Mat<'_, f32>, out: MatMut<'_, f32>, batch: Option<&mut NormalizerBatch>) {
         assert!(
             x.rows() == self.mean.len() && out.rows() == x.rows() && out.cols() == x.cols(),
             "equal shapes"
         );
-        f32::launch(Apply { normalizer: self, x, out, seen });
+        f32::launch(Apply { normalizer: self, x, out, batch });
     }
 
     /// Merges what the shards saw, in their order.
-    pub fn merge<'a>(&mut self, seen: impl IntoIterator<Item = &'a Seen>) {
+    pub fn merge<'a>(&mut self, batches: impl IntoIterator<Item = &'a NormalizerBatch>) {
         let old = (self.mean.clone(), self.inv_std.clone());
-        for part in seen {
+        for part in batches {
             if part.count == 0.0 {
                 continue;
             }
@@ -141,7 +141,7 @@ struct Apply<'a, 'b> {
     normalizer: &'a Normalizer,
     x: Mat<'a, f32>,
     out: MatMut<'a, f32>,
-    seen: Option<&'b mut Seen>,
+    batch: Option<&'b mut NormalizerBatch>,
 }
 
 impl Lanewise<f32> for Apply<'_, '_> {
@@ -172,18 +172,18 @@ impl Lanewise<f32> for Apply<'_, '_> {
                 }
                 i += V::LANES;
             }
-            if let Some(seen) = &mut self.seen {
-                seen.sum[r] += sum_valid(sum, 0, V::LANES);
-                seen.squares[r] += sum_valid(squares, 0, V::LANES);
+            if let Some(batch) = &mut self.batch {
+                batch.sum[r] += sum_valid(sum, 0, V::LANES);
+                batch.squares[r] += sum_valid(squares, 0, V::LANES);
                 for &z in &out[whole..] {
-                    seen.sum[r] += f64::from(z);
-                    seen.squares[r] += f64::from(z) * f64::from(z);
+                    batch.sum[r] += f64::from(z);
+                    batch.squares[r] += f64::from(z) * f64::from(z);
                 }
             }
         }
-        if let Some(seen) = self.seen {
-            seen.count += n as f64;
-            seen.non_finite += non_finite;
+        if let Some(batch) = self.batch {
+            batch.count += n as f64;
+            batch.non_finite += non_finite;
         }
     }
 }
@@ -209,7 +209,7 @@ mod tests {
                     all[f].extend(x[f * n..(f + 1) * n].iter().map(|&x| f64::from(x)));
                 }
                 let mut out = vec![0.0; features * n];
-                let mut seen = Seen::new(features);
+                let mut seen = NormalizerBatch::new(features);
                 normalizer.apply(
                     Mat::new(&x, features, n, n),
                     MatMut::new(&mut out, features, n, n),
@@ -234,7 +234,7 @@ mod tests {
     fn values_that_are_not_finite_become_zero_and_are_counted() {
         let normalizer = Normalizer::new(1);
         let mut out = [9.0; 3];
-        let mut seen = Seen::new(1);
+        let mut seen = NormalizerBatch::new(1);
         normalizer.apply(
             Mat::new(&[f32::NAN, 2.0, f32::INFINITY], 1, 3, 3),
             MatMut::new(&mut out, 1, 3, 3),

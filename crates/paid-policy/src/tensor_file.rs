@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
-use super::CheckpointError;
+use crate::CheckpointError;
 
 /// A tensor as bytes, little-endian.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,7 +33,7 @@ impl Tensor {
 /// All tensors and metadata of a file.
 #[derive(Clone, Debug, Default)]
 pub struct TensorFile {
-    /// Where it is or will be.
+    /// Where it is or will be; of bytes that came another way, what errors call them.
     pub path: PathBuf,
     /// Tensors by name.
     pub tensors: BTreeMap<String, Tensor>,
@@ -118,12 +118,20 @@ impl TensorFile {
             action: "read",
             source,
         })?;
+        Self::from_bytes(&bytes, path)
+    }
+
+    /// As [`TensorFile::load`], from a file's bytes; `path` only names them in errors.
+    ///
+    /// # Errors
+    /// If they are not in the safetensors format.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, CheckpointError> {
         let wrong = |error: safetensors::SafeTensorError| CheckpointError::Format {
             path: path.to_owned(),
             reason: error.to_string(),
         };
-        let (_, header) = SafeTensors::read_metadata(&bytes).map_err(wrong)?;
-        let parsed = SafeTensors::deserialize(&bytes).map_err(wrong)?;
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(wrong)?;
+        let parsed = SafeTensors::deserialize(bytes).map_err(wrong)?;
         let mut file = Self { path: path.to_owned(), ..Self::default() };
         for (name, view) in parsed.iter() {
             let tensor =
@@ -136,11 +144,11 @@ impl TensorFile {
         Ok(file)
     }
 
-    /// Writes the file under its path; an older one stays whole if this fails.
+    /// The file's bytes.
     ///
     /// # Errors
-    /// If the file system refuses.
-    pub fn save(&self) -> Result<(), CheckpointError> {
+    /// If a tensor's bytes do not fit its shape.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, CheckpointError> {
         let wrong = |error: safetensors::SafeTensorError| CheckpointError::Format {
             path: self.path.clone(),
             reason: error.to_string(),
@@ -152,8 +160,15 @@ impl TensorFile {
         }
         let metadata: HashMap<String, String> =
             self.metadata.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
-        let bytes = safetensors::serialize(views, Some(metadata)).map_err(wrong)?;
-        write_atomically(&self.path, &bytes)
+        safetensors::serialize(views, Some(metadata)).map_err(wrong)
+    }
+
+    /// Writes the file under its path; an older one stays whole if this fails.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn save(&self) -> Result<(), CheckpointError> {
+        write_atomically(&self.path, &self.to_bytes()?)
     }
 }
 

@@ -1,25 +1,22 @@
-//! Checkpoints: everything that a learner needs to go on as if it had not stopped, in one safetensors file.
+//! Checkpoints: a policy's weights, and in a full checkpoint everything that its learner needs to go on as if it had not stopped, in
+//! one safetensors file.
 //!
 //! Tensors: `actor.*`, `critic.*` (weights, `actor.log_std`), `adam.m.*`, `adam.v.*`, `normalizer.{policy,critic}.{mean,m2,count}`
 //! (`f64`), `learner.*` (rates and counters), `carry.<shard>.{actor,critic}` (recurrent state, `[2 * layers * size, envs]`: `h` then
 //! `c` a layer) and `blob.<name>` (bytes that the caller added). The metadata hold the shape of the networks as JSON.
-
-mod file;
-mod learner;
 
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use crate::config::NetworkConfig;
-use crate::model::Policy;
 use crate::net::{Layout, Network};
 use crate::normalizer::{Moments, Normalizer};
-
-pub use file::{Tensor, TensorFile, write_atomically};
+use crate::policy::Policy;
+use crate::tensor_file::TensorFile;
 
 /// Version of the format.
-const VERSION: u32 = 1;
+pub const VERSION: u32 = 1;
 
 /// A checkpoint that cannot be written, read or used.
 #[derive(Debug, thiserror::Error)]
@@ -95,8 +92,19 @@ impl Checkpoint {
     /// # Errors
     /// If the file cannot be read or is none.
     pub fn load(path: &Path) -> Result<Self, CheckpointError> {
-        let file = TensorFile::load(path)?;
-        let wrong = |reason: String| CheckpointError::Format { path: path.to_owned(), reason };
+        Self::of(TensorFile::load(path)?)
+    }
+
+    /// As [`Checkpoint::load`], from a file's bytes; `path` only names them in errors.
+    ///
+    /// # Errors
+    /// If they are no checkpoint.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self, CheckpointError> {
+        Self::of(TensorFile::from_bytes(bytes, path)?)
+    }
+
+    fn of(file: TensorFile) -> Result<Self, CheckpointError> {
+        let wrong = |reason: String| CheckpointError::Format { path: file.path.clone(), reason };
         let text = file.metadata.get("paid").ok_or_else(|| wrong("no metadata entry 'paid'".to_owned()))?;
         let meta: Meta = serde_json::from_str(text).map_err(|error| wrong(format!("metadata: {error}")))?;
         if meta.version != VERSION {
@@ -108,6 +116,11 @@ impl Checkpoint {
     /// The file that it came from.
     pub fn path(&self) -> &Path {
         &self.file.path
+    }
+
+    /// All of its tensors.
+    pub fn tensors(&self) -> &TensorFile {
+        &self.file
     }
 
     /// Shape of the learner that wrote it.
@@ -160,7 +173,7 @@ impl Checkpoint {
     }
 
     /// Writes weights and normalizers with the caller's `blobs` and nothing else: enough for evaluation, export and
-    /// [`crate::Learner::load_weights`], not for resuming. States of environments, which come from motions, stay behind.
+    /// a start with these weights, not for resuming. States of environments, which come from motions, stay behind.
     ///
     /// # Errors
     /// If a tensor does not fit the metadata or the file system refuses.
@@ -178,8 +191,11 @@ impl Checkpoint {
         file.save()
     }
 
-    /// All tensors of a layout, each checked by name and shape.
-    fn parameters(&self, prefix: &str, layout: &Layout) -> Result<Vec<f32>, CheckpointError> {
+    /// All tensors of a layout, `prefix.` before their names, each checked by name and shape.
+    ///
+    /// # Errors
+    /// Naming the first tensor that is missing, has another shape or a number that is not finite.
+    pub fn parameters(&self, prefix: &str, layout: &Layout) -> Result<Vec<f32>, CheckpointError> {
         let mut params = Vec::with_capacity(layout.len());
         for spec in layout.tensors() {
             params.extend(self.file.f32s(&format!("{prefix}.{}", spec.name), &spec.shape)?);
@@ -187,7 +203,11 @@ impl Checkpoint {
         Ok(params)
     }
 
-    fn normalizer(&self, name: &str, features: usize) -> Result<Normalizer, CheckpointError> {
+    /// The normalizer `policy` or `critic`.
+    ///
+    /// # Errors
+    /// If its tensors are missing, have another shape or a number that is not finite.
+    pub fn normalizer(&self, name: &str, features: usize) -> Result<Normalizer, CheckpointError> {
         let mean = self.file.f64s(&format!("normalizer.{name}.mean"), &[features])?;
         let m2 = self.file.f64s(&format!("normalizer.{name}.m2"), &[features])?;
         let count = self.file.f64s(&format!("normalizer.{name}.count"), &[1])?[0];

@@ -125,25 +125,6 @@ impl Contract {
         out
     }
 
-    /// The released interface's metadata, in the order of [`crate::RELEASED_KEYS`] without `run_path`.
-    pub(crate) fn released_metadata(&self) -> Vec<(&'static str, String)> {
-        let joints = |f: fn(&JointContract) -> f64| {
-            self.joints.iter().map(|j| format!("{:.9}", f(j))).collect::<Vec<_>>().join(",")
-        };
-        let names = |i: &mut dyn Iterator<Item = &String>| i.cloned().collect::<Vec<_>>().join(",");
-        vec![
-            ("joint_names", names(&mut self.joints.iter().map(|j| &j.name))),
-            ("joint_stiffness", joints(|j| j.stiffness)),
-            ("joint_damping", joints(|j| j.damping)),
-            ("default_joint_pos", joints(|j| j.default_pos)),
-            ("action_scale", joints(|j| j.action_scale)),
-            ("observation_names", names(&mut self.observation.iter().map(|t| &t.name))),
-            ("command_names", names(&mut self.commands.iter())),
-            ("anchor_body_name", self.anchor_body.clone()),
-            ("body_names", names(&mut self.bodies.iter())),
-        ]
-    }
-
     /// Checks the contract against itself: unique names without commas, finite positive numbers.
     ///
     /// # Errors

@@ -1,0 +1,14 @@
+//! Networks: layers and their forward passes over feature-major matrices `[features, N]`.
+//!
+//! A network's shape ([`Network`]) is separate from its parameters (one flat vector, described by a [`Layout`]), so that
+//! gradients, optimizer moments and checkpoints are flat vectors of the same layout.
+
+mod layout;
+mod linear;
+mod lstm;
+mod network;
+
+pub use layout::{Layout, TensorSpec};
+pub use linear::Linear;
+pub use lstm::{Cell, Lstm};
+pub use network::{CHUNK, Network, State, StepWorkspace};
