@@ -1,5 +1,6 @@
 //! Names resolved to indices, once.
 
+use paid_physics::{BodyState, GroupState};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
 use crate::library::{body_index, followed_bodies};
@@ -101,6 +102,12 @@ impl TaskConfig {
             return Err(TaskError::Robot("tracked_bodies: expected at least one body".into()));
         }
         Ok(config)
+    }
+
+    /// The left (0) or right (1) foot.
+    #[inline(always)]
+    pub(crate) fn foot<'a, V>(&self, state: &'a GroupState<V>, side: usize) -> &'a BodyState<V> {
+        &state.bodies[self.followed[self.feet[side]]]
     }
 
     /// Number of joints.

@@ -8,6 +8,7 @@ use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::observe::{Draw, Rows, Seen, expected_ball, in_base, observe_critic, observe_policy};
 use crate::score::{Score, Sums, score};
+use crate::tracking::TrackingErrors;
 
 /// Actions are limited to this; a NaN becomes the lower limit, so that it cannot reach the physics.
 const ACTION_LIMIT: f64 = 100.0;
@@ -98,6 +99,7 @@ pub(crate) struct ScoreGroup<'a, V> {
     pub config: &'a TaskConfig,
     pub state: &'a GroupState<V>,
     pub group: &'a mut GroupTask<V>,
+    pub tracking: &'a mut TrackingErrors<V>,
     pub sums: &'a mut Sums<V>,
     pub reward: &'a mut [f32],
 }
@@ -106,7 +108,7 @@ impl<V: Real> Kernel for ScoreGroup<'_, V> {
     type Output = Score<V>;
     #[inline(always)]
     fn run(self) -> Score<V> {
-        let result = score(self.config, self.state, self.group, self.sums);
+        let result = score(self.config, self.state, self.group, self.tracking, self.sums);
         store_f32(result.reward, self.reward);
         result
     }

@@ -4,7 +4,6 @@ use paid_lanes::{Mask, Real, Vec3};
 use paid_physics::BallState;
 
 use crate::KickPreset;
-use crate::terms::soccer::past_goal_plane;
 
 /// Kick state of a group. Flags are 0 or 1.
 #[derive(Clone, Debug)]
@@ -25,8 +24,8 @@ pub(crate) struct KickState<V> {
     pub z_opened: V,
     /// Control steps left for which vertical speed is charged.
     pub z_window: V,
-    /// Proximity at the first contact.
-    pub frozen: V,
+    /// Squared horizontal distance of the ball from anchor and base at the first contact `[m^2]`.
+    pub distance2: [V; 2],
     /// Where the ball was before the first contact [m].
     pub before: Vec3<V>,
     /// Largest horizontal ball speed within the window after the first contact [m/s].
@@ -56,6 +55,21 @@ pub(crate) struct KickStep<V: Real> {
     pub z_window: V::Mask,
 }
 
+impl<V: Real> KickStep<V> {
+    /// Nothing happened.
+    #[inline(always)]
+    pub(crate) fn none() -> Self {
+        let no = V::Mask::splat(false);
+        Self { first: no, correct: no, right: no, window: no, z_window: no }
+    }
+}
+
+/// Squared horizontal length.
+#[inline(always)]
+pub(crate) fn horizontal2<V: Real>(v: Vec3<V>) -> V {
+    v.x().mul_add(v.x(), v.y() * v.y())
+}
+
 #[inline(always)]
 pub(crate) fn flag<V: Real>(mask: V::Mask) -> V {
     V::select(mask, V::one(), V::zero())
@@ -78,7 +92,7 @@ impl<V: Real> KickState<V> {
             window: zero,
             z_opened: zero,
             z_window: zero,
-            frozen: zero,
+            distance2: [zero; 2],
             before: Vec3::zero(),
             best_speed: zero,
             best_cosine: zero,
@@ -89,8 +103,9 @@ impl<V: Real> KickState<V> {
     }
 
     /// Every number, for reset and save.
-    pub(crate) fn fields(&mut self) -> [&mut V; 17] {
+    pub(crate) fn fields(&mut self) -> [&mut V; 18] {
         let [x, y, z] = &mut self.before.0;
+        let [from_anchor, from_base] = &mut self.distance2;
         [
             &mut self.label,
             &mut self.touched,
@@ -100,7 +115,8 @@ impl<V: Real> KickState<V> {
             &mut self.window,
             &mut self.z_opened,
             &mut self.z_window,
-            &mut self.frozen,
+            from_anchor,
+            from_base,
             x,
             y,
             z,
@@ -122,12 +138,13 @@ impl<V: Real> KickState<V> {
         self.wait.set_lane(lane, wait as f64);
     }
 
-    /// Takes in the state after a control step.
+    /// Takes in the state after a control step. `robot_points` are anchor and base, world [m].
     #[inline(always)]
     pub(crate) fn advance(
         &mut self,
         ball: &BallState<V>,
         feet: [Vec3<V>; 2],
+        robot_points: [Vec3<V>; 2],
         preset: &KickPreset,
     ) -> KickStep<V> {
         let one = V::one();
@@ -153,6 +170,9 @@ impl<V: Real> KickState<V> {
         self.z_window = (self.z_window - one).max(V::zero());
 
         self.before = Vec3::select(is_set(self.touched), self.before, ball.pos);
+        for (kept, point) in self.distance2.iter_mut().zip(robot_points) {
+            *kept = V::select(first, horizontal2(ball.pos - point), *kept);
+        }
         KickStep { first, correct, right, window, z_window }
     }
 
@@ -192,6 +212,21 @@ impl<V: Real> KickState<V> {
     }
 }
 
+/// True if `ball` is past the plane through `goal` perpendicular to the heading, and within `half_width` of its center.
+#[inline(always)]
+fn past_goal_plane<V: Real>(
+    ball: Vec3<V>,
+    goal: Vec3<V>,
+    heading: [V; 2],
+    half_width: f64,
+) -> (V::Mask, V::Mask) {
+    let (dx, dy) = (ball.x() - goal.x(), ball.y() - goal.y());
+    let along = dx * heading[0] + dy * heading[1];
+    let across = dy * heading[0] - dx * heading[1];
+    let past = along.ge(V::zero());
+    (past, past.and(across.abs().le(V::c(half_width))))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,18 +256,25 @@ mod tests {
 
     const FEET: [Vec3<f64>; 2] = [Vec3([0.2, 0.2, 0.0]), Vec3([-0.1, 0.2, 0.0])];
 
+    /// Anchor and base.
+    const POINTS: [Vec3<f64>; 2] = [Vec3([0.0, 3.0, 0.8]), Vec3([2.0, 0.0, 0.8])];
+
     #[test]
     fn the_first_hard_contact_with_the_labeled_foot_pays_once() {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
-        let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, &preset());
+        let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, POINTS, &preset());
         assert!(!soft.first && !soft.window);
-        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.01), FEET, &preset());
+        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.01), FEET, POINTS, &preset());
         assert!(hit.first && hit.correct && hit.right && hit.window && hit.z_window);
         assert_eq!(kick.before.0, [0.0, 0.0, 0.11]);
-        let again = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.1), FEET, &preset());
+        let again = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.1), FEET, POINTS, &preset());
         assert!(!again.first && !again.correct && again.window && !again.z_window);
-        assert!(!kick.advance(&ball(0.0, [0.0, -2.0, 0.1], -0.2), FEET, &preset()).window);
+        // Frozen at the first contact: the ball at y = -0.01.
+        assert!(
+            (kick.distance2[0] - 3.01 * 3.01).abs() < 1e-12 && (kick.distance2[1] - 4.0001).abs() < 1e-12
+        );
+        assert!(!kick.advance(&ball(0.0, [0.0, -2.0, 0.1], -0.2), FEET, POINTS, &preset()).window);
         assert_eq!(kick.since, 2.0);
     }
 
@@ -242,11 +284,11 @@ mod tests {
             let mut kick = KickState::<f64>::new();
             kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 2);
             for _ in 0..soft_steps {
-                kick.advance(&ball(0.0, [0.0; 3], 0.0), FEET, &preset());
+                kick.advance(&ball(0.0, [0.0; 3], 0.0), FEET, POINTS, &preset());
             }
-            let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, &preset());
+            let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset());
             assert_eq!((hit.first, hit.correct, hit.window), (true, pays, pays), "{soft_steps}");
-            let later = kick.advance(&ball(50.0, [0.0, -5.0, 0.1], 0.0), FEET, &preset());
+            let later = kick.advance(&ball(50.0, [0.0, -5.0, 0.1], 0.0), FEET, POINTS, &preset());
             assert_eq!((later.first, later.window), (false, pays), "{soft_steps}");
         }
     }
@@ -255,7 +297,7 @@ mod tests {
     fn the_wrong_foot_touches_but_does_not_pay() {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, 0, [0.0, 0.0, 0.11], 0);
-        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, &preset());
+        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset());
         assert!(hit.first && !hit.correct && !hit.window && kick.touched == 1.0 && kick.correct == 0.0);
     }
 
@@ -265,7 +307,7 @@ mod tests {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
         let hit = ball(50.0, [0.3, -3.0, 0.0], -0.01);
-        kick.advance(&hit, FEET, &preset());
+        kick.advance(&hit, FEET, POINTS, &preset());
         kick.observe_outcome(&hit, goal, heading, 5, 1.0);
         assert!((kick.best_speed - 9.09_f64.sqrt()).abs() < 1e-12);
         assert!((kick.best_cosine - 3.0 / 9.09_f64.sqrt()).abs() < 1e-12);
@@ -274,5 +316,14 @@ mod tests {
         let far = ball(0.0, [0.0, -1.0, 0.0], -5.1);
         kick.observe_outcome(&far, goal, heading, 5, 1.0);
         assert_eq!((kick.crossed, kick.scored), (1.0, 1.0));
+    }
+
+    #[test]
+    fn the_goal_is_crossed_within_its_width_only() {
+        // Heading -y, goal at (0, -5).
+        let (goal, heading) = (Vec3([0.0, -5.0, 0.1]), [0.0, -1.0]);
+        assert_eq!(past_goal_plane(Vec3([0.9, -5.1, 0.1]), goal, heading, 1.0), (true, true));
+        assert_eq!(past_goal_plane(Vec3([1.1, -5.1, 0.1]), goal, heading, 1.0), (true, false));
+        assert_eq!(past_goal_plane(Vec3([0.0, -4.9, 0.1]), goal, heading, 1.0), (false, false));
     }
 }

@@ -8,6 +8,8 @@ mod ball_preset;
 mod config;
 mod error;
 mod eval_control;
+#[cfg(test)]
+mod fixture;
 mod group;
 mod kernels;
 mod kick;
@@ -18,6 +20,7 @@ mod library;
 mod metrics;
 mod observe;
 mod overrides;
+mod parameters;
 mod perception;
 mod perception_preset;
 mod picture;
@@ -26,14 +29,16 @@ pub mod preset;
 mod randomization_preset;
 mod reference;
 mod reset;
-mod reward_preset;
+mod rewards;
 mod sampler;
 mod score;
 mod shard;
 mod shard_impl;
 mod snapshot;
 mod task;
-mod terms;
+mod terminations;
+mod terms_table;
+mod tracking;
 mod words;
 
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
@@ -42,13 +47,16 @@ pub use eval_control::{BodySample, EnvSample, EvalControl, EvalOptions, InitialS
 pub use layout::{BALL_AT_STRIKE, ObservationLayout, ObservationTerm};
 pub use lead::roll_decay;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary};
-pub use metrics::{END_CAUSES, END_NAMES, EndCause, KickStatistics, TRACKING_NAMES, TaskMetrics};
+pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use overrides::{OverrideError, apply_override};
+pub use parameters::{Need, ParameterInfo};
 pub use placement::{RollingBall, motion_for, nearest_motion};
 pub use preset::TaskPreset;
-pub use reward_preset::{
-    BodyKernel, Kernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset, StrikeKernel,
-};
+pub use rewards::{BodyKernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset};
 pub use sampler::SamplerState;
 pub use shard::{TaskShard, TrainShard, build_engine, build_shard};
 pub use task::Task;
+pub use terminations::{
+    END_CAUSES, END_NAMES, EndCause, TERMINATION_NAMES, TERMINATION_TERMS, TerminationPreset,
+};
+pub use terms_table::{TermInfo, terms_table};

@@ -1,33 +1,6 @@
 //! Sums and counts of what happened in a shard since they were last taken.
 
-use crate::reward_preset::{REWARD_NAMES, REWARD_TERMS};
-
-/// Why an episode ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum EndCause {
-    /// The anchor's height left the reference's.
-    AnchorHeight = 0,
-    /// The anchor tilted away from the reference.
-    Gravity = 1,
-    /// An end effector's height left the reference's.
-    EndEffector = 2,
-    /// The anchor's place on the ground left the reference's.
-    AnchorDistance = 3,
-    /// A number of the state was not finite; counted as a failure.
-    NotFinite = 4,
-    /// The motion ended; a truncation.
-    MotionEnd = 5,
-    /// The time limit; a truncation.
-    TimeOut = 6,
-}
-
-/// Number of causes.
-pub const END_CAUSES: usize = 7;
-
-/// Names of the causes, in the order of [`EndCause`].
-pub const END_NAMES: [&str; END_CAUSES] =
-    ["anchor_height", "gravity", "end_effector", "anchor_distance", "not_finite", "motion_end", "time_out"];
+use crate::{END_CAUSES, END_NAMES, REWARD_NAMES, REWARD_TERMS};
 
 /// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position [m] and orientation [rad],
 /// mean body position [m] and orientation [rad] (yaw-aligned), mean body linear [m/s] and angular [rad/s] velocity,
@@ -180,6 +153,7 @@ impl TaskMetrics {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::EndCause;
 
     #[test]
     fn merged_metrics_average_over_all_steps() {

@@ -7,7 +7,7 @@ pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
 pub use crate::overrides::{OverrideError, apply_override};
 pub use crate::perception_preset::{CameraPreset, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
-use crate::{RewardPreset, TaskError};
+use crate::{RewardPreset, TaskError, TerminationPreset};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
 pub type Range = [f64; 2];
@@ -30,7 +30,7 @@ pub struct TaskPreset {
     pub observations: ObservationPreset,
     /// Reward terms.
     pub rewards: RewardPreset,
-    /// Limits beyond which tracking counts as failed.
+    /// What ends an episode as a failure.
     pub terminations: TerminationPreset,
     /// How episodes begin.
     pub resets: ResetPreset,
@@ -74,20 +74,6 @@ pub struct ObservationPreset {
     /// fast balls slow down expects it; motions are chosen by that place too. Paper: the ball as it is, and a recurrent policy.
     #[serde(default)]
     pub lead_ball: bool,
-}
-
-/// Limits of tracking; a non-positive limit switches a check off.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TerminationPreset {
-    /// Largest difference of the anchor's height from the reference [m].
-    pub anchor_height_m: f64,
-    /// Largest difference of the z component of gravity in the anchor's frame from the reference's.
-    pub gravity_z: f64,
-    /// Largest difference of an end effector's height from the reference [m].
-    pub end_effector_height_m: f64,
-    /// Largest horizontal distance of the anchor from the reference's [m].
-    pub anchor_distance_m: f64,
 }
 
 /// Uniform noise on velocities, half-widths.
@@ -197,6 +183,11 @@ impl TaskPreset {
         let fail = |message: String| TaskError::Preset { name: name.to_owned(), message };
         let table: toml::Table = text.parse().map_err(|e: toml::de::Error| fail(e.to_string()))?;
         let mut value = toml::Value::Table(table);
+        if !overrides.is_empty() {
+            // Keys that the file leaves out can be overridden too.
+            let filled: Self = value.try_into().map_err(|e: toml::de::Error| fail(e.to_string()))?;
+            value = toml::Value::try_from(filled).map_err(|e| fail(e.to_string()))?;
+        }
         for text in overrides {
             apply_override(&mut value, text).map_err(|e| fail(e.to_string()))?;
         }
@@ -247,7 +238,8 @@ impl TaskPreset {
         if self.sampling.kernel_size == 0 || self.scene.substeps == 0 {
             return Err(value_error("sampling.kernel_size, scene.substeps", "at least 1", "0".into()));
         }
-        self.rewards.validate()
+        self.rewards.validate()?;
+        self.terminations.validate()
     }
 
     /// Duration of a control step [s].
@@ -293,6 +285,16 @@ mod tests {
             error.to_string(),
             "preset: pushes.interval_s is [3.0, 1.0], expected [lo, hi] with lo <= hi"
         );
+    }
+
+    #[test]
+    fn a_key_that_the_file_leaves_out_can_be_overridden() {
+        let text: String =
+            BUILTIN[1].1.lines().filter(|l| !l.starts_with("hand_pos")).map(|l| format!("{l}\n")).collect();
+        let hand_pos =
+            |overrides: &[String]| TaskPreset::parse("x", &text, overrides).expect("valid").rewards.hand_pos;
+        assert_eq!((hand_pos(&[]).weight, hand_pos(&[]).sigma), (0.0, 0.1));
+        assert_eq!(hand_pos(&["rewards.hand_pos.sigma=0.2".into()]).sigma, 0.2);
     }
 
     #[test]

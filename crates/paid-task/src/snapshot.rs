@@ -9,7 +9,7 @@ use crate::words::{Reader, Writer};
 use crate::{EndCause, InitialState, KickEvent, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x02";
+const MAGIC: &[u8; 8] = b"paidtsk\x03";
 
 fn write_material(w: &mut Writer, m: &Material) {
     w.all(&[m.static_friction, m.dynamic_friction, m.restitution]);
@@ -152,18 +152,9 @@ fn read_forced(r: &mut Reader<'_>) -> Result<Option<InitialState>, String> {
 }
 
 fn cause_from(code: u64) -> Result<Option<EndCause>, String> {
-    let causes = [
-        EndCause::AnchorHeight,
-        EndCause::Gravity,
-        EndCause::EndEffector,
-        EndCause::AnchorDistance,
-        EndCause::NotFinite,
-        EndCause::MotionEnd,
-        EndCause::TimeOut,
-    ];
     match code {
         0 => Ok(None),
-        n => causes
+        n => EndCause::ALL
             .get(n as usize - 1)
             .copied()
             .map(Some)

@@ -13,6 +13,7 @@ mod motion;
 mod play;
 mod stop;
 mod sysid;
+mod task;
 mod train;
 
 use std::process::ExitCode;
@@ -47,6 +48,8 @@ enum Command {
     Sysid(Box<sysid::Args>),
     /// Train and judge with and without identification and observation noise.
     Ablate(Box<ablate::Args>),
+    /// What a task is made of.
+    Task(task::Args),
     /// Run a task under a zero or random agent and print each term's mean.
     Agent(agent::Args),
 }
@@ -63,6 +66,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Sysid(args) => sysid::run(*args),
         Command::Ablate(args) => ablate::run(&args),
+        Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),
     };
     match result {

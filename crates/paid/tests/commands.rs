@@ -44,6 +44,20 @@ fn a_reader_that_went_away_ends_the_program_in_silence() {
 }
 
 #[test]
+fn every_term_is_listed_with_its_parameters_as_text_and_json() {
+    let folder = tempfile::tempdir().expect("folder");
+    let text = succeeds(&paid(folder.path(), &["task", "terms"]));
+    assert!(text.contains("foot_sep [m], frame: world") && text.contains("distance_m = 0.24 [m]"), "{text}");
+    let table = json(&succeeds(&paid(folder.path(), &["task", "terms", "--json"])));
+    let table = table.as_array().expect("a list");
+    let fallen = table.iter().find(|t| t["name"] == "fallen").expect("a term");
+    assert_eq!(
+        (&fallen["kind"], &fallen["parameters"][1]["name"]),
+        (&json("\"termination\""), &json("\"tilt_deg\""))
+    );
+}
+
+#[test]
 fn agents_report_every_reward_and_observation_term() {
     let folder = tempfile::tempdir().expect("folder");
     write_motions(folder.path());

@@ -18,6 +18,7 @@ use crate::lead::{roll_decay, way_s};
 use crate::observe::{in_base, noise_len};
 use crate::reset::StartContext;
 use crate::score::Sums;
+use crate::tracking::TrackingErrors;
 use crate::{
     EndCause, EvalOptions, InitialState, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
     TaskPreset,
@@ -62,6 +63,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) envs: Vec<EnvTask>,
     pub(crate) sampler: SamplerState,
     pub(crate) failures: Vec<f32>,
+    tracking: TrackingErrors<V>,
     pub(crate) sums: Sums<V>,
     pub(crate) metrics: TaskMetrics,
     pub(crate) seed: u64,
@@ -125,6 +127,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             envs: envs.collect(),
             sampler: SamplerState::uniform(library.len(), library.bins()),
             failures: vec![0.0; library.len() * library.bins()],
+            tracking: TrackingErrors::new(&config),
             sums: Sums::new(),
             metrics: TaskMetrics::default(),
             seed,

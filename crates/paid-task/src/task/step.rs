@@ -46,6 +46,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 config: &self.config,
                 state: self.sim.state(group),
                 group: &mut self.groups[group],
+                tracking: &mut self.tracking,
                 sums: &mut self.sums,
                 reward: &mut reward[first..first + V::LANES],
             });
@@ -77,11 +78,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 
     /// Advances references, decides which episodes end, and counts. Returns the lanes to reset.
     fn finish(&mut self, group: usize, score: &Score<V>, terminated: &mut [u8], truncated: &mut [u8]) -> u32 {
-        let [anchor, gravity, ends, distance, not_finite] = score.failed;
         let eval = self.eval;
         let limit = eval.and_then(|e| e.max_steps).unwrap_or(self.config.max_steps);
         let hold = eval.is_some_and(|e| e.hold_last_frame);
-        let judge = eval.is_none_or(|e| e.end_on_failure);
+        let end_on_failure = eval.is_none_or(|e| e.end_on_failure);
         let mut resets = 0;
         for lane in 0..V::LANES {
             let index = group * V::LANES + lane;
@@ -92,16 +92,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let frames = self.library.facts()[env.motion].frames;
             let scored = env.frame;
             env.frame = (env.frame + 1).min(frames);
-            let cause = if bit(not_finite) {
+            let failure = || EndCause::ALL.into_iter().zip(score.failed).find(|(_, mask)| bit(*mask));
+            let cause = if bit(score.not_finite) {
                 Some(EndCause::NotFinite)
-            } else if judge && bit(anchor) {
-                Some(EndCause::AnchorHeight)
-            } else if judge && bit(gravity) {
-                Some(EndCause::Gravity)
-            } else if judge && bit(ends) {
-                Some(EndCause::EndEffector)
-            } else if judge && bit(distance) {
-                Some(EndCause::AnchorDistance)
+            } else if let Some((cause, _)) = failure().filter(|_| end_on_failure) {
+                Some(cause)
             } else if env.frame >= frames && !hold {
                 Some(EndCause::MotionEnd)
             } else if env.step >= limit || (eval.is_none() && stops_after_kick(env, &self.config)) {
@@ -109,13 +104,13 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             } else {
                 None
             };
-            let news = env.ended.is_none();
+            let newly_ended = env.ended.is_none();
             let cause = env.ended.or(cause);
-            let failed = cause.is_some_and(|c| c <= EndCause::NotFinite);
+            let failed = cause.is_some_and(EndCause::is_failure);
             terminated[lane] = u8::from(failed);
             truncated[lane] = u8::from(cause.is_some() && !failed);
             let Some(cause) = cause else { continue };
-            if news && eval.is_none() {
+            if newly_ended && eval.is_none() {
                 let bins = self.sampler.bins;
                 let pair =
                     |frame: usize| env.motion * bins + (frame.min(frames - 1) * bins / frames).min(bins - 1);
@@ -126,12 +121,12 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                     self.failures[pair(self.library.facts()[env.motion].strike_frame)] += miss;
                 }
             }
-            if news {
+            if newly_ended {
                 count_episode(&mut self.metrics, &self.config, env, &self.groups[group], lane, cause);
             }
             if eval.is_none_or(|e| e.auto_reset) {
                 resets |= 1 << lane;
-            } else if bit(not_finite) {
+            } else if bit(score.not_finite) {
                 // The lane must become finite again; what it reports stays the failure.
                 self.reset_lanes(group, 1 << lane);
                 self.envs[index].ended = Some(cause);
@@ -201,13 +196,13 @@ fn count_episode<V: Real>(
     if !config.preset.scene.ball {
         return;
     }
-    let (kick, story) = (&mut metrics.kick, &group.kick);
+    let (counts, kick) = (&mut metrics.kick, &group.kick);
     let is = |flag: V| u64::from(flag.lane(lane) > 0.5);
-    kick.episodes += 1;
-    kick.contacts += is(story.touched);
-    kick.correct_foot += is(story.correct);
-    kick.goals += is(story.scored);
-    kick.on_target += is(story.on_target);
-    kick.ball_speed_sum += finite(story.best_speed.lane(lane));
-    kick.ball_cosine_sum += finite(story.best_cosine.lane(lane));
+    counts.episodes += 1;
+    counts.contacts += is(kick.touched);
+    counts.correct_foot += is(kick.correct);
+    counts.goals += is(kick.scored);
+    counts.on_target += is(kick.on_target);
+    counts.ball_speed_sum += finite(kick.best_speed.lane(lane));
+    counts.ball_cosine_sum += finite(kick.best_cosine.lane(lane));
 }

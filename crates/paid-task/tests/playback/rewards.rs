@@ -45,7 +45,7 @@ fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_asks
         let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
         let library = Arc::new(library);
         let sim = Playback { aside: 0.6, ..Playback::new(&robot, &library, usize::MAX) };
-        let set = format!("terminations.anchor_distance_m={limit}");
+        let set = format!("terminations.anchor_distance.limit_m={limit}");
         let preset = preset("stage1", &[&set]);
         let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
         assert_eq!(steps(&mut task, 1)[0].1, ends);

@@ -1,0 +1,38 @@
+//! Contact with the right foot.
+
+use paid_lanes::Real;
+
+use super::{RewardInput, RewardTerm, reward_term};
+use crate::kick::flag;
+use crate::parameters::Need;
+
+reward_term! {
+    /// 1 in the step of the episode's first contact with the ball, if it is with the labeled foot.
+    pub struct Contact {}
+}
+
+impl RewardTerm for Contact {
+    const UNIT: &'static str = "";
+    const FRAME: &'static str = "none";
+    const NEEDS: &'static [Need] = &[Need::Ball];
+
+    #[inline(always)]
+    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+        flag(input.kick.correct)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fixture::Fixture;
+
+    #[test]
+    fn only_the_labeled_foot_pays() {
+        let mut fixture = Fixture::new();
+        fixture.kick.first = true;
+        assert_eq!(Contact::default().value(&fixture.input()), 0.0);
+        fixture.kick.correct = true;
+        assert_eq!(Contact::default().value(&fixture.input()), 1.0);
+    }
+}

@@ -1,0 +1,28 @@
+//! What counts as a kick.
+
+use serde::{Deserialize, Serialize};
+
+/// What counts as a kick, and for how long its outcome is paid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KickPreset {
+    /// Force of the robot on the ball from which a contact counts `[N]`.
+    pub contact_force_n: f64,
+    /// Control steps for which direction and speed are paid after a correct-foot contact, the contact's own included.
+    pub window_steps: usize,
+    /// Control steps for which vertical speed is charged once the ball is faster than `z_min_speed`.
+    pub z_window_steps: usize,
+    /// Ball speed that opens the vertical-speed window `[m/s]`.
+    pub z_min_speed: f64,
+    /// Horizontal ball speed below which direction and speed pay nothing `[m/s]` (paper: outcome terms are gated by a
+    /// minimum ball speed; release: 0).
+    pub min_ball_speed: f64,
+    /// Horizontal ball speed from which direction pays in full; below it pays in proportion to the speed `[m/s]`. 0: in full
+    /// from `min_ball_speed` on, so that a ball that will not reach the goal pays as much as one that will.
+    #[serde(default)]
+    pub full_ball_speed: f64,
+    /// How long before the reference's strike the first contact may come and still pay `[s]`; 0: at any time. A touch in walking
+    /// otherwise pays a little, and is learned where the ball lies in the way of a step.
+    #[serde(default)]
+    pub early_s: f64,
+}

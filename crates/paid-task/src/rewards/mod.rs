@@ -1,0 +1,260 @@
+//! What the robot is paid for: one term a file.
+//!
+//! A term is a struct of typed parameters and an inlined function over lanes. The list below makes from the terms the preset
+//! (`rewards.<name> = { weight = 1.0, ... }`), names, weights, validation, the sums in the log and the table of terms.
+//! To add one: write its file, add it to the list, give it a weight in a preset. `tests/new_term.rs` shows it.
+
+mod kernel;
+mod kick_preset;
+
+mod action_rate;
+mod anchor_ori;
+mod anchor_pos;
+mod ang_vel;
+mod ball_prox;
+mod body_ori;
+mod body_pos;
+mod contact;
+mod feet_vel;
+mod foot_pos;
+mod foot_sep;
+mod hand_pos;
+mod joint_limit;
+mod kick_foot_pos;
+mod kick_foot_vel;
+mod lin_vel;
+mod side_kick;
+mod speed;
+mod undesired_contact;
+mod upright;
+mod vel_align;
+mod waist_rate;
+mod z_speed;
+
+use paid_lanes::{Real, Vec3};
+use paid_physics::{BodyState, GroupState};
+use serde::{Deserialize, Serialize};
+
+pub use ball_prox::ProximityPoint;
+pub use kernel::BodyKernel;
+pub use kick_preset::KickPreset;
+
+use crate::TaskError;
+use crate::config::TaskConfig;
+use crate::group::GroupTask;
+use crate::kick::KickStep;
+use crate::parameters::{Need, Parameters, parameters};
+use crate::terms_table::TermInfo;
+use crate::tracking::TrackingErrors;
+
+/// What a reward term reads after a control step.
+pub(crate) struct RewardInput<'a, V: Real> {
+    /// Indices and limits of the robot, and the preset.
+    pub config: &'a TaskConfig,
+    /// Robot and ball.
+    pub state: &'a GroupState<V>,
+    /// Actions, reference, goal and kick, this step's contact taken in.
+    pub group: &'a GroupTask<V>,
+    /// Differences between robot and reference; zeros in a task without a reference.
+    pub tracking: &'a TrackingErrors<V>,
+    /// What the step added to the kick; nothing in a scene without a ball.
+    pub kick: KickStep<V>,
+}
+
+impl<'a, V: Real> RewardInput<'a, V> {
+    /// The left (0) or right (1) foot.
+    #[inline(always)]
+    pub(crate) fn foot(&self, side: usize) -> &'a BodyState<V> {
+        self.config.foot(self.state, side)
+    }
+
+    /// The robot's anchor body.
+    #[inline(always)]
+    pub(crate) fn anchor(&self) -> &'a BodyState<V> {
+        &self.state.bodies[self.config.followed[self.config.anchor]]
+    }
+
+    /// Where the ball was before the robot touched it, world [m].
+    #[inline(always)]
+    pub(crate) fn ball_before(&self) -> Vec3<V> {
+        self.group.kick.before
+    }
+}
+
+/// A reward term: its parameters with a weight, and its value over lanes.
+pub(crate) trait RewardTerm: Parameters {
+    /// SI unit of what the term measures; empty for pure numbers.
+    const UNIT: &'static str;
+    /// Frame in which it measures.
+    const FRAME: &'static str;
+    /// What it needs.
+    const NEEDS: &'static [Need];
+
+    /// The value before weight and control period.
+    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V;
+}
+
+/// Declares a reward term's parameters: those of [`parameters!`] and a weight of 0.
+macro_rules! reward_term {
+    ($(#[doc = $summary:literal])+ pub struct $Term:ident { $($rest:tt)* }) => {
+        $crate::rewards::parameters! {
+            $(#[doc = $summary])+
+            pub struct $Term {
+                /// Factor on the value, per second; negative for a penalty. At 0 the term is not computed.
+                weight: f64 = 0.0, "", finite, "a term that a preset leaves out pays nothing";
+                $($rest)*
+            }
+        }
+    };
+}
+use reward_term;
+
+/// Makes the preset and everything that runs over the terms, in the order of the list.
+macro_rules! reward_terms {
+    ($($name:ident: $Term:ident),+ $(,)?) => {
+        $(pub use $name::$Term;)+
+
+        /// All reward terms. A term that a preset leaves out has weight 0 and its default parameters.
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct RewardPreset {
+            /// Form of the kernels over bodies.
+            pub body_kernel: BodyKernel,
+            /// What counts as a kick.
+            pub kick: KickPreset,
+            $(
+                #[doc = concat!("See [`", stringify!($Term), "`].")]
+                #[serde(default)]
+                pub $name: $Term,
+            )+
+        }
+
+        /// Names of the reward terms: the keys under `rewards`, in the order in which they are added up.
+        pub const REWARD_NAMES: [&str; REWARD_TERMS] = [$(stringify!($name)),+];
+
+        /// Number of reward terms.
+        pub const REWARD_TERMS: usize = [$(stringify!($name)),+].len();
+
+        impl RewardPreset {
+            /// The weights in the order of [`REWARD_NAMES`].
+            pub fn weights(&self) -> [f64; REWARD_TERMS] {
+                [$(self.$name.weight),+]
+            }
+
+            pub(crate) fn validate(&self) -> Result<(), TaskError> {
+                $(self.$name.validate(concat!("rewards.", stringify!($name)))?;)+
+                Ok(())
+            }
+
+            /// Each term that pays, with what it needs.
+            pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Need])> {
+                let terms = [$((stringify!($name), self.$name.weight, $Term::NEEDS)),+];
+                terms.into_iter().filter(|(_, weight, _)| *weight != 0.0).map(|(name, _, needs)| (name, needs))
+            }
+
+            /// Rows of the table of terms.
+            pub(crate) fn table() -> Vec<TermInfo> {
+                vec![$(TermInfo::new::<$Term>("reward", stringify!($name), [$Term::UNIT, $Term::FRAME], $Term::NEEDS)),+]
+            }
+
+            /// Writes value x weight x control period of every term that pays, and returns their sum.
+            #[inline(always)]
+            pub(crate) fn evaluate<V: Real>(&self, input: &RewardInput<'_, V>, terms: &mut [V; REWARD_TERMS]) -> V {
+                let mut total = V::zero();
+                let mut places = terms.iter_mut();
+                $(
+                    let place = places.next().expect("a place for each term");
+                    *place = V::zero();
+                    if pays(self.$name.weight, $Term::NEEDS, input.config) {
+                        *place = self.$name.value(input) * V::c(self.$name.weight * input.config.dt_s);
+                        total += *place;
+                    }
+                )+
+                total
+            }
+        }
+    };
+}
+
+// The 19 terms of the paper's table, then four of this project's.
+reward_terms! {
+    anchor_pos: AnchorPos,
+    anchor_ori: AnchorOri,
+    body_pos: BodyPos,
+    body_ori: BodyOri,
+    lin_vel: LinVel,
+    ang_vel: AngVel,
+    foot_pos: FootPos,
+    ball_prox: BallProx,
+    contact: Contact,
+    side_kick: SideKick,
+    vel_align: VelAlign,
+    speed: Speed,
+    z_speed: ZSpeed,
+    action_rate: ActionRate,
+    joint_limit: JointLimit,
+    undesired_contact: UndesiredContact,
+    foot_sep: FootSep,
+    waist_rate: WaistRate,
+    upright: Upright,
+    kick_foot_vel: KickFootVel,
+    feet_vel: FeetVel,
+    kick_foot_pos: KickFootPos,
+    hand_pos: HandPos,
+}
+
+/// False for a term of weight 0, and for one about the ball in a scene without it.
+#[inline(always)]
+fn pays(weight: f64, needs: &[Need], config: &TaskConfig) -> bool {
+    weight != 0.0 && (config.preset.scene.ball || !needs.contains(&Need::Ball))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TaskPreset;
+    use crate::fixture::Fixture;
+
+    #[test]
+    fn only_terms_with_a_weight_are_computed_and_they_add_up() {
+        let mut fixture = Fixture::new();
+        let rewards = &mut fixture.config.preset.rewards;
+        *rewards = toml::from_str(&format!(
+            "body_kernel = 'exp_of_mean'\nkick = {}\nupright = {{ weight = -2.0 }}\nspeed = {{ weight = 3.0, sigma = 1.0 }}",
+            toml::Value::try_from(&rewards.kick).expect("writes")
+        ))
+        .expect("valid");
+        // Not a number where a term that pays nothing would read it.
+        fixture.tracking.anchor_pos2 = f64::NAN;
+        let mut terms = [9.0; REWARD_TERMS];
+        let preset = fixture.config.preset.rewards.clone();
+        // Upright, and no kick: nothing.
+        assert_eq!(preset.evaluate(&fixture.input(), &mut terms), 0.0);
+        assert_eq!(terms, [0.0; REWARD_TERMS]);
+        // Lying: -2 x 1 x 0.02 s.
+        fixture.state.bodies[0].rot = paid_lanes::Mat3([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
+        assert_eq!(preset.evaluate(&fixture.input(), &mut terms), -0.04);
+        assert_eq!(preset.active().map(|(name, _)| name).collect::<Vec<_>>(), ["speed", "upright"]);
+    }
+
+    #[test]
+    fn a_term_that_a_preset_leaves_out_pays_nothing_and_an_unknown_one_is_refused() {
+        let preset = TaskPreset::builtin("stage2").expect("valid").rewards;
+        let kick = toml::Value::try_from(&preset.kick).expect("writes");
+        let text = format!("body_kernel = 'exp_of_mean'\nkick = {kick}\n");
+        let bare: RewardPreset = toml::from_str(&text).expect("valid");
+        assert_eq!(bare.weights(), [0.0; REWARD_TERMS]);
+        assert_eq!((bare.hand_pos.sigma, bare.foot_sep.distance_m), (0.1, 0.24));
+        let error = toml::from_str::<RewardPreset>(&format!("{text}foot_pose = {{ weight = 1.0 }}"))
+            .expect_err("unknown");
+        assert!(error.to_string().contains("foot_pose"), "{error}");
+    }
+
+    #[test]
+    fn a_width_of_zero_is_named() {
+        let mut preset = TaskPreset::builtin("stage2").expect("valid").rewards;
+        preset.kick_foot_pos.sigma = 0.0;
+        let error = preset.validate().expect_err("zero").to_string();
+        assert_eq!(error, "preset: rewards.kick_foot_pos.sigma is 0.0, expected a positive number");
+    }
+}

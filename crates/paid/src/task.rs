@@ -1,0 +1,66 @@
+//! `paid task`: what a task is made of.
+
+use std::process::ExitCode;
+
+use paid_task::{Need, TermInfo, terms_table};
+
+use crate::failure::Failure;
+
+/// Arguments of `paid task`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Command {
+    /// List every term that a preset can use: unit, frame, parameters with their defaults and why they are so.
+    Terms {
+        /// Print one line of JSON.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// Runs a subcommand.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    match args.command {
+        Command::Terms { json: true } => {
+            println!("{}", serde_json::to_string(&terms_table()).map_err(Failure::input)?);
+        }
+        Command::Terms { json: false } => print(&terms_table()),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print(table: &[TermInfo]) {
+    let mut kind = "";
+    for term in table {
+        if term.kind != kind {
+            println!("{}{} terms", if kind.is_empty() { "" } else { "\n" }, term.kind);
+            kind = term.kind;
+        }
+        let needs: Vec<&str> = term.needs.iter().map(|need| name(*need)).collect();
+        let needs =
+            if needs.is_empty() { String::new() } else { format!(", needs a {}", needs.join(" and a ")) };
+        println!("  {} {}, frame: {}{needs}", term.name, bracketed(term.unit), term.frame);
+        println!("      {}", term.summary);
+        for p in &term.parameters {
+            let unit = bracketed(p.unit);
+            println!("      {} = {} {unit}: {} Default: {}.", p.name, p.default, p.summary, p.reason);
+        }
+    }
+}
+
+fn name(need: Need) -> &'static str {
+    match need {
+        Need::Reference => "reference",
+        Need::Ball => "ball",
+    }
+}
+
+/// A unit as it stands behind a name; `[-]` for pure numbers.
+fn bracketed(unit: &str) -> String {
+    if unit.is_empty() { "[-]".to_owned() } else { format!("[{unit}]") }
+}
