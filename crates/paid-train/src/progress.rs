@@ -91,6 +91,8 @@ fn not_finite(metrics: &TaskMetrics) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use paid_task::EndCause;
+
     use super::*;
 
     fn episodes(count: u64, steps: u64, returns: f64) -> TaskMetrics {
@@ -118,7 +120,9 @@ mod tests {
         let mut metrics = episodes(4, 40, 1.0);
         metrics.steps = 10;
         metrics.reward_terms[0] = 0.4;
-        metrics.ends = [0, 1, 0, 0, 2, 1, 0];
+        metrics.ends[EndCause::NotFinite as usize] = 2;
+        metrics.ends[1] = 1;
+        metrics.ends[EndCause::MotionEnd as usize] = 1;
         let mut record = Record::default();
         describe(&metrics, 0.02, &mut record);
         let first = paid_task::REWARD_NAMES[0];
