@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use crate::EvalError;
 use crate::divergence::{Divergence, Trace, csv_fields, divergence, first_table};
-use crate::engine::Engine;
+use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
-use crate::policy::PolicyMaker;
+use crate::policy::DriverMaker;
 use crate::shooting::{Outcome, ShootingOptions, ShootingReport, evaluate_traced, plan};
 use crate::table::{Table, number};
 
@@ -52,13 +52,13 @@ pub struct AgreementReport {
 pub fn evaluate(
     setup: &EvalSetup,
     scene: &paid_mujoco::SceneOptions,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &ShootingOptions,
 ) -> Result<AgreementReport, EvalError> {
     let with = |engine| EvalSetup { engine, ..setup.clone() };
-    let referee = with(Engine::Mujoco(Box::new(scene.clone())));
+    let referee = with(EngineChoice::Mujoco(Box::new(scene.clone())));
     let trials = plan(&referee, options)?;
-    let (builtin, ours) = evaluate_traced(&with(Engine::Builtin), policy, options, &trials)?;
+    let (builtin, ours) = evaluate_traced(&with(EngineChoice::Builtin), policy, options, &trials)?;
     let (mujoco, theirs) = evaluate_traced(&referee, policy, options, &trials)?;
     let pairs = pairs(setup, (&builtin, &ours), (&mujoco, &theirs));
     let (same_outcome, same_contact) = same(&pairs);

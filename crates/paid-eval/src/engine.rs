@@ -7,10 +7,11 @@ use serde::Serialize;
 
 use crate::EvalError;
 use crate::episodes::EvalSetup;
+use crate::knowledge::Knowledge;
 
-/// The simulator of an evaluation.
+/// The engine of an evaluation.
 #[derive(Clone, Debug, Default)]
-pub enum Engine {
+pub enum EngineChoice {
     /// The built-in engine, one trial per SIMD lane.
     #[default]
     Builtin,
@@ -24,17 +25,29 @@ pub enum Engine {
 pub struct EngineFacts {
     /// `built-in` or `MuJoCo` with its version.
     pub name: String,
-    /// Physics step [s].
+    /// Physics step `[s]`.
     pub physics_dt_s: f64,
-    /// Mass of the ball [kg]; `None` without one.
+    /// Mass of the ball `[kg]`; `None` without one.
     pub ball_mass_kg: Option<f64>,
     /// Surfaces and shapes in words.
     pub surfaces: String,
-    /// True: the policy sees a rolling ball, and its motion is chosen, where the ball will be when the motion strikes.
-    pub lead_ball: bool,
+    /// What the policy knew of ball and goal; `None` without a ball.
+    pub knowledge: Option<Knowledge>,
 }
 
-impl Engine {
+impl EngineFacts {
+    /// The policy's knowledge in words, with a separator before it; nothing without a ball.
+    pub fn knowledge_text(&self) -> String {
+        self.knowledge.as_ref().map_or_else(String::new, |k| format!("; knowledge: {k}"))
+    }
+
+    /// The policy's knowledge in one word, `-` without a ball.
+    pub fn knowledge_name(&self) -> &'static str {
+        self.knowledge.as_ref().map_or("-", Knowledge::name)
+    }
+}
+
+impl EngineChoice {
     /// Short name: `builtin` or `mujoco`.
     pub fn name(&self) -> &'static str {
         match self {
@@ -46,21 +59,21 @@ impl Engine {
     /// What to say about it beside figures.
     pub fn facts(&self, preset: &TaskPreset) -> EngineFacts {
         let ball_mass_kg = preset.scene.ball.then_some(preset.ball_params.mass_kg);
-        let lead_ball = preset.observations.lead_ball;
+        let knowledge = preset.scene.ball.then(|| Knowledge::of(preset));
         match self {
             Self::Builtin => EngineFacts {
                 name: "built-in".to_owned(),
                 physics_dt_s: preset.scene.physics_dt_s,
                 ball_mass_kg,
                 surfaces: materials(preset),
-                lead_ball,
+                knowledge,
             },
             Self::Mujoco(scene) => EngineFacts {
                 name: format!("MuJoCo {}", paid_mujoco::MUJOCO_VERSION),
                 physics_dt_s: scene.physics_dt_s,
                 ball_mass_kg,
                 surfaces: surfaces(scene, preset),
-                lead_ball,
+                knowledge,
             },
         }
     }
@@ -119,8 +132,8 @@ impl EvalSetup {
     /// Environments that step together: batches are a multiple of it.
     pub(crate) fn lanes(&self) -> usize {
         match self.engine {
-            Engine::Builtin => self.isa.lanes(),
-            Engine::Mujoco(_) => 1,
+            EngineChoice::Builtin => self.isa.lanes(),
+            EngineChoice::Mujoco(_) => 1,
         }
     }
 
@@ -128,7 +141,7 @@ impl EvalSetup {
     pub(crate) fn ball(&self) -> BallParams {
         let params = self.preset.ball_params;
         match &self.engine {
-            Engine::Mujoco(scene) if !scene.ball.unwrap_or_default().damped => {
+            EngineChoice::Mujoco(scene) if !scene.ball.unwrap_or_default().damped => {
                 BallParams { linear_damping: 0.0, angular_damping: 0.0, ..params }
             }
             _ => params,
@@ -138,7 +151,7 @@ impl EvalSetup {
     /// Environments `first_env..first_env + num_envs` of the task on the setup's engine.
     pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
         let scene = match &self.engine {
-            Engine::Builtin => {
+            EngineChoice::Builtin => {
                 let shard = build_shard(
                     self.isa,
                     &self.robot,
@@ -151,7 +164,7 @@ impl EvalSetup {
                 )?;
                 return Ok(shard);
             }
-            Engine::Mujoco(scene) => scene,
+            EngineChoice::Mujoco(scene) => scene,
         };
         let preset = TaskPreset { ball_params: self.ball(), ..self.preset.clone() };
         preset.validate()?;

@@ -14,9 +14,9 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{EnvSample, EvalControl, EvalOptions, InitialState, ReferenceLibrary, TaskPreset, TaskShard};
 
 use crate::EvalError;
-use crate::engine::Engine;
+use crate::engine::EngineChoice;
 use crate::monitor::Monitor;
-use crate::policy::{Policy, PolicyMaker, Seen};
+use crate::policy::{Driver, DriverInput, DriverMaker};
 
 /// Trials that one worker steps together: wide enough for the policy's matrix products, narrow enough to share the work.
 const BATCH: usize = 64;
@@ -25,7 +25,7 @@ const BATCH: usize = 64;
 #[derive(Clone, Debug)]
 pub struct EvalSetup {
     /// Who simulates.
-    pub engine: Engine,
+    pub engine: EngineChoice,
     /// Lane type of the built-in engine.
     pub isa: Isa,
     /// The robot; with the joint control of the policy, if that brings its own ([`crate::policy::Gains::apply`]).
@@ -69,7 +69,7 @@ pub trait Observer: Send {
 /// be built.
 pub fn run_episodes<O: Observer>(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     starts: &[InitialState],
     options: EvalOptions,
     max_steps: usize,
@@ -113,7 +113,7 @@ pub fn run_episodes<O: Observer>(
 /// What all batches of a run share.
 struct Run<'a, F> {
     setup: &'a EvalSetup,
-    policy: &'a PolicyMaker<'a>,
+    policy: &'a DriverMaker<'a>,
     starts: &'a [InitialState],
     options: EvalOptions,
     max_steps: usize,
@@ -159,7 +159,8 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
             let start = Instant::now();
             shard.observe(&mut [&mut observations, &mut critic]);
             let observed = Instant::now();
-            policy.act(Seen { observations: &observations, envs, world: shard.eval() }, &mut actions)?;
+            policy
+                .act(DriverInput { observations: &observations, envs, world: shard.eval() }, &mut actions)?;
             let acted = Instant::now();
             if let Some(i) = actions.iter().position(|a| !a.is_finite()) {
                 let trial = (trials.start + i % envs).min(trials.end - 1);
@@ -204,7 +205,7 @@ fn look<O: Observer>(
     Ok(())
 }
 
-fn check_contract(shard: &dyn TaskShard, policy: &dyn Policy) -> Result<(), EvalError> {
+fn check_contract(shard: &dyn TaskShard, policy: &dyn Driver) -> Result<(), EvalError> {
     let pairs = [
         (
             "length of the observation",

@@ -1,6 +1,6 @@
 //! What can go wrong in an evaluation.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use paid_task::TaskError;
 use thiserror::Error;
@@ -14,6 +14,30 @@ pub enum EvalError {
     /// The referee is missing or refuses the scene.
     #[error(transparent)]
     Mujoco(#[from] paid_mujoco::MujocoError),
+    /// The built-in engine refuses robot or scene.
+    #[error(transparent)]
+    Physics(#[from] paid_physics::PhysicsError),
+    /// A motion file.
+    #[error(transparent)]
+    Motion(#[from] paid_motion::MotionError),
+    /// An ONNX file.
+    #[error(transparent)]
+    Onnx(#[from] paid_onnx::OnnxError),
+    /// A checkpoint, a run or a robot file.
+    #[error(transparent)]
+    Train(#[from] paid_train::TrainError),
+    /// A robot's numbers do not fit its model.
+    #[error(transparent)]
+    Robot(#[from] paid_robot::SpecError),
+    /// Two lists of joints differ.
+    #[error(transparent)]
+    Order(#[from] paid_robot::OrderError),
+    /// A checkpoint.
+    #[error(transparent)]
+    Checkpoint(#[from] paid_learn::CheckpointError),
+    /// A surface of a ball.
+    #[error(transparent)]
+    Surface(#[from] paid_sysid::SysidError),
     /// The policy does not fit the task.
     #[error("policy: {what}: the task has {task}, the policy {policy}")]
     Contract {
@@ -41,6 +65,12 @@ pub enum EvalError {
         /// The value.
         value: f32,
     },
+    /// The protocol needs a ball, and the task has none.
+    #[error("task '{task}': expected one with a physical ball, found scene.ball = false")]
+    NoBall {
+        /// Name of the task.
+        task: String,
+    },
     /// An option makes no sense.
     #[error("{option}: expected {expected}, found {found}")]
     Option {
@@ -51,6 +81,30 @@ pub enum EvalError {
         /// What was given.
         found: String,
     },
+    /// The evaluation was stopped where a part of it is of no use.
+    #[error("the episode was stopped before its end")]
+    Stopped,
+    /// A thread ended in the middle of its work.
+    #[error("a thread of the {0} panicked")]
+    Thread(&'static str),
+    /// A file cannot be read.
+    #[error("{path}: {source}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The system's answer.
+        source: std::io::Error,
+    },
+    /// A file is not what it should be.
+    #[error("{path}: expected {expected}: {found}")]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// What the file should be.
+        expected: &'static str,
+        /// What the reader says.
+        found: String,
+    },
     /// A file cannot be written.
     #[error("{path}: {source}")]
     Write {
@@ -59,4 +113,31 @@ pub enum EvalError {
         /// The system's answer.
         source: std::io::Error,
     },
+    /// Numbers that JSON or TOML cannot hold.
+    #[error("report: {0}")]
+    Serialize(String),
+    /// A recording cannot be written.
+    #[error("{path}: {message}")]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// The writer's answer.
+        message: String,
+    },
+    /// A viewer of recordings cannot be started or does not answer.
+    #[error("viewer at {address}: {message}")]
+    Viewer {
+        /// Where it should listen.
+        address: String,
+        /// What is wrong.
+        message: String,
+    },
+}
+
+impl EvalError {
+    /// An unreadable file.
+    pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Read { path, source }
+    }
 }

@@ -12,10 +12,10 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::agreement::{pairs, same};
 use crate::divergence::Trace;
-use crate::engine::Engine;
+use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
-use crate::policy::PolicyMaker;
+use crate::policy::DriverMaker;
 use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced, plan};
 use crate::table::{Table, number};
 
@@ -159,13 +159,13 @@ pub struct GapReport {
 pub fn evaluate(
     setup: &EvalSetup,
     scene: &SceneOptions,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &ShootingOptions,
 ) -> Result<GapReport, EvalError> {
-    let with = |engine: Engine, isa: Isa| EvalSetup { engine, isa, ..setup.clone() };
-    let trials = plan(&with(Engine::Mujoco(Box::new(scene.clone())), setup.isa), options)?;
-    let run = |engine: Engine, isa: Isa| evaluate_traced(&with(engine, isa), policy, options, &trials);
-    let reference = run(Engine::Builtin, setup.isa)?;
+    let with = |engine: EngineChoice, isa: Isa| EvalSetup { engine, isa, ..setup.clone() };
+    let trials = plan(&with(EngineChoice::Mujoco(Box::new(scene.clone())), setup.isa), options)?;
+    let run = |engine: EngineChoice, isa: Isa| evaluate_traced(&with(engine, isa), policy, options, &trials);
+    let reference = run(EngineChoice::Builtin, setup.isa)?;
     let mut report = GapReport { titles: vec![reference.0.title()], rows: Vec::new() };
     report.rows.push(GapRow {
         name: "built-in engine".into(),
@@ -176,7 +176,7 @@ pub fn evaluate(
         apart_s: None,
     });
     if setup.isa != Isa::Portable && !setup.monitor.stopped() {
-        let other = run(Engine::Builtin, Isa::Portable)?;
+        let other = run(EngineChoice::Builtin, Isa::Portable)?;
         report.rows.push(row(
             setup,
             "other rounding",
@@ -209,7 +209,7 @@ pub fn evaluate(
             (difference.change)(&mut changed, &setup.preset);
         }
         changed.resolve_contacts();
-        let theirs = run(Engine::Mujoco(Box::new(changed)), setup.isa)?;
+        let theirs = run(EngineChoice::Mujoco(Box::new(changed)), setup.isa)?;
         if differences.is_empty() {
             report.titles.push(theirs.0.title());
         }

@@ -4,19 +4,28 @@
 //! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the two protocols; [`agreement`] and [`tracking_agreement`] compare the engines
 //! trial by trial, [`gap`] finds out which of their differences matter; [`picture`] draws.
 
+pub mod ablation;
 pub mod agreement;
+pub mod bench;
 pub mod divergence;
 pub mod engine;
 pub mod episodes;
 mod error;
 pub mod file;
+pub mod file_set;
+pub mod footage;
 pub mod gap;
 pub mod html;
+pub mod knowledge;
 pub mod metrics;
 pub mod monitor;
 pub mod picture;
 pub mod policy;
 mod protocol;
+pub mod results;
+pub mod scene;
+pub mod shot;
+pub mod subject;
 pub mod table;
 pub mod tracking_agreement;
 

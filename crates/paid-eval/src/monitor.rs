@@ -27,10 +27,44 @@ pub struct Effort {
     pub trials: usize,
     /// Control steps of all environments, the filling of lanes included.
     pub control_steps: u64,
-    /// Simulating, with the task's bookkeeping [s].
+    /// Simulating, with the task's bookkeeping `[s]`.
     pub physics_s: f64,
-    /// The policy [s].
+    /// The policy `[s]`.
     pub policy_s: f64,
+}
+
+/// What an evaluation cost.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Timing {
+    /// Wall clock `[s]`.
+    pub wall_s: f64,
+    /// Trials per second of wall clock.
+    pub trials_per_s: f64,
+    /// Simulation and policy, summed over threads.
+    #[serde(flatten)]
+    pub effort: Effort,
+}
+
+impl Timing {
+    /// `effort` in `wall_s` seconds.
+    pub fn of(effort: Effort, wall_s: f64) -> Self {
+        Self { wall_s, trials_per_s: effort.trials as f64 / wall_s.max(1e-9), effort }
+    }
+
+    /// One line.
+    pub fn text(&self) -> String {
+        let e = &self.effort;
+        let total = (e.physics_s + e.policy_s).max(1e-9);
+        format!(
+            "{} trials in {:.1} s, {:.2} trials/s; physics and task {:.0}%, policy {:.0}% of {:.1} core seconds",
+            e.trials,
+            self.wall_s,
+            self.trials_per_s,
+            100.0 * e.physics_s / total,
+            100.0 * e.policy_s / total,
+            total
+        )
+    }
 }
 
 impl Monitor {

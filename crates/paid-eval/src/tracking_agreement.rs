@@ -6,10 +6,10 @@ use serde::Serialize;
 
 use crate::EvalError;
 use crate::divergence::{Divergence, csv_fields, divergence, first_table};
-use crate::engine::Engine;
+use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
-use crate::policy::PolicyMaker;
+use crate::policy::DriverMaker;
 use crate::tracking::{TrackingOptions, TrackingReport, evaluate_traced};
 
 /// One run in both engines.
@@ -49,12 +49,13 @@ pub struct TrackingAgreement {
 pub fn evaluate(
     setup: &EvalSetup,
     scene: &paid_mujoco::SceneOptions,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &TrackingOptions,
 ) -> Result<TrackingAgreement, EvalError> {
     let with = |engine| EvalSetup { engine, ..setup.clone() };
-    let (builtin, ours) = evaluate_traced(&with(Engine::Builtin), policy, options)?;
-    let (mujoco, theirs) = evaluate_traced(&with(Engine::Mujoco(Box::new(scene.clone()))), policy, options)?;
+    let (builtin, ours) = evaluate_traced(&with(EngineChoice::Builtin), policy, options)?;
+    let (mujoco, theirs) =
+        evaluate_traced(&with(EngineChoice::Mujoco(Box::new(scene.clone()))), policy, options)?;
     let joints: Vec<String> = setup.robot.joints.iter().map(|j| j.name.clone()).collect();
     let mut pairs = Vec::new();
     // Runs are in the order of their numbers; a stopped evaluation has gaps.

@@ -9,8 +9,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use common::{Puppet, setup};
-use paid_eval::engine::Engine;
-use paid_eval::policy::Policy;
+use paid_eval::engine::EngineChoice;
+use paid_eval::policy::Driver;
 use paid_eval::shooting::{self, Grid, ShootingOptions};
 use paid_eval::tracking::{self, TrackingOptions};
 use paid_mujoco::Library;
@@ -18,7 +18,7 @@ use paid_mujoco::Library;
 /// Figures by name.
 type Figures = BTreeMap<String, f64>;
 
-fn figures(engine: Engine) -> Figures {
+fn figures(engine: EngineChoice) -> Figures {
     let mut out = Figures::new();
     let prefix = engine.name();
     let mut add = |name: &str, value: Option<f64>| {
@@ -27,7 +27,7 @@ fn figures(engine: Engine) -> Figures {
     let mut setup = setup("stage2");
     setup.engine = engine;
     let puppet = Puppet::new(&setup);
-    let maker = || Ok(Box::new(puppet.clone()) as Box<dyn Policy>);
+    let maker = || Ok(Box::new(puppet.clone()) as Box<dyn Driver>);
     let options = ShootingOptions {
         grid: Grid { x: [0.3, 0.35], y: [0.05, 0.15], step: 0.05 },
         trials: 1,
@@ -85,7 +85,7 @@ fn check(name: &str, found: &Figures) {
 
 #[test]
 fn the_built_in_engine_gives_the_known_figures() {
-    let found = figures(Engine::Builtin);
+    let found = figures(EngineChoice::Builtin);
     check("builtin", &found);
     assert!(found["builtin contact"] > 0.0, "a golden evaluation without a kick says little: {found:?}");
 }
@@ -93,7 +93,7 @@ fn the_built_in_engine_gives_the_known_figures() {
 #[test]
 fn mujoco_gives_the_known_figures() {
     let Some(_) = paid_testing::mujoco("mujoco_gives_the_known_figures", Library::get()) else { return };
-    let found = figures(Engine::Mujoco(Box::default()));
+    let found = figures(EngineChoice::Mujoco(Box::default()));
     check("mujoco", &found);
     assert!(found["mujoco contact"] > 0.0, "a golden evaluation without a kick says little: {found:?}");
 }
@@ -107,7 +107,7 @@ fn a_stopped_evaluation_reports_the_trials_that_ended() {
         let batch = stopper.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
         let mut puppet = Puppet::new(&setup);
         puppet.stop = (batch == 1).then(|| setup.monitor.clone());
-        Ok(Box::new(puppet) as Box<dyn Policy>)
+        Ok(Box::new(puppet) as Box<dyn Driver>)
     };
     let options = ShootingOptions {
         grid: Grid { x: [0.5, 0.75], y: [0.0, 0.0], step: 0.25 },

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use paid_eval::engine::Engine;
+use paid_eval::engine::EngineChoice;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
-use paid_eval::policy::{Policy, ZeroPolicy};
+use paid_eval::policy::{Driver, ZeroDriver};
 use paid_eval::shooting::{self, Grid, Placement, ShootingOptions, Variant, plan};
 use paid_eval::tracking::{self, TrackingOptions};
 use paid_eval::{EvalError, picture};
@@ -25,7 +25,7 @@ fn setup(folder: &Path, task: &str, threads: usize) -> EvalSetup {
     let motions = MotionLibrary::load(folder, &robot, &spec, 50.0).expect("good motions");
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
     EvalSetup {
-        engine: Engine::Builtin,
+        engine: EngineChoice::Builtin,
         isa: Isa::detect(),
         robot,
         spec,
@@ -37,11 +37,11 @@ fn setup(folder: &Path, task: &str, threads: usize) -> EvalSetup {
     }
 }
 
-fn zero(setup: &EvalSetup) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
+fn zero(setup: &EvalSetup) -> impl Fn() -> Result<Box<dyn Driver>, EvalError> + Sync {
     let layout = ObservationLayout::new(&setup.spec, false);
     let obs_dim = layout.policy.iter().map(|t| t.size).sum();
     let action_dim = setup.spec.policy_joint_order.len();
-    move || Ok(Box::new(ZeroPolicy { obs_dim, action_dim }) as Box<dyn Policy>)
+    move || Ok(Box::new(ZeroDriver { obs_dim, action_dim }) as Box<dyn Driver>)
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn a_policy_of_another_size_is_refused() {
     let Some(folder) = motions("a_policy_of_another_size_is_refused") else { return };
     let setup = setup(&folder, "stage2", 1);
     let options = ShootingOptions { trials: 1, ..ShootingOptions::default() };
-    let small = || Ok(Box::new(ZeroPolicy { obs_dim: 3, action_dim: 29 }) as Box<dyn Policy>);
+    let small = || Ok(Box::new(ZeroDriver { obs_dim: 3, action_dim: 29 }) as Box<dyn Driver>);
     let error = shooting::evaluate(&setup, &small, &options).expect_err("does not fit").to_string();
     assert!(error.contains("length of the observation") && error.contains('3'), "{error}");
 }

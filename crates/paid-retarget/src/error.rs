@@ -37,7 +37,7 @@ pub enum RetargetError {
         path: PathBuf,
     },
     /// AMC holds angles only; the bones are in another file.
-    #[error("{path}: expected the skeleton of this motion (.asf) beside it or by --skeleton, found {found}")]
+    #[error("{path}: expected the skeleton of this motion (.asf) beside it or named, found {found}")]
     Skeleton {
         /// The motion.
         path: PathBuf,

@@ -43,12 +43,12 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
     if let Some(unit) = options.unit_m
         && !(1e-6..=1e3).contains(&unit)
     {
-        return Err(option("--unit", "0.000001 to 1000 m", unit));
+        return Err(option("unit of length", "0.000001 to 1000 m", unit));
     }
     if let Some(fps) = options.fps
         && !(1.0..=2000.0).contains(&fps)
     {
-        return Err(option("--fps", "1 to 2000 frames a second", fps));
+        return Err(option("frame rate of the file", "1 to 2000 Hz", fps));
     }
     if has_extension(path, "amc") {
         let asf = match &options.skeleton {

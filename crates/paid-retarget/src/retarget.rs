@@ -125,7 +125,7 @@ pub fn retarget(
         let expected = "a part of the motion of at least 3 frames";
         let found =
             format!("{} to {} s of {:.2} s", options.span_s[0], options.span_s[1], motion.duration_s());
-        return Err(RetargetError::Option { option: "--from, --to", expected, found });
+        return Err(RetargetError::Option { option: "part of the motion", expected, found });
     }
     let run = Run { motion: &cut, naming, model, limit: spec.resolve(model)?.velocity_limit, options };
     let (scale, tracked) = match options.time_scale {
@@ -137,16 +137,16 @@ pub fn retarget(
 
 fn check(options: &RetargetOptions) -> Result<(), RetargetError> {
     let mut checks = vec![
-        ("--rate", "10 to 500 Hz", options.fps, 10.0..=500.0),
-        ("--height", "0.5 to 2.5 m", options.height_m, 0.5..=2.5),
-        ("--from", "a time of at least 0 s", options.span_s[0], 0.0..=f64::MAX),
-        ("--to", "a time of at least 0 s", options.span_s[1], 0.0..=f64::INFINITY),
+        ("frame rate of the clip", "10 to 500 Hz", options.fps, 10.0..=500.0),
+        ("height of the human", "0.5 to 2.5 m", options.height_m, 0.5..=2.5),
+        ("begin of the part", "a time of at least 0 s", options.span_s[0], 0.0..=f64::MAX),
+        ("end of the part", "a time of at least 0 s", options.span_s[1], 0.0..=f64::INFINITY),
     ];
     if let TimeScale::Fixed(scale) = options.time_scale {
-        checks.push(("--slow", "'auto' or 0.25 to 10", scale, 0.25..=10.0));
+        checks.push(("time scale", "'auto' or 0.25 to 10", scale, 0.25..=10.0));
     }
     if let Some(share) = options.speed_share {
-        checks.push(("--speed-limit", "'off' or 0.05 to 10", share, 0.05..=10.0));
+        checks.push(("share of the speed limits", "'off' or 0.05 to 10", share, 0.05..=10.0));
     }
     match checks.into_iter().find(|(.., value, range)| !range.contains(value)) {
         Some((option, expected, value, _)) => {

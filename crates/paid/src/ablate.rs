@@ -1,41 +1,34 @@
 //! `paid ablate`: the paper's ablation of its third stage. Each variant is trained from one policy and judged by MuJoCo.
 
-mod judge;
-mod result;
-
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use paid_eval::ablation::{
+    Budget, Judge, JudgeSettings, SURFACES, Score, Scores, VARIANTS, has_run, is_same_run, knowledge,
+    variant_preset,
+};
 use paid_eval::file::write_whole;
-use paid_mujoco::Library;
+use paid_eval::monitor::Monitor;
+use paid_eval::results::to_json;
+use paid_eval::scene::Engines;
 use paid_train::folder::PRESET_FILE;
-use paid_train::{End, Limits, RunPreset, StageJob, Start, train_stage};
+use paid_train::{End, Limits, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
 use crate::stop::{self, STOPPED};
-use crate::train::{motions_value, thread_count};
-use judge::{Judge, Settings};
-use result::{Score, Scores};
-
-/// What is compared: the table's name and the run preset.
-const VARIANTS: [(&str, &str); 3] = [
-    ("full", "stage3"),
-    ("w/o identification", "stage3_no_sysid"),
-    ("w/o observation noise", "stage3_no_noise"),
-];
-/// Where it is judged: surfaces of `configs/surfaces`.
-const SURFACES: [&str; 2] = ["hard", "grass"];
+use crate::threads::thread_count;
+use crate::train::motions_value;
 
 /// Arguments of `paid ablate`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder (the mean of its last checkpoints) or checkpoint of the policy (Stage I or II) that every variant starts from.
+    /// Policy (Stage I or II) that every variant starts from: a run folder (the mean of its last checkpoints) or a checkpoint.
     #[arg(long, value_name = "RUN|CHECKPOINT")]
     from: PathBuf,
-    /// Folder of the motion files [default: the built-in kicks].
+    /// Folder of motion files [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Output folder; a variant that was trained or judged there is not trained or judged again.
+    /// Output folder. A variant that was trained or judged there before is not trained or judged again.
     #[arg(long, value_name = "DIR", default_value = "runs/ablate")]
     out: PathBuf,
     /// Training iterations of every variant [default: the presets'].
@@ -48,8 +41,8 @@ pub struct Args {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
     #[command(flatten)]
-    settings: Settings,
-    /// Worker threads; the result does not depend on it [default: all cores].
+    judging: JudgingArgs,
+    /// Worker threads; they do not change the result [default: all cores].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print the table as one line of JSON.
@@ -57,22 +50,83 @@ pub struct Args {
     json: bool,
 }
 
+/// How policies are judged.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Judging")]
+struct JudgingArgs {
+    /// Trials at each of the three ball places of the paper's table.
+    #[arg(long, default_value_t = JudgeSettings::default().trials)]
+    trials: usize,
+    /// Trials at each of the 63 places of the effective workspace.
+    #[arg(long, default_value_t = JudgeSettings::default().workspace_trials)]
+    workspace_trials: usize,
+    /// Time limit of a trial [s].
+    #[arg(long, default_value_t = JudgeSettings::default().limit_s)]
+    limit: f64,
+    /// Age of what is seen of ball and goal [s].
+    #[arg(long, default_value_t = JudgeSettings::default().latency_s)]
+    latency: f64,
+    /// Time between two pictures [s].
+    #[arg(long, default_value_t = JudgeSettings::default().frame_s)]
+    frame: f64,
+    /// Seed of trials and perception.
+    #[arg(long, default_value_t = JudgeSettings::default().seed)]
+    seed: u64,
+}
+
+impl JudgingArgs {
+    fn settings(&self) -> JudgeSettings {
+        JudgeSettings {
+            trials: self.trials,
+            workspace_trials: self.workspace_trials,
+            limit_s: self.limit,
+            latency_s: self.latency,
+            frame_s: self.frame,
+            seed: self.seed,
+        }
+    }
+}
+
+impl Args {
+    /// Changed values of every variant's preset.
+    fn overrides(&self) -> Vec<String> {
+        let motions = self.motions.as_deref().map(motions_value);
+        self.sets.iter().cloned().chain(motions).collect()
+    }
+
+    fn budget(&self) -> Budget {
+        match (self.iterations, self.samples) {
+            (Some(iterations), _) => Budget::Iterations(iterations),
+            (None, Some(samples)) => Budget::Samples(samples),
+            (None, None) => Budget::Preset,
+        }
+    }
+}
+
 /// Trains and judges every variant, or takes up what an earlier call left.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    args.settings.check()?;
+    let settings = args.judging.settings();
+    settings.check()?;
     let threads = thread_count(args.threads)?;
-    Library::get().map_err(Failure::input)?;
+    Engines::Mujoco.check()?;
     let stop = stop::flag()?;
+    let (overrides, budget) = (args.overrides(), args.budget());
     let mut presets = Vec::new();
     for (_, name) in VARIANTS {
-        presets.push(preset(args, name)?);
+        presets.push(variant_preset(name, &overrides, budget)?);
     }
-    let mut scores = Scores { settings: args.settings.clone(), scores: Vec::new() };
+    // All variants are judged alike: seen as the complete one is trained to see, and late.
+    let judged = presets[0].clone();
+    let knowledge = knowledge(&judged, &settings);
+    let mut scores = Scores { settings: settings.clone(), knowledge, scores: Vec::new() };
     for ((variant, name), preset) in VARIANTS.into_iter().zip(presets) {
         let folder = args.out.join(name);
-        let taken = folder.join(PRESET_FILE).exists();
-        if taken {
-            same_preset(&folder, &preset)?;
+        let taken = has_run(&folder);
+        if taken && !is_same_run(&folder, &preset)? {
+            return Err(Failure::input(format!(
+                "{}: expected a run with the preset and the --set values of this call, found another; choose another --out",
+                folder.join(PRESET_FILE).display()
+            )));
         }
         let start = if taken { Start::Resume } else { Start::From(args.from.clone()) };
         let iterations = preset.run.iterations;
@@ -89,20 +143,19 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         if outcome.end == End::Stopped {
             return Ok(ExitCode::from(STOPPED));
         }
-        // All variants are judged alike: seen as the complete one is trained to see, and late.
-        let judge =
-            Judge::new(&outcome.checkpoint, &self::preset(args, VARIANTS[0].1)?, &args.settings, threads)?;
+        let judge = Judge::new(&outcome.checkpoint, &judged, &settings, threads)?;
         for surface in SURFACES {
             let file = folder.join(format!("{surface}.json"));
-            let known = Score::read(&file)?.filter(|score| score.is_of(&args.settings, outcome.samples));
+            let known = Score::read(&file)?.filter(|score| score.is_of(&settings, outcome.samples));
             let score = match known {
                 Some(score) => score,
                 None => {
-                    let Some(score) = judge.score(variant, surface, outcome.samples)? else {
+                    let monitor = Monitor::stopped_by(stop::flag()?);
+                    let Some(score) = judge.score(variant, surface, outcome.samples, &monitor)? else {
                         return Ok(ExitCode::from(STOPPED));
                     };
                     let text = serde_json::to_string_pretty(&score).map_err(Failure::input)?;
-                    write_whole(&file, text.as_bytes()).map_err(Failure::input)?;
+                    write_whole(&file, text.as_bytes())?;
                     score
                 }
             };
@@ -116,67 +169,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 fn finish(args: &Args, scores: &Scores) -> Result<(), Failure> {
     let table = scores.table();
-    let json = serde_json::to_string(scores).map_err(Failure::input)?;
-    write_whole(&args.out.join("ablation.txt"), table.as_bytes()).map_err(Failure::input)?;
-    write_whole(&args.out.join("ablation.json"), json.as_bytes()).map_err(Failure::input)?;
+    let json = to_json(scores)?;
+    write_whole(&args.out.join("ablation.txt"), table.as_bytes())?;
+    write_whole(&args.out.join("ablation.json"), json.as_bytes())?;
     if args.json {
         println!("{json}");
     } else {
         print!("{table}");
     }
     Ok(())
-}
-
-/// A variant's run preset with the budget and the changes that were asked for.
-fn preset(args: &Args, name: &str) -> Result<RunPreset, Failure> {
-    let mut sets = args.sets.clone();
-    if let Some(motions) = &args.motions {
-        sets.push(motions_value(motions));
-    }
-    let mut preset = RunPreset::resolve(name, &sets).map_err(Failure::input)?;
-    let an_iteration = (preset.run.envs * preset.learn.ppo.horizon) as u64;
-    if let Some(iterations) = args.iterations.or(args.samples.map(|s| s.div_ceil(an_iteration))) {
-        preset.run.iterations = iterations;
-    }
-    Ok(preset)
-}
-
-/// Refuses to go on with a run of other values; only its length may differ.
-fn same_preset(folder: &Path, wanted: &RunPreset) -> Result<(), Failure> {
-    let mut found = RunPreset::of_run(folder, &[]).map_err(Failure::input)?;
-    found.run.iterations = wanted.run.iterations;
-    if found == *wanted {
-        return Ok(());
-    }
-    Err(Failure::input(format!(
-        "{}: expected a run with the preset and the --set values of this call, found another; choose another --out",
-        folder.join(PRESET_FILE).display()
-    )))
-}
-
-#[cfg(test)]
-mod tests {
-    use paid_sysid::Surface;
-    use paid_task::preset::SurfacePreset;
-
-    use super::*;
-
-    #[test]
-    fn the_training_surfaces_are_the_shipped_ones_and_variants_differ_in_one_thing() {
-        let [full, no_sysid, no_noise] =
-            VARIANTS.map(|(_, name)| RunPreset::resolve(name, &[]).expect(name).task);
-        let shipped =
-            SURFACES.map(|name| SurfacePreset::of(name, &Surface::load(name).expect(name).ball_params));
-        assert_eq!(full.randomization.surfaces, shipped);
-        let mut restored = no_sysid.clone();
-        restored.randomization.surfaces.clone_from(&full.randomization.surfaces);
-        restored.name.clone_from(&full.name);
-        assert_eq!(restored, full);
-        assert_eq!(no_sysid.randomization.surfaces.len(), 1);
-        let mut restored = no_noise;
-        assert!(!restored.observations.perception.gaussian);
-        restored.observations.perception.gaussian = true;
-        restored.name.clone_from(&full.name);
-        assert_eq!(restored, full);
-    }
 }

@@ -16,9 +16,9 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Physics and control steps a second.
+    /// Physics and control steps per second, beside MuJoCo's.
     Physics(bench_physics::Args),
-    /// Training samples a second, end to end and by part.
+    /// Training samples per second, end to end and by part.
     Train(bench_train::Args),
 }
 

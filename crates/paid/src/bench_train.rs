@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use paid_train::{RunPreset, TrainBench, bench_train};
 
 use crate::failure::Failure;
+use crate::threads::thread_count;
 use crate::train::motions_value;
 
 /// Arguments of `paid bench train`.
@@ -29,7 +30,7 @@ pub struct Args {
     /// Change a preset value (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Print one line of JSON a measurement.
+    /// Print one line of JSON per measurement.
     #[arg(long)]
     json: bool,
 }
@@ -43,7 +44,7 @@ const CASES: [(&str, &str, &str); 3] = [
 
 /// Measures and prints.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
-    let threads = crate::train::thread_count(args.threads)?;
+    let threads = thread_count(args.threads)?;
     let mut cases: Vec<(String, &str, Option<&str>)> =
         CASES.iter().map(|(title, preset, set)| ((*title).to_owned(), *preset, Some(*set))).collect();
     if let Some(preset) = &args.preset {

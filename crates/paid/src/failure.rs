@@ -3,6 +3,9 @@
 use core::fmt;
 use std::process::ExitCode;
 
+use paid_eval::EvalError;
+use paid_retarget::RetargetError;
+
 /// The exit codes, as shown in the help.
 pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
      130 stopped by Ctrl-C or SIGTERM before the end, what was done is saved.";
@@ -20,14 +23,84 @@ impl Failure {
         Self { message: error.to_string(), code: 2 }
     }
 
+    /// A value that the libraries refuse, under the option that set it.
+    fn option(name: &str, expected: &str, found: &str) -> Self {
+        Self::input(format!("{}: expected {expected}, found {found}", flag_of(name)))
+    }
+
     /// The exit code.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.code)
     }
 }
 
+/// The options of the command line, by the names that the libraries give to values.
+const FLAGS: [(&str, &str); 21] = [
+    ("trials", "--trials"),
+    ("workspace trials", "--workspace-trials"),
+    ("limit", "--limit"),
+    ("latency", "--latency"),
+    ("frame", "--frame"),
+    ("start radius", "--start-radius"),
+    ("scatter", "--scatter"),
+    ("rolling", "--speed"),
+    ("physics step", "--physics-dt"),
+    ("scene twist2", "--protocol twist2"),
+    ("recording", "--rerun"),
+    ("seconds", "--seconds"),
+    ("part of the motion", "--from, --to"),
+    ("frame rate of the clip", "--rate"),
+    ("height of the human", "--height"),
+    ("begin of the part", "--from"),
+    ("end of the part", "--to"),
+    ("time scale", "--slow"),
+    ("share of the speed limits", "--speed-limit"),
+    ("unit of length", "--unit"),
+    ("frame rate of the file", "--fps"),
+];
+
+/// The option that sets a value; the value's own name where no option does.
+fn flag_of(name: &str) -> &str {
+    FLAGS.iter().find(|(value, _)| *value == name).map_or(name, |(_, flag)| flag)
+}
+
+impl From<EvalError> for Failure {
+    fn from(error: EvalError) -> Self {
+        match &error {
+            EvalError::Option { option, expected, found } => Self::option(option, expected, found),
+            EvalError::NoBall { .. } => Self::input(format!("{error}; score in another with --task stage2")),
+            _ => Self::input(error),
+        }
+    }
+}
+
+impl From<RetargetError> for Failure {
+    fn from(error: RetargetError) -> Self {
+        match &error {
+            RetargetError::Option { option, expected, found } => Self::option(option, expected, found),
+            RetargetError::Skeleton { .. } => Self::input(format!("{error}; name one with --skeleton")),
+            _ => Self::input(error),
+        }
+    }
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_that_a_library_refuses_is_told_with_its_option() {
+        let error =
+            EvalError::Option { option: "rolling", expected: "a range".into(), found: "3 to 1".into() };
+        assert_eq!(error.to_string(), "rolling: expected a range, found 3 to 1");
+        assert_eq!(Failure::from(error).to_string(), "--speed: expected a range, found 3 to 1");
+        let error = EvalError::Option { option: "grid", expected: "a".into(), found: "b".into() };
+        assert_eq!(Failure::from(error).to_string(), "grid: expected a, found b");
     }
 }

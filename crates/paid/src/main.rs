@@ -1,4 +1,4 @@
-//! The command line of PAiD: parse, call, print. One module a subcommand group.
+//! The command line of PAiD: parse, call, print. One module per subcommand group.
 
 mod ablate;
 mod agent;
@@ -8,13 +8,14 @@ mod bench_train;
 mod eval;
 mod export;
 mod failure;
-mod look;
 mod motion;
 mod play;
 mod stop;
 mod sysid;
 mod task;
+mod threads;
 mod train;
+mod viewer;
 
 use std::process::ExitCode;
 
@@ -32,25 +33,25 @@ struct Cli {
 enum Command {
     /// Train a policy: both stages and the evaluation, or one stage.
     Train(train::Args),
-    /// Score a policy.
+    /// Score a policy, or draw what it does.
     Eval(Box<eval::Args>),
-    /// Let a policy shoot at the goal from random places: score table, pictures and a recording.
+    /// Watch a policy shoot at the goal from random places: a score table, pictures and a recording.
     Demo(eval::demo::Args),
     /// Make, check, convert and retarget motion files.
     Motion(motion::Args),
-    /// Look at a motion, at a human and the robot that follows, or at an episode of a policy: pictures, or Rerun.
+    /// Show a motion, a human beside the robot that follows, or an episode of a policy, as pictures or in Rerun.
     Play(Box<play::Args>),
-    /// Write a policy as ONNX.
+    /// Write a policy as an ONNX file.
     Export(export::Args),
-    /// Measure speed.
+    /// Measure the speed of physics and training.
     Bench(bench::Args),
-    /// Identify how a ball bounces and rolls from filmed experiments.
+    /// Find out how a ball bounces and rolls from filmed experiments.
     Sysid(Box<sysid::Args>),
-    /// Train and judge with and without identification and observation noise.
+    /// Repeat the paper's ablation: train with and without identification and observation noise, and judge in MuJoCo.
     Ablate(Box<ablate::Args>),
-    /// What a task is made of.
+    /// List what a task is made of.
     Task(task::Args),
-    /// Run a task under a zero or random agent and print each term's mean.
+    /// Run a task under a zero or random agent and print the mean of each reward and observation term.
     Agent(agent::Args),
 }
 

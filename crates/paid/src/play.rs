@@ -3,39 +3,41 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use paid_eval::footage::{Footage, Recorder, Shows, picture};
 use paid_eval::picture::Animation;
+use paid_eval::shot::Shot;
+use paid_eval::subject::Subject;
 use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_retarget::{HumanMotion, is_human_file};
 use paid_robot::{RobotModel, RobotSpec};
 
-use crate::eval::episode::Shot;
-use crate::eval::subject::{Setting, Subject};
+use crate::eval::episode::ShotArgs;
+use crate::eval::subject::Setting;
 use crate::failure::Failure;
-use crate::look::{Footage, Recorder, Shows, Target, picture};
 use crate::motion::{How, retarget_file};
+use crate::viewer::Target;
 
 /// Arguments of `paid play`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Motion of the robot (.npz, .csv, .pkl), of a human (.bvh, .amc: retargeted, shown beside the robot), or a folder of motions
-    /// [default: the built-in kicks].
+    /// What to show: a robot's motion (.npz, .csv, .pkl), a human's (.bvh, .amc: retargeted, shown beside the robot), or a folder of
+    /// motions [default: the built-in kicks].
     #[arg(conflicts_with = "policy")]
     input: Option<PathBuf>,
-    /// Which clip of a folder or of the built-in kicks: its name, or its number from 0 [default: 0; with --policy the nearest to
-    /// the ball].
+    /// Clip to show, by its name or its number from 0 [default: 0; with --policy the nearest to the ball].
     #[arg(long, value_name = "CLIP")]
     clip: Option<String>,
     /// File or folder to write: .gif, .png (animated), or a name without an extension for numbered pictures.
     #[arg(long, value_name = "OUT", required_unless_present = "rerun")]
     record: Option<PathBuf>,
-    /// Show it in Rerun: FILE.rrd, live (the viewer on this machine, started if there is none), or a viewer's address. Needs a
-    /// program built with --features rerun.
+    /// Show it in Rerun: FILE.rrd, live (this machine's viewer, started if none runs), or a viewer's address. Needs a program built
+    /// with --features rerun.
     #[arg(long, value_name = "FILE.rrd|live|URL")]
     rerun: Option<String>,
     /// Width and height of the pictures [pixels].
     #[arg(long, value_name = "WxH", default_value = "480x360", value_parser = size)]
     size: [usize; 2],
-    /// Pictures a second of the recording; motions run at their own speed.
+    /// Frame rate of the recording [Hz]; motions run at their own speed.
     #[arg(long, value_name = "HZ", default_value_t = 20.0)]
     pictures: f64,
     /// Joint order of a CSV or pickle file that does not state it: model (depth-first) or policy (breadth-first).
@@ -44,24 +46,24 @@ pub struct Args {
     #[command(flatten, next_help_heading = "A human's motion")]
     how: How,
     #[command(flatten)]
-    policy: Policy,
+    policy: EpisodeArgs,
 }
 
 /// The policy whose episode is shown.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "An episode of a policy")]
-struct Policy {
-    /// Play an episode of this policy, as an evaluation does: run folder (the mean of its last checkpoints), checkpoint file or ONNX file.
+struct EpisodeArgs {
+    /// Play an episode of this policy: a run folder (the mean of its last checkpoints), a checkpoint, or an ONNX file.
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
     policy: Option<PathBuf>,
     /// Leave out the reference (the pale blue robot).
     #[arg(long, requires = "policy")]
     no_ghost: bool,
-    /// Leave out the contact forces (red arrows, 1 m for 1000 N; those on bodies are drawn upwards).
+    /// Leave out the contact forces (red arrows, 1 m for 1000 N; those on bodies point up).
     #[arg(long, requires = "policy")]
     no_forces: bool,
     #[command(flatten)]
-    shot: Shot,
+    shot: ShotArgs,
     #[command(flatten)]
     setting: Setting,
 }
@@ -92,14 +94,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let shows = Shows { ghost: !args.policy.no_ghost, forces: !args.policy.no_forces };
     if let Some(path) = &args.record {
         let count = (footage.duration_s() * args.pictures + 1e-9).floor() as usize + 1;
-        let mut animation =
-            Animation::create(path, args.size, args.pictures, count).map_err(Failure::input)?;
+        let mut animation = Animation::create(path, args.size, args.pictures, count)?;
         for k in 0..count {
             let t = (k as f64 / (args.pictures * footage.dt_s)).round() as usize;
             let image = picture(&footage, t.min(footage.frames.len() - 1), args.size, shows);
-            animation.add(&image).map_err(Failure::input)?;
+            animation.add(&image)?;
         }
-        animation.finish().map_err(Failure::input)?;
+        animation.finish()?;
         let (file, name) = (path.display(), &footage.name);
         println!("{file}: {count} pictures of {name}, {:.2} s", footage.duration_s());
     }
@@ -122,16 +123,17 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// An episode of the policy.
 fn episode(args: &Args, policy: &std::path::Path) -> Result<Footage, Failure> {
-    let Policy { shot, setting, .. } = &args.policy;
+    let EpisodeArgs { shot, setting, .. } = &args.policy;
     setting.one_engine()?;
-    let subject = Subject::load_in(policy, setting, "stage2")?;
+    let subject = Subject::load(&setting.spec(policy, "stage2")?)?;
     let setup = &subject.setup;
     let names: Vec<&str> = setup.library.facts().iter().map(|f| f.name.as_str()).collect();
     let motion = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;
     // Reward terms are only shown by Rerun.
-    let watched = shot.watch(&subject, motion, args.rerun.is_some(), |_| Recorder::new(setup))?;
+    let shot = Shot { reward_terms: args.rerun.is_some(), ..shot.shot(motion) };
+    let watched = shot.watch(&subject, |_| Recorder::new(setup))?;
     let name = format!("{} on {} in {}", subject.name, names[watched.motion], setup.engine.name());
-    Ok(watched.seen.footage(setup, name, watched.goal_half_width_m))
+    Ok(watched.kept.footage(setup, name, watched.goal_half_width_m))
 }
 
 fn open(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<(Clip, Option<HumanMotion>), Failure> {

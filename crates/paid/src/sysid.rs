@@ -1,8 +1,6 @@
 //! `paid sysid`: a ball's behavior from filmed drops and rolls, or such films from a known ball.
 
-mod files;
 mod fit;
-mod plot;
 mod simulate;
 
 use std::process::ExitCode;

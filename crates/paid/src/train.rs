@@ -1,17 +1,20 @@
 //! `paid train`: Stage I, Stage II from it, then the evaluation; or one stage.
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use clap::{Parser, ValueEnum};
+use clap::ValueEnum;
+use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
+use paid_eval::subject::{Subject, SubjectSpec};
 use paid_train::folder::PRESET_FILE;
 use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
 
+use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
 use crate::stop::{self, STOPPED};
+use crate::threads::thread_count;
 
 /// Arguments of `paid train`.
 #[derive(Debug, clap::Args)]
@@ -176,51 +179,37 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     score(&args, &out, &stop)
 }
 
-/// What is scored after both stages: `paid eval` and the run, as a user would type it.
-const SCORES: [(&[&str], &str); 2] =
-    [(&["tracking"], "stage1"), (&["shooting", "--ball", "both", "--effective", "--trials", "10"], "stage2")];
+/// Shots per ball place after both stages.
+const SHOTS: usize = 10;
 
-/// A command line of `paid eval`.
-#[derive(Debug, clap::Parser)]
-struct EvalLine {
-    #[command(flatten)]
-    args: crate::eval::Args,
-}
-
-/// Scores both stages; the files go to `out/eval`. Once `stop` is set the rest is left out.
+/// Scores both stages: the first follows the motions, the second shoots at static and rolling balls of the effective workspace. The
+/// files go to `out/eval`. Once `stop` is set the rest is left out.
 fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure> {
-    for (what, stage) in SCORES {
-        let mut line: Vec<OsString> = vec!["paid eval".into()];
-        line.extend(what.iter().map(OsString::from));
-        line.extend(["--policy".into(), out.join(stage).into(), "--out".into(), out.join("eval").into()]);
-        if let Some(threads) = args.threads {
-            line.extend(["--threads".into(), threads.to_string().into()]);
-        }
-        if args.json {
-            line.push("--json".into());
-        }
-        let line = EvalLine::try_parse_from(line).map_err(Failure::input)?;
-        let code = crate::eval::run(line.args)?;
-        if stop.load(Ordering::SeqCst) {
-            return Ok(code);
-        }
+    let output = Output { json: args.json, out: Some(out.join("eval")) };
+    let load = |stage: Stage| -> Result<Subject, Failure> {
+        let spec =
+            SubjectSpec { threads: thread_count(args.threads)?, ..SubjectSpec::new(out.join(stage.name())) };
+        Ok(Subject::load(&spec)?)
+    };
+    let code = track::score(&mut load(Stage::Stage1)?, track::STARTS, true, &output)?;
+    if stop.load(Ordering::SeqCst) {
+        return Ok(code);
     }
-    Ok(ExitCode::SUCCESS)
+    let balls = [None, Some(ROLLING_SPEED)].map(|rolling| ShootingOptions {
+        grid: Grid::EFFECTIVE,
+        trials: SHOTS,
+        rolling,
+        ..ShootingOptions::default()
+    });
+    let mut kicker = load(Stage::Stage2)?;
+    kicker.require_ball()?;
+    shoot::score(&mut kicker, &balls, &output)
 }
 
 /// The folder of the motions as a preset value.
 pub fn motions_value(motions: &Path) -> String {
     // A debug-formatted string is a TOML string for every path that people use.
     format!("run.motions={:?}", motions.to_string_lossy())
-}
-
-/// Worker threads: as asked, or one a core.
-pub fn thread_count(asked: Option<usize>) -> Result<usize, Failure> {
-    match asked {
-        Some(0) => Err(Failure::input("--threads: expected at least 1, found 0")),
-        Some(threads) => Ok(threads),
-        None => Ok(std::thread::available_parallelism().map_or(1, usize::from)),
-    }
 }
 
 fn exit_code(outcome: &Outcome) -> ExitCode {

@@ -17,7 +17,7 @@ pub use twist2::Twist2;
 
 /// What a policy may look at before a control step.
 #[derive(Clone, Copy)]
-pub struct Seen<'a> {
+pub struct DriverInput<'a> {
     /// The task's observations `[obs_dim, envs]`.
     pub observations: &'a [f32],
     /// Environments.
@@ -27,7 +27,7 @@ pub struct Seen<'a> {
 }
 
 /// A deterministic policy that drives a batch of environments. Matrices are feature-major `[features, envs]`.
-pub trait Policy: Send {
+pub trait Driver: Send {
     /// Length of the task's observation; `None` for a policy that looks at the world itself.
     fn obs_dim(&self) -> Option<usize>;
     /// Length of the action.
@@ -38,22 +38,22 @@ pub trait Policy: Send {
     ///
     /// # Errors
     /// If the policy's runtime fails.
-    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError>;
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError>;
 }
 
 /// Makes one policy for each worker thread.
-pub type PolicyMaker<'a> = dyn Fn() -> Result<Box<dyn Policy>, EvalError> + Sync + 'a;
+pub type DriverMaker<'a> = dyn Fn() -> Result<Box<dyn Driver>, EvalError> + Sync + 'a;
 
 /// Holds the default pose: the baseline that anything trained must beat.
 #[derive(Clone, Copy, Debug)]
-pub struct ZeroPolicy {
+pub struct ZeroDriver {
     /// Length of the observation that it ignores.
     pub obs_dim: usize,
     /// Length of the action.
     pub action_dim: usize,
 }
 
-impl Policy for ZeroPolicy {
+impl Driver for ZeroDriver {
     fn obs_dim(&self) -> Option<usize> {
         Some(self.obs_dim)
     }
@@ -61,7 +61,7 @@ impl Policy for ZeroPolicy {
         self.action_dim
     }
     fn begin(&mut self, _envs: usize) {}
-    fn act(&mut self, _seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+    fn act(&mut self, _seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         actions.fill(0.0);
         Ok(())
     }
@@ -69,25 +69,25 @@ impl Policy for ZeroPolicy {
 
 /// A trained network's mean action.
 #[derive(Clone, Debug)]
-pub struct LearnedPolicy {
+pub struct NetworkDriver {
     policy: Arc<paid_policy::Policy>,
     state: PolicyState,
 }
 
-impl LearnedPolicy {
+impl NetworkDriver {
     /// Shares the weights with other threads' policies.
     pub fn new(policy: Arc<paid_policy::Policy>) -> Self {
         Self { state: policy.start(0), policy }
     }
 
     /// Makes one for each thread.
-    pub fn maker(policy: paid_policy::Policy) -> impl Fn() -> Result<Box<dyn Policy>, EvalError> + Sync {
+    pub fn maker(policy: paid_policy::Policy) -> impl Fn() -> Result<Box<dyn Driver>, EvalError> + Sync {
         let policy = Arc::new(policy);
-        move || Ok(Box::new(Self::new(Arc::clone(&policy))) as Box<dyn Policy>)
+        move || Ok(Box::new(Self::new(Arc::clone(&policy))) as Box<dyn Driver>)
     }
 }
 
-impl Policy for LearnedPolicy {
+impl Driver for NetworkDriver {
     fn obs_dim(&self) -> Option<usize> {
         Some(self.policy.obs_dim())
     }
@@ -97,7 +97,7 @@ impl Policy for LearnedPolicy {
     fn begin(&mut self, envs: usize) {
         self.state = self.policy.start(envs);
     }
-    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         self.policy.act(seen.observations, &mut self.state, actions);
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use paid_onnx::{Contract, OnnxPolicy, PolicyState};
 
-use super::{Policy, Seen};
+use super::{Driver, DriverInput};
 use crate::EvalError;
 
 /// Observation terms whose meaning depends on the policy's own conventions.
@@ -66,7 +66,7 @@ impl Adapter {
     }
 
     /// The file's observation from the task's (`envs` columns, column `env`).
-    fn observation(&self, seen: &Seen<'_>, env: usize, last: &[f32], out: &mut [f32]) {
+    fn observation(&self, seen: &DriverInput<'_>, env: usize, last: &[f32], out: &mut [f32]) {
         for (k, value) in out.iter_mut().enumerate() {
             *value = seen.observations[k * seen.envs + env];
         }
@@ -115,7 +115,7 @@ impl OnnxDriver {
     }
 }
 
-impl Policy for OnnxDriver {
+impl Driver for OnnxDriver {
     fn obs_dim(&self) -> Option<usize> {
         Some(self.observation.len())
     }
@@ -126,7 +126,7 @@ impl Policy for OnnxDriver {
         self.states = vec![self.policy.initial_state(); envs];
         self.last = vec![vec![0.0; self.action_dim()]; envs];
     }
-    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         for env in 0..seen.envs {
             self.adapter.observation(&seen, env, &self.last[env], &mut self.observation);
             let own = self
@@ -202,7 +202,7 @@ mod tests {
         // Two environments; the second one has the hip at 0.3 and the knee at 1.0 rad.
         let columns = [[9.0, 0.0, 0.0, 7.0, 7.0], [8.0, 0.2, 0.4, 7.0, 7.0]];
         let observations: Vec<f32> = (0..5).flat_map(|k| [columns[0][k], columns[1][k]]).collect();
-        let seen = Seen { observations: &observations, envs: 2, world: &Nothing };
+        let seen = DriverInput { observations: &observations, envs: 2, world: &Nothing };
         let mut out = vec![0.0; 5];
         adapter.observation(&seen, 1, &[1.5, -2.0], &mut out);
         // File order is knee, hip; the file's knee default is 0.4: 1.0 - 0.4 = 0.6.

@@ -13,7 +13,7 @@ use paid_onnx::{OnnxFile, RawModel};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 use paid_task::{EnvSample, ReferenceLibrary};
 
-use super::{Gains, Policy, Seen};
+use super::{Driver, DriverInput, Gains};
 use crate::EvalError;
 
 const JOINTS: usize = 29;
@@ -156,7 +156,7 @@ impl Twist2 {
     }
 }
 
-impl Policy for Twist2 {
+impl Driver for Twist2 {
     fn obs_dim(&self) -> Option<usize> {
         None
     }
@@ -170,7 +170,7 @@ impl Policy for Twist2 {
         };
         self.memory = vec![fresh; envs];
     }
-    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         for env in 0..seen.envs {
             let sample = seen.world.sample(env)?;
             let motion = self.motion(sample.motion, sample.frame + 1);

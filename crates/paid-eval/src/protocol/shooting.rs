@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
 use crate::episodes::{EvalSetup, Observer, run_episodes};
-use crate::policy::PolicyMaker;
+use crate::policy::DriverMaker;
 use observer::Watch;
 
 pub use figures::{panels, summary};
@@ -150,7 +150,7 @@ pub fn control_of(options: &ShootingOptions, control_dt_s: f64) -> (EvalOptions,
 /// As [`run_episodes`], or if an option makes no sense, or no motion leaves room for the ball.
 pub fn evaluate(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &ShootingOptions,
 ) -> Result<ShootingReport, EvalError> {
     let trials = plan(setup, options)?;
@@ -163,7 +163,7 @@ pub fn evaluate(
 /// trials in several engines must be planned once: the motion for a rolling ball may depend on how the engine's ball slows down.
 pub(crate) fn evaluate_traced(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &ShootingOptions,
     trials: &[Trial],
 ) -> Result<(ShootingReport, Vec<(usize, Trace)>), EvalError> {
@@ -180,7 +180,7 @@ pub(crate) fn evaluate_traced(
 /// The observers of the trials that ended, with their numbers.
 fn run<O: Observer>(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &ShootingOptions,
     trials: &[Trial],
     observer: impl Fn(usize) -> O + Sync,

@@ -9,7 +9,7 @@ use paid_task::{EvalOptions, InitialState};
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
 use crate::episodes::{EvalSetup, Observer, run_episodes};
-use crate::policy::PolicyMaker;
+use crate::policy::DriverMaker;
 use observer::Watch;
 
 pub use report::TrackingReport;
@@ -33,7 +33,7 @@ pub struct TrackingOptions {
 /// As [`run_episodes`], or if the sets do not match the library.
 pub fn evaluate(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &TrackingOptions,
 ) -> Result<TrackingReport, EvalError> {
     let watches = run(setup, policy, options, |watch| watch)?;
@@ -44,7 +44,7 @@ pub fn evaluate(
 /// As [`evaluate`], with the number and the trace of every run in the report's order.
 pub(crate) fn evaluate_traced(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &TrackingOptions,
 ) -> Result<(TrackingReport, Vec<(usize, Trace)>), EvalError> {
     let ball = setup.preset.scene.ball;
@@ -60,7 +60,7 @@ pub(crate) fn evaluate_traced(
 /// The observers of the runs that ended, with their numbers and whether they began exactly.
 fn run<O: Observer>(
     setup: &EvalSetup,
-    policy: &PolicyMaker,
+    policy: &DriverMaker,
     options: &TrackingOptions,
     observer: impl Fn(Watch) -> O + Sync,
 ) -> Result<Vec<(usize, bool, O)>, EvalError> {

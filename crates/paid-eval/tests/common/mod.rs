@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use paid_eval::EvalError;
-use paid_eval::engine::Engine;
+use paid_eval::engine::EngineChoice;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
-use paid_eval::policy::{Policy, Seen};
+use paid_eval::policy::{Driver, DriverInput};
 use paid_lanes::{Isa, Quat, Vec3};
 use paid_motion::{Clip, KickLeg, MotionLibrary, resample, write_npz};
 use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
@@ -64,7 +64,7 @@ pub fn setup(task: &str) -> EvalSetup {
     let motions = MotionLibrary::load(folder.path(), &robot, &spec, 50.0).expect("good motions");
     let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits the robot");
     EvalSetup {
-        engine: Engine::Builtin,
+        engine: EngineChoice::Builtin,
         isa: Isa::Portable,
         robot,
         spec,
@@ -97,7 +97,7 @@ impl Puppet {
     }
 }
 
-impl Policy for Puppet {
+impl Driver for Puppet {
     fn obs_dim(&self) -> Option<usize> {
         None
     }
@@ -105,7 +105,7 @@ impl Policy for Puppet {
         self.task.len()
     }
     fn begin(&mut self, _envs: usize) {}
-    fn act(&mut self, seen: Seen<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         if let Some(monitor) = &self.stop {
             monitor.stop();
         }

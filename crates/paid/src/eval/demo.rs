@@ -8,20 +8,21 @@ use paid_eval::episodes::run_episodes;
 use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
 use paid_eval::picture::{Animation, Film, film_frame, film_strip};
+use paid_eval::results::{Evaluation, to_json, write_shooting};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
+use paid_eval::subject::{Subject, SubjectSpec};
 use paid_task::InitialState;
 use paid_train::policy_weights::WEIGHTS_FILE;
 
+use super::ended;
 use super::progress::Progress;
-use super::shoot::write_shooting;
-use super::subject::{Common, Subject};
-use super::{Whole, ended, to_json};
 use crate::failure::Failure;
+use crate::threads::thread_count;
 
 /// The policy that plays when none is given.
 const POLICY: &[u8] = include_bytes!("../../../../policies/demo/stage2.safetensors");
 
-/// Pictures a second of the recording.
+/// Frame rate of the recording [Hz].
 const RATE_HZ: f64 = 12.5;
 /// Size of the recording [pixels].
 const SIZE: [usize; 2] = [480, 320];
@@ -31,10 +32,10 @@ const RECORDED_S: f64 = 4.5;
 /// Arguments of `paid demo`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder, checkpoint or ONNX file [default: the program's own policy, which is also written to the output folder].
+    /// Policy to play: run folder, checkpoint or ONNX file [default: the program's own, which is also written to the output folder].
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
     policy: Option<PathBuf>,
-    /// Folder of the motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
+    /// Folder of motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Shots at each of 63 places of the workspace, from random points around it.
@@ -46,7 +47,7 @@ pub struct Args {
     /// Seed of everything random.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Worker threads; the result does not depend on it [default: all cores].
+    /// Worker threads; they do not change the result [default: all cores].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print one line of JSON.
@@ -63,9 +64,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Some(path) => path.clone(),
         None => own_policy(&args.out)?,
     };
-    let common = Common::usual(policy, args.motions.clone(), args.seed, args.threads);
-    let mut subject = Subject::load(&common, "stage2")?;
-    subject.needs_ball()?;
+    let mut subject = Subject::load(&SubjectSpec {
+        motions: args.motions.clone(),
+        seed: args.seed,
+        threads: thread_count(args.threads)?,
+        ..SubjectSpec::new(policy)
+    })?;
+    subject.require_ball()?;
     let options = ShootingOptions {
         grid: Grid::EFFECTIVE,
         trials: args.trials,
@@ -75,9 +80,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     let (monitor, progress) = Progress::start(args.json)?;
     subject.setup.monitor = monitor;
-    let report = shooting::evaluate(&subject.setup, &*subject.maker, &options).map_err(Failure::input)?;
+    let report = shooting::evaluate(&subject.setup, &*subject.maker, &options)?;
     let timing = progress.finish();
-    let whole = Whole { kind: "demo", policy: &subject.name, report: &report, timing };
+    let whole = Evaluation { kind: "demo", policy: &subject.name, report: &report, timing };
     let json = to_json(&whole)?;
     write_shooting(&args.out, subject.setup.engine.name(), &report, &json)?;
     if args.json {
@@ -101,7 +106,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             .collect();
         record(&subject, &options, &chosen, &args.out)?;
     }
-    write_report(&args.out).map_err(Failure::input)?;
+    write_report(&args.out)?;
     if !args.json {
         println!("pictures, recording and report: {}", args.out.display());
     }
@@ -111,7 +116,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 /// Writes the program's own policy into `out`, to be played with further; its place.
 fn own_policy(out: &Path) -> Result<PathBuf, Failure> {
     let path = out.join(WEIGHTS_FILE);
-    write_whole(&path, POLICY).map_err(Failure::input)?;
+    write_whole(&path, POLICY)?;
     Ok(path)
 }
 
@@ -126,21 +131,19 @@ fn record(
     let dt_s = setup.preset.control_dt_s();
     let options = ShootingOptions { limit_s: RECORDED_S, ..options.clone() };
     let (control, steps) = shooting::control_of(&options, dt_s);
-    let films = run_episodes(setup, &*subject.maker, starts, control, steps, |_| Film::default())
-        .map_err(Failure::input)?;
+    let films = run_episodes(setup, &*subject.maker, starts, control, steps, |_| Film::default())?;
     let ball = Some(setup.preset.ball_params.radius_m);
     let half_width = options.goal_half_width_m;
     let every = (1.0 / (RATE_HZ * dt_s)).round().max(1.0) as usize;
     let frames = films.iter().map(|(_, film)| film.poses.len().div_ceil(every)).sum();
-    let mut animation =
-        Animation::create(&out.join("shots.gif"), SIZE, RATE_HZ, frames).map_err(Failure::input)?;
+    let mut animation = Animation::create(&out.join("shots.gif"), SIZE, RATE_HZ, frames)?;
     for (i, film) in &films {
         for t in (0..film.poses.len()).step_by(every) {
             let image = film_frame(&setup.robot, film, t, ball, half_width, SIZE);
-            animation.add(&image).map_err(Failure::input)?;
+            animation.add(&image)?;
         }
         let strip = film_strip(&setup.robot, film, dt_s, ball, half_width, 12);
-        strip.save(&out.join(format!("shot_{}.png", i + 1))).map_err(Failure::input)?;
+        strip.save(&out.join(format!("shot_{}.png", i + 1)))?;
     }
-    animation.finish().map_err(Failure::input)
+    Ok(animation.finish()?)
 }

@@ -1,18 +1,18 @@
 //! `paid eval gap`.
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_eval::file::write_whole;
 use paid_eval::gap;
 use paid_eval::html::write_report;
+use paid_eval::results::{Evaluation, to_json, write_gap};
+use paid_eval::scene::Engines;
 use paid_eval::shooting::Grid;
+use paid_eval::subject::Subject;
 
-use super::engine::EngineName;
 use super::progress::Progress;
 use super::protocol::ProtocolArgs;
-use super::subject::{Common, Subject};
-use super::{Whole, ended, to_json};
+use super::subject::Common;
+use super::{Output, ended};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval gap`.
@@ -20,44 +20,32 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Trials a ball place; the grid is the effective workspace unless --whole-grid asks for more.
+    /// Trials per ball place, on the effective workspace (--whole-grid: on the paper's whole grid).
     #[arg(long, default_value_t = 4)]
     trials: usize,
     #[command(flatten)]
     protocol: ProtocolArgs,
-    /// Print one line of JSON a kind of ball.
-    #[arg(long)]
-    json: bool,
-    /// Write JSON, CSV, table and report.html to this folder.
-    #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
 }
 
 /// Runs every row, for each kind of ball; both engines run, whatever --engine says.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common, "stage2")?;
-    subject.needs_ball()?;
-    Subject::needs_mujoco(EngineName::Both)?;
+    let mut subject = Subject::load(&args.common.spec("stage2")?)?;
+    subject.require_ball()?;
+    Engines::Both.check()?;
     for options in args.protocol.options(args.trials, Grid::EFFECTIVE)? {
-        let (monitor, progress) = Progress::start(args.json)?;
+        let (monitor, progress) = Progress::start(args.output.json)?;
         subject.setup.monitor = monitor;
-        let report = gap::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)
-            .map_err(Failure::input)?;
+        let report = gap::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
         let timing = progress.finish();
-        let json = to_json(&Whole { kind: "gap", policy: &subject.name, report: &report, timing })?;
-        if let Some(out) = &args.out {
+        let json = to_json(&Evaluation { kind: "gap", policy: &subject.name, report: &report, timing })?;
+        if let Some(out) = &args.output.out {
             let kind = if options.rolling.is_some() { "rolling" } else { "static" };
-            let file = |extension: &str| out.join(format!("gap_{kind}.{extension}"));
-            write_whole(&file("json"), json.as_bytes()).map_err(Failure::input)?;
-            write_whole(&file("csv"), report.csv().as_bytes()).map_err(Failure::input)?;
-            write_whole(&file("txt"), report.table().as_bytes()).map_err(Failure::input)?;
-            write_report(out).map_err(Failure::input)?;
+            write_gap(out, kind, &report, &json)?;
+            write_report(out)?;
         }
-        if args.json {
-            println!("{json}");
-        } else {
-            println!("{}\n{}\n", report.table(), timing.text());
-        }
+        args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
         if subject.setup.monitor.stopped() {
             break;
         }

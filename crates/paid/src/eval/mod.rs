@@ -7,15 +7,15 @@ mod film;
 mod gap;
 mod progress;
 mod protocol;
-mod shoot;
+pub mod shoot;
 pub mod subject;
-mod track;
+pub mod track;
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use paid_eval::EvalError;
 use paid_eval::monitor::Monitor;
-use progress::Timing;
-use serde::Serialize;
 
 use crate::failure::Failure;
 use crate::stop::STOPPED;
@@ -29,16 +29,15 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// How closely the policy follows every motion.
+    /// Measure how closely the policy follows every motion.
     Tracking(track::Args),
-    /// Shots at the goal from a grid of ball places.
+    /// Shoot at the goal from a grid of ball places.
     Shooting(Box<shoot::Args>),
-    /// Which difference between the engines matters: the same shots in the built-in engine and in MuJoCo with one
-    /// difference after the other taken away.
+    /// Find out which difference between the engines matters: repeat the same shots in MuJoCo with one difference removed at a time.
     Gap(Box<gap::Args>),
-    /// Pictures of one episode.
+    /// Draw one episode.
     Film(film::Args),
-    /// Write the scene of the evaluation as MJCF, for MuJoCo's own viewer.
+    /// Write the scene of the evaluation as MJCF for MuJoCo's viewer.
     Scene(engine::SceneArgs),
 }
 
@@ -53,22 +52,30 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 }
 
-/// What an evaluation prints as JSON: the report, what it is about, and what it cost.
-#[derive(Serialize)]
-struct Whole<'a, R: Serialize> {
-    kind: &'static str,
-    policy: &'a str,
-    #[serde(flatten)]
-    report: &'a R,
-    timing: Timing,
-}
-
 /// The exit code of an evaluation that ran to its end or was stopped.
 fn ended(monitor: &Monitor) -> ExitCode {
     if monitor.stopped() { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
 }
 
-/// JSON for people and programs.
-fn to_json(value: &impl Serialize) -> Result<String, Failure> {
-    serde_json::to_string(value).map_err(Failure::input)
+/// Where the results go.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct Output {
+    /// Print one line of JSON per report instead of tables.
+    #[arg(long)]
+    pub json: bool,
+    /// Write JSON, CSV, tables, pictures and report.html to this folder.
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+impl Output {
+    /// Writes to the folder, if there is one.
+    fn write(&self, write: impl FnOnce(&Path) -> Result<(), EvalError>) -> Result<(), Failure> {
+        Ok(self.out.as_deref().map_or(Ok(()), write)?)
+    }
+
+    /// Prints the one form or the other.
+    fn print(&self, text: &str, json: &str) {
+        println!("{}", if self.json { json } else { text });
+    }
 }

@@ -5,43 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use paid_eval::monitor::{Effort, Monitor};
-use serde::Serialize;
+use paid_eval::monitor::{Monitor, Timing};
 
 use crate::failure::Failure;
 use crate::stop;
 
 /// Pause between two lines of progress.
 const PAUSE: Duration = Duration::from_secs(5);
-
-/// What the running evaluation costs.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Timing {
-    /// Wall clock [s].
-    pub wall_s: f64,
-    /// Trials a second of wall clock.
-    pub trials_per_s: f64,
-    /// Simulation and policy, summed over threads.
-    #[serde(flatten)]
-    pub effort: Effort,
-}
-
-impl Timing {
-    /// One line.
-    pub fn text(&self) -> String {
-        let e = &self.effort;
-        let total = (e.physics_s + e.policy_s).max(1e-9);
-        format!(
-            "{} trials in {:.1} s, {:.2} trials/s; physics and task {:.0}%, policy {:.0}% of {:.1} core seconds",
-            e.trials,
-            self.wall_s,
-            self.trials_per_s,
-            100.0 * e.physics_s / total,
-            100.0 * e.policy_s / total,
-            total
-        )
-    }
-}
 
 /// Prints progress to standard error until it is finished.
 pub struct Progress {
@@ -75,9 +45,7 @@ impl Progress {
             // A printer that panicked has nothing more to say.
             let _ = printer.join();
         }
-        let wall_s = self.start.elapsed().as_secs_f64();
-        let effort = self.monitor.effort();
-        Timing { wall_s, trials_per_s: effort.trials as f64 / wall_s.max(1e-9), effort }
+        Timing::of(self.monitor.effort(), self.start.elapsed().as_secs_f64())
     }
 }
 

@@ -13,7 +13,7 @@ pub enum Ball {
     Static,
     /// It rolls at 0.1 to 0.3 m/s in any direction.
     Rolling,
-    /// First the one, then the other, and the paper's four panels in one figure.
+    /// Static, then rolling, and the paper's four panels in one figure.
     Both,
 }
 
@@ -21,29 +21,29 @@ pub enum Ball {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Shots")]
 pub struct ProtocolArgs {
-    /// How the ball moves [default: static].
+    /// Kind of ball [default: static].
     #[arg(long, value_enum)]
     ball: Option<Ball>,
-    /// As --ball rolling.
+    /// Same as --ball rolling.
     #[arg(long, conflicts_with = "ball")]
     rolling: bool,
-    /// Slowest and fastest rolling ball [m/s]; without --ball the ball rolls.
+    /// Slowest and fastest rolling ball [m/s]; implies --ball rolling.
     #[arg(long, value_name = "M/S", num_args = 2)]
     speed: Option<Vec<f64>>,
-    /// Ball places are given in the robot's first pose, as in the public evaluation (its displacement then has no effect),
-    /// instead of in the world.
+    /// Measure ball places from the robot's first pose, as the public evaluation does, instead of from the world. Displacing the
+    /// robot then changes nothing.
     #[arg(long)]
     robot_frame: bool,
-    /// The paper's effective workspace alone, [0.5, 2.0] x [-1, 1] m.
+    /// Shoot only on the paper's effective workspace, [0.5, 2.0] x [-1, 1] m.
     #[arg(long)]
     effective: bool,
-    /// The paper's whole grid, [0.5, 3.0] x [-1.5, 1.5] m.
+    /// Shoot on the paper's whole grid, [0.5, 3.0] x [-1.5, 1.5] m.
     #[arg(long, conflicts_with = "effective")]
     whole_grid: bool,
-    /// Radius of the disc of robot starts [m].
+    /// Displace the robot's start by up to this distance [m].
     #[arg(long, default_value_t = 0.5)]
     start_radius: f64,
-    /// Half-width of a uniform offset of the ball from its place, in x and in y [m].
+    /// Move every ball from its place by up to this much in x and in y [m].
     #[arg(long, value_name = "M", default_value_t = 0.0)]
     scatter: f64,
     /// Width of the goal [m].
@@ -58,7 +58,7 @@ pub struct ProtocolArgs {
 }
 
 impl ProtocolArgs {
-    /// One set of options for each kind of ball that was asked for; `usual_grid` holds unless another was asked for.
+    /// The options of each kind of ball that was asked for, on `usual_grid` unless another was asked for.
     ///
     /// # Errors
     /// If a speed is given to a ball that lies still.

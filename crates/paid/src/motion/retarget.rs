@@ -131,7 +131,7 @@ pub fn retarget_file(
     spec: &RobotSpec,
 ) -> Result<Retargeted, Failure> {
     let human = HumanOptions { unit_m: how.unit, fps: how.fps, skeleton: how.skeleton.clone() };
-    let motion = read_human(input, &human).map_err(Failure::input)?;
+    let motion = read_human(input, &human)?;
     let options = RetargetOptions {
         fps: how.rate,
         height_m: how.height,
@@ -142,7 +142,7 @@ pub fn retarget_file(
         license: how.license.clone(),
         ..RetargetOptions::default()
     };
-    retarget(&motion, model, spec, &options).map_err(Failure::input)
+    Ok(retarget(&motion, model, spec, &options)?)
 }
 
 /// Retargets, writes the clip and prints what it is like.

@@ -4,13 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
+use paid_eval::file_set::FileSet;
+use paid_eval::picture::identification;
 use paid_sysid::csv::{Quantity, Run, read_runs};
 use paid_sysid::options::{NAMES, Parameters, Starts, Unseen};
 use paid_sysid::{Identification, Options, Repeats, Surface, identify};
 use serde::Serialize;
 
-use super::files::Files;
-use super::{World, five, plot};
+use super::{World, five};
 use crate::failure::Failure;
 
 /// Arguments of the identification.
@@ -82,7 +83,7 @@ struct Search {
     /// Initial step, in units of the ranges.
     #[arg(long, default_value_t = Options::default().scale)]
     scale: f64,
-    /// Candidates a generation.
+    /// Candidates per generation.
     #[arg(long, default_value_t = Options::default().population)]
     population: usize,
     /// A search ends when the best loss changes by less than this [m^2] ...
@@ -249,7 +250,7 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
 }
 
 fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Vec<PathBuf>, Failure> {
-    let mut files = Files::default();
+    let mut files = FileSet::default();
     if let Some(folder) = &args.plots {
         let mut add = |name: &str, figure: paid_eval::picture::Figure| {
             let file = |ending: &str| folder.join(format!("{name}.{ending}"));
@@ -257,12 +258,18 @@ fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Ve
             files.add(file("svg"), figure.svg().into_bytes());
             Ok::<(), Failure>(())
         };
-        add("loss", plot::loss(found))?;
+        add("loss", identification::loss(found))?;
         if !found.drops.is_empty() {
-            add("drop", plot::overlay("drop: dots measured, lines simulated", "height [m]", &found.drops))?;
+            add(
+                "drop",
+                identification::overlay("drop: dots measured, lines simulated", "height [m]", &found.drops),
+            )?;
         }
         if !found.rolls.is_empty() {
-            add("roll", plot::overlay("roll: dots measured, lines simulated", "distance [m]", &found.rolls))?;
+            add(
+                "roll",
+                identification::overlay("roll: dots measured, lines simulated", "distance [m]", &found.rolls),
+            )?;
         }
     }
     if let Some(out) = &args.out {
@@ -277,5 +284,5 @@ fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Ve
         let text = surface.to_toml(&comments).map_err(Failure::input)?;
         files.add(out.clone(), text.into_bytes());
     }
-    files.write()
+    Ok(files.write()?)
 }

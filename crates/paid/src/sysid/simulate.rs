@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use paid_eval::file_set::FileSet;
 use paid_sysid::Surface;
 use paid_sysid::csv::{Quantity, write_runs};
 use paid_sysid::options::{NAMES, Parameters, parameters_of, with_parameters};
 use paid_sysid::simulate::{Experiment, FifaFigures, MujocoBall, Source, ramp_speed, simulate};
 use serde::Serialize;
 
-use super::files::Files;
 use super::{World, five};
 use crate::failure::Failure;
 
@@ -58,7 +58,7 @@ pub struct Args {
     /// Length of a run [s].
     #[arg(long, default_value_t = Experiment::default().duration_s)]
     duration: f64,
-    /// Camera frames a second.
+    /// Camera frames per second.
     #[arg(long, default_value_t = Experiment::default().rate_hz)]
     rate: f64,
     /// Standard deviation of the camera's error [m].
@@ -111,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let made = simulate(&experiment, &source).map_err(Failure::input)?;
     let described = describe(args, truth.as_ref());
     let comments = [format!("Simulated: {described}."), format!("Camera noise {} m.", args.noise)];
-    let mut files = Files::default();
+    let mut files = FileSet::default();
     for (name, runs, quantity) in
         [("drop.csv", &made.drops, Quantity::Height), ("roll.csv", &made.rolls, Quantity::Distance)]
     {

@@ -1,6 +1,7 @@
 //! Pictures of shooting reports, and their place beside the paper's figures.
 
 use super::{CellScore, ShootingReport};
+use crate::knowledge;
 use crate::picture::{Figure, HeatMap, Path, plot_paths};
 use crate::table::{Table, number};
 
@@ -24,7 +25,7 @@ impl ShootingReport {
     /// Success and accuracy over the grid, each with its name; a place without a trial (or without a kick) has no number.
     pub fn maps(&self) -> [(&'static str, HeatMap); 2] {
         let map = |title: &str, value: fn(&CellScore) -> Option<f64>| HeatMap {
-            title: format!("{title}, {} ball", self.ball()),
+            title: format!("{title}, {} ball, knowledge: {}", self.ball(), self.engine.knowledge_name()),
             x: self.options.grid.places(self.options.grid.x),
             y: self.options.grid.places(self.options.grid.y),
             values: self.grid_values(value),
@@ -52,7 +53,12 @@ impl ShootingReport {
             let [success, accuracy] = figures[self.row()];
             format!("{name} {success:.1}% {accuracy:.3}")
         });
-        format!("paper (MuJoCo, {}): {}\n", self.ball(), methods.join(", "))
+        format!(
+            "paper (MuJoCo, {}): {}; paper's knowledge: {}\n",
+            self.ball(),
+            methods.join(", "),
+            knowledge::PAPER
+        )
     }
 
     fn row(&self) -> usize {
@@ -60,7 +66,7 @@ impl ShootingReport {
     }
 }
 
-/// Success and accuracy of every report in one picture, a row a report: of a static and a rolling one, the paper's four panels.
+/// Success and accuracy of every report in one picture, one row per report: of a static and a rolling one, the paper's four panels.
 pub fn panels(reports: &[ShootingReport]) -> Figure {
     let charts: Vec<Figure> =
         reports.iter().flat_map(ShootingReport::maps).map(|(_, map)| map.figure()).collect();
@@ -69,8 +75,17 @@ pub fn panels(reports: &[ShootingReport]) -> Figure {
 
 /// Success and accuracy of the reports beside the paper's, as text.
 pub fn summary(reports: &[ShootingReport]) -> String {
-    let mut table =
-        Table::new(&["ball", "method", "trials", "success", "of kicks", "95% low", "high", "accuracy"]);
+    let mut table = Table::new(&[
+        "ball",
+        "method",
+        "knowledge",
+        "trials",
+        "success",
+        "of kicks",
+        "95% low",
+        "high",
+        "accuracy",
+    ]);
     let percent = |share: f64| format!("{:.1}%", 100.0 * share);
     for report in reports {
         for (name, score) in
@@ -81,6 +96,7 @@ pub fn summary(reports: &[ShootingReport]) -> String {
             table.row([
                 report.ball().to_owned(),
                 name.to_owned(),
+                report.engine.knowledge_name().to_owned(),
                 score.success.trials.to_string(),
                 percent(score.success.share),
                 percent(kicks.share),
@@ -94,6 +110,7 @@ pub fn summary(reports: &[ShootingReport]) -> String {
             table.row([
                 report.ball().to_owned(),
                 format!("{name} [paper, MuJoCo]"),
+                knowledge::PAPER_SHORT.to_owned(),
                 String::new(),
                 String::new(),
                 format!("{success:.1}%"),

@@ -144,7 +144,7 @@ fn draw(
     let spot = place.map(|p| p + options.scatter_m * (2.0 * rng.unit() - 1.0));
     let (ball, goal) = match options.variant {
         Variant::Robot => (spot, [options.goal_distance_m, 0.0]),
-        // Seen from the displaced robot, what stands still in the world moved the other way.
+        // DriverInput from the displaced robot, what stands still in the world moved the other way.
         Variant::World => (
             [spot[0] - displacement[0], spot[1] - displacement[1]],
             [options.goal_distance_m - displacement[0], -displacement[1]],

@@ -65,11 +65,6 @@ impl ShootingReport {
             None => "static ball".to_owned(),
             Some([lo, hi]) => format!("ball rolling at {lo} to {hi} m/s"),
         };
-        let seen = match (o.rolling, self.engine.lead_ball) {
-            (None, _) => "",
-            (_, false) => " and seen where it is",
-            (_, true) => " and seen where it will be at the strike",
-        };
         let variant = match o.variant {
             Variant::Robot => "ball place given in the robot's first pose (its displacement changes nothing)",
             Variant::World => "ball place and goal fixed in the world, robot displaced",
@@ -79,7 +74,7 @@ impl ShootingReport {
         let scatter =
             if o.scatter_m > 0.0 { format!(", balls within {} m of it", o.scatter_m) } else { String::new() };
         format!(
-            "{} ({} ms steps{mass}, {}); {ball}{seen}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials a place, robot start within {} m; {variant}",
+            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials per place, robot start within {} m; {variant}{}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,
@@ -88,7 +83,8 @@ impl ShootingReport {
             y[0],
             y[1],
             o.trials,
-            o.start_radius_m
+            o.start_radius_m,
+            engine.knowledge_text()
         )
     }
 
@@ -139,19 +135,19 @@ impl ShootingReport {
         text
     }
 
-    /// One line a trial.
+    /// One line per trial.
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "x,y,repeat,displacement_x,displacement_y,ball_x,ball_y,ball_vx,ball_vy,goal_x,goal_y,motion,contact,correct_foot,\
              body,foot_contact,kick_time_s,foot_speed,goal,lateral_m,goal_time_s,plane_speed,cosine,ball_speed,ball_rise,\
-             peak_ball_speed,fell_after_kick,fell,torque_saturation,steps\n",
+             peak_ball_speed,fell_after_kick,fell,torque_saturation,steps,knowledge\n",
         );
         let o = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
         for r in &self.trials {
             let t = &r.trial;
             let _ = writeln!(
                 out,
-                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{:.5},{}",
+                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{:.5},{},{}",
                 t.place[0],
                 t.place[1],
                 t.repeat,
@@ -181,7 +177,8 @@ impl ShootingReport {
                 r.fell_after_kick,
                 r.fell,
                 r.torque_saturation,
-                r.steps
+                r.steps,
+                self.engine.knowledge_name()
             );
         }
         out
@@ -200,7 +197,7 @@ fn quoted(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::Engine;
+    use crate::engine::EngineChoice;
     use crate::shooting::Trial;
     use paid_task::TaskPreset;
 
@@ -241,7 +238,7 @@ mod tests {
     fn report() -> ShootingReport {
         let grid = Grid { x: [0.5, 0.75], y: [0.0, 0.0], step: 0.25 };
         let options = ShootingOptions { grid, trials: 2, ..ShootingOptions::default() };
-        let engine = Engine::Builtin.facts(&TaskPreset::builtin("stage2").expect("built in"));
+        let engine = EngineChoice::Builtin.facts(&TaskPreset::builtin("stage2").expect("built in"));
         ShootingReport::new(
             engine,
             &options,
@@ -284,5 +281,24 @@ mod tests {
         let table = report().table();
         assert!(table.contains("fixed in the world, robot displaced") && table.contains("grid [0.5, 0.75]"));
         assert!(table.contains("50.0%") && table.contains("PAiD 91.3%"), "{table}");
+    }
+
+    #[test]
+    fn every_form_of_the_report_says_what_the_policy_knew_and_what_the_papers_did() {
+        let mut report = report();
+        for rolling in [None, Some([0.1, 0.3])] {
+            report.options.rolling = rolling;
+            let table = report.table();
+            assert!(report.title().contains("; knowledge: truth (the simulator's ball position"), "{table}");
+            assert!(table.contains("paper's knowledge: ball position, no velocity"), "{table}");
+            let csv = report.csv();
+            assert!(csv.starts_with("x,y,") && csv.lines().next().is_some_and(|l| l.ends_with(",knowledge")));
+            assert!(csv.lines().skip(1).all(|line| line.ends_with(",truth")), "{csv}");
+            let json = serde_json::to_value(&report).expect("numbers");
+            assert_eq!(json["engine"]["knowledge"]["name"], "truth");
+            let summary = super::super::summary(std::slice::from_ref(&report));
+            assert!(summary.contains("truth") && summary.contains("position, memory"), "{summary}");
+            assert!(report.maps()[0].1.title.ends_with("knowledge: truth"));
+        }
     }
 }

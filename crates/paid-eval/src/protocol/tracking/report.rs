@@ -202,13 +202,14 @@ impl TrackingReport {
             String::new()
         };
         format!(
-            "{} ({} ms steps, {}); runs end {}\n{stopped}\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
+            "{} ({} ms steps, {}); runs end {}{}\n{stopped}\n{clips}\nmpjpe, g-mpjpe [mm], vel [mm/frame]; walked, speed, lift: shares of the clip's displacement, peak \
              kicking-foot speed and lift; exact start, then starts with reset noise.\n\n{sets}\nmean error of each body \
              relative to the root, exact starts [mm]\n\n{bodies}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,
-            if self.limits { "at the limits of training" } else { "at a fall only" }
+            if self.limits { "at the limits of training" } else { "at a fall only" },
+            engine.knowledge_text()
         )
     }
 }

@@ -4,12 +4,13 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use paid_eval::metrics::statistics::Share;
-use paid_eval::table::Table;
 use serde::{Deserialize, Serialize};
 
-use super::judge::Settings;
-use crate::failure::Failure;
+use super::judge::JudgeSettings;
+use crate::EvalError;
+use crate::knowledge::Knowledge;
+use crate::metrics::statistics::Share;
+use crate::table::Table;
 
 /// How many of how many, with the 95% Wilson score interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,7 +27,7 @@ pub struct Count {
 }
 
 impl Count {
-    /// From a yes or no a trial.
+    /// From a yes or no per trial.
     pub fn of(outcomes: impl IntoIterator<Item = bool>) -> Self {
         let share = Share::of(outcomes);
         Self { count: share.count, trials: share.trials, low: share.low, high: share.high }
@@ -40,7 +41,7 @@ impl Count {
     }
 }
 
-/// A variant on a surface.
+/// A variant on a surface. The policy's knowledge is `noisy`: positions with noise, latency and frame rate of the settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Score {
@@ -51,7 +52,7 @@ pub struct Score {
     /// Training samples after Stage I.
     pub samples: u64,
     /// How it was judged.
-    pub settings: Settings,
+    pub settings: JudgeSettings,
     /// Goals from the paper's three places, (-0.6, 0.8), (0, 0.8), (0.6, 0.8) m in its axes.
     pub places: [Count; 3],
     /// Goals over the effective workspace.
@@ -64,20 +65,25 @@ pub struct Score {
 
 impl Score {
     /// An earlier score, if there is one.
-    pub fn read(path: &Path) -> Result<Option<Self>, Failure> {
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is no score.
+    pub fn read(path: &Path) -> Result<Option<Self>, EvalError> {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(Failure::input(format!("{}: {error}", path.display()))),
+            Err(error) => return Err(EvalError::read(path)(error)),
         };
-        let score = serde_json::from_str(&text).map_err(|error| {
-            Failure::input(format!("{}: expected a score of paid ablate: {error}", path.display()))
+        let score = serde_json::from_str(&text).map_err(|error| EvalError::Format {
+            path: path.to_owned(),
+            expected: "a score of an ablation",
+            found: error.to_string(),
         })?;
         Ok(Some(score))
     }
 
     /// True if it was judged like this, after as many samples.
-    pub fn is_of(&self, settings: &Settings, samples: u64) -> bool {
+    pub fn is_of(&self, settings: &JudgeSettings, samples: u64) -> bool {
         self.settings == *settings && self.samples == samples
     }
 }
@@ -86,13 +92,15 @@ impl Score {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Scores {
     /// How it was judged.
-    pub settings: Settings,
-    /// A score a variant and surface.
+    pub settings: JudgeSettings,
+    /// What every variant knew of ball and goal when it was judged.
+    pub knowledge: Knowledge,
+    /// One score per variant and surface.
     pub scores: Vec<Score>,
 }
 
 impl Scores {
-    /// A row a variant and surface.
+    /// One row per variant and surface.
     pub fn table(&self) -> String {
         let mut table = Table::new(&[
             "variant",
@@ -119,9 +127,6 @@ impl Scores {
                 format!("{:.1} M", score.samples as f64 / 1e6),
             ]);
         }
-        format!(
-            "{table}MuJoCo, perception noise on, latency {} s, a picture every {} s. Places: left, middle, right, 0.8 m ahead.\n",
-            self.settings.latency, self.settings.frame
-        )
+        format!("{table}MuJoCo; knowledge: {}. Places: left, middle, right, 0.8 m ahead.\n", self.knowledge)
     }
 }

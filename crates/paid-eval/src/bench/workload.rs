@@ -4,7 +4,7 @@ use paid_lanes::rng::Rng;
 use paid_physics::{GroupState, LaneState, SceneConfig, Terrain};
 use paid_robot::{ControlSpec, RobotModel, RobotSpec};
 
-use crate::failure::Failure;
+use crate::EvalError;
 
 /// Control steps between resets: the robots stand, stagger and begin to fall.
 pub const EPISODE: usize = 50;
@@ -28,10 +28,10 @@ pub fn rough() -> Terrain {
 
 impl Workload {
     /// With every feature of the scene on.
-    pub fn new(terrain: Terrain) -> Result<Self, Failure> {
+    pub fn new(terrain: Terrain) -> Result<Self, EvalError> {
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let control = spec.resolve(&model).map_err(Failure::input)?;
-        let feet = spec.indices(&model).map_err(Failure::input)?.feet;
+        let control = spec.resolve(&model)?;
+        let feet = spec.indices(&model)?.feet;
         let scene = SceneConfig { terrain, ..SceneConfig::default() };
         Ok(Self { model, control, feet, scene, height: spec.nominal_height_m })
     }

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use paid_eval::episodes::{Ending, EvalSetup, Observer};
-use paid_eval::picture::Pose;
 use paid_lanes::Vec3;
 use paid_task::{EnvSample, KickEvent, ReferenceLibrary};
 
-use super::footage::{Figure, Footage, Frame};
+use super::recording::{BodyPoses, Footage, Frame};
+use crate::episodes::{Ending, EvalSetup, Observer};
+use crate::picture::Pose;
 
 /// Records an episode, the start first, then every control step.
 pub struct Recorder {
@@ -72,7 +72,7 @@ impl Observer for Recorder {
         self.ending = ended;
         self.frames.push(Frame {
             pose: Pose::of(sample),
-            ghost: Some(Figure::new(&clip.body_pos[rows.clone()], &clip.body_quat[rows])),
+            ghost: Some(BodyPoses::new(&clip.body_pos[rows.clone()], &clip.body_quat[rows])),
             mark: sample.ball_pos,
             mark_speed: Vec3(sample.ball_vel).norm(),
             contact_force: sample.contact_force.clone(),

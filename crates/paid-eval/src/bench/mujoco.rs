@@ -8,8 +8,8 @@ use paid_physics::Simulator;
 
 use super::clock::{Rate, timed};
 use super::workload::{EPISODE, Means, Workload};
-use super::{Row, Speed, Subject};
-use crate::failure::Failure;
+use super::{Contender, Row, Speed};
+use crate::EvalError;
 
 /// Environments a thread; more would only strain the caches.
 const ENVS: usize = 8;
@@ -20,7 +20,7 @@ struct Mujoco<'a> {
 }
 
 /// Adds MuJoCo with both shapes of the feet, or says why it cannot.
-pub fn subjects<'a>(workload: &'a Workload, out: &mut Vec<Box<dyn Subject + 'a>>) -> Result<(), String> {
+pub fn contenders<'a>(workload: &'a Workload, out: &mut Vec<Box<dyn Contender + 'a>>) -> Result<(), String> {
     Library::get().map_err(|e| e.to_string())?;
     for feet in [FootShapes::Referee, FootShapes::Sole] {
         out.push(Box::new(Mujoco { feet, workload }));
@@ -36,7 +36,7 @@ struct Runner {
 }
 
 impl Mujoco<'_> {
-    fn runner(&self) -> Result<Runner, Failure> {
+    fn runner(&self) -> Result<Runner, EvalError> {
         let (w, scene) = (self.workload, &self.workload.scene);
         let friction = scene.ground.dynamic_friction;
         let options = SceneOptions {
@@ -51,7 +51,7 @@ impl Mujoco<'_> {
             goal: None,
             ..SceneOptions::default()
         };
-        let sim = MujocoSim::new(&w.model, &w.control, &options, ENVS).map_err(Failure::input)?;
+        let sim = MujocoSim::new(&w.model, &w.control, &options, ENVS)?;
         let targets = (0..ENVS).map(|env| w.targets(env as u32)).collect();
         let mut runner = Runner { sim, targets, step: 0, contacts: 0 };
         for env in 0..ENVS {
@@ -87,12 +87,12 @@ impl Runner {
     }
 }
 
-impl Subject for Mujoco<'_> {
-    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, Failure> {
+impl Contender for Mujoco<'_> {
+    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, EvalError> {
         timed(threads, seconds, || self.runner(), |r| r.round(self.workload))
     }
 
-    fn row(&self) -> Result<Row, Failure> {
+    fn row(&self) -> Result<Row, EvalError> {
         let w = self.workload;
         let mut runner = self.runner()?;
         let mut means = Means::default();

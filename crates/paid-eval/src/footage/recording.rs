@@ -1,10 +1,11 @@
 //! What there is to see, independent of who shows it. World axes with z up, SI units, joints and bodies in model order.
 
-use paid_eval::picture::Pose;
 use paid_lanes::{Quat, Vec3};
 use paid_motion::Clip;
 use paid_retarget::HumanMotion;
 use paid_robot::{RobotModel, RobotSpec};
+
+use crate::picture::Pose;
 
 /// Where a human stands from the robot that follows [m].
 pub const BESIDE: [f64; 3] = [0.0, 1.2, 0.0];
@@ -15,14 +16,14 @@ const FOOT_TRAIL_S: f64 = 0.5;
 
 /// Origins [m] and frames (row-major) of the bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Figure {
+pub struct BodyPoses {
     /// Origins, world [m].
     pub pos: Vec<[f64; 3]>,
     /// Body frames in the world, row-major.
     pub rot: Vec<[[f64; 3]; 3]>,
 }
 
-impl Figure {
+impl BodyPoses {
     /// From origins and quaternions w, x, y, z.
     pub fn new(pos: &[[f64; 3]], quat: &[[f64; 4]]) -> Self {
         Self { pos: pos.to_vec(), rot: quat.iter().map(|q| Quat(*q).to_mat().0).collect() }
@@ -35,7 +36,7 @@ pub struct Frame {
     /// Robot, ball and goal; the latter two only mean something if the footage has a ball.
     pub pose: Pose,
     /// The reference motion at this moment.
-    pub ghost: Option<Figure>,
+    pub ghost: Option<BodyPoses>,
     /// The point whose trail is shown: the ball, or the kicking foot [m].
     pub mark: [f64; 3],
     /// Its speed [m/s].
@@ -99,7 +100,7 @@ impl Footage {
     pub fn of_motion(model: &RobotModel, spec: &RobotSpec, clip: &Clip, human: Option<HumanMotion>) -> Self {
         let foot = model.body_index(&spec.feet[clip.kick_leg.index()]).unwrap_or(0);
         let frame = |t: usize| {
-            let Figure { pos, rot } = Figure::new(clip.body_pos(t), clip.body_quat(t));
+            let BodyPoses { pos, rot } = BodyPoses::new(clip.body_pos(t), clip.body_quat(t));
             Frame {
                 mark: pos[foot],
                 mark_speed: Vec3(clip.body_lin_vel(t)[foot]).norm(),

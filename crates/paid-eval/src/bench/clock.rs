@@ -3,7 +3,7 @@
 use std::sync::Barrier;
 use std::time::Instant;
 
-use crate::failure::Failure;
+use crate::EvalError;
 
 /// Work done a second.
 #[derive(Clone, Copy, Debug)]
@@ -22,27 +22,27 @@ fn processor_time_s() -> Option<f64> {
     Some(nanoseconds as f64 * 1e-9)
 }
 
-/// Runs `work` on `threads` threads, each with its own subject from `make`, until `seconds` have passed; `work` returns how much
+/// Runs `work` on `threads` threads, each with its own contender from `make`, until `seconds` have passed; `work` returns how much
 /// it did. The first piece of work of each thread is not counted.
 ///
 /// # Errors
-/// If a subject cannot be made or a thread panics.
+/// If a contender cannot be made or a thread panics.
 pub fn timed<S>(
     threads: usize,
     seconds: f64,
-    make: impl Fn() -> Result<S, Failure> + Sync,
+    make: impl Fn() -> Result<S, EvalError> + Sync,
     work: impl Fn(&mut S) -> u64 + Sync,
-) -> Result<Rate, Failure> {
+) -> Result<Rate, EvalError> {
     let barrier = Barrier::new(threads);
-    let one = || -> Result<Rate, Failure> {
-        let subject = make();
+    let one = || -> Result<Rate, EvalError> {
+        let contender = make();
         // Even after a failure, or the others would wait for ever.
         barrier.wait();
-        let mut subject = subject?;
-        work(&mut subject);
+        let mut contender = contender?;
+        work(&mut contender);
         let (mut done, start, processor) = (0, Instant::now(), processor_time_s());
         loop {
-            done += work(&mut subject);
+            done += work(&mut contender);
             let passed = start.elapsed().as_secs_f64();
             if passed >= seconds {
                 let used = processor.zip(processor_time_s()).map_or(passed, |(from, to)| to - from);
@@ -53,7 +53,7 @@ pub fn timed<S>(
     };
     let rates: Vec<Rate> = std::thread::scope(|scope| {
         let handles: Vec<_> = (0..threads).map(|_| scope.spawn(one)).collect();
-        let failed = || Err(Failure::input("a thread of the benchmark panicked"));
+        let failed = || Err(EvalError::Thread("benchmark"));
         handles.into_iter().map(|h| h.join().unwrap_or_else(|_| failed())).collect::<Result<_, _>>()
     })?;
     let wall = rates.iter().map(|r| r.wall).sum();
@@ -78,9 +78,9 @@ mod tests {
     }
 
     #[test]
-    fn a_subject_that_cannot_be_made_is_an_error() {
-        let make = || Err::<(), _>(Failure::input("no subject"));
+    fn a_contender_that_cannot_be_made_is_an_error() {
+        let make = || Err::<(), _>(EvalError::Policy("no contender".to_owned()));
         let error = timed(2, 0.01, make, |_| 1).unwrap_err();
-        assert_eq!(error.to_string(), "no subject");
+        assert_eq!(error.to_string(), "policy: no contender");
     }
 }

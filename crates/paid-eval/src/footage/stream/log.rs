@@ -16,7 +16,6 @@
 //!
 //! The time lines are `step` (frames) and `time` [s].
 
-use paid_eval::picture::{Bodies, FORCE_SCALE_M_PER_N};
 use paid_lanes::Vec3;
 use paid_task::REWARD_NAMES;
 use rerun::blueprint::components::PanelState;
@@ -30,8 +29,9 @@ use rerun::{
 };
 
 use super::shapes::{Paint, robot, single};
-use crate::look::Shows;
-use crate::look::footage::{Figure, Footage, Frame, LEAST_FORCE_N};
+use crate::footage::Shows;
+use crate::footage::recording::{BodyPoses, Footage, Frame, LEAST_FORCE_N};
+use crate::picture::{Bodies, FORCE_SCALE_M_PER_N};
 
 /// Every moment's trail is this long at most [s]: a line a frame would otherwise grow with the square of the recording.
 const TRAIL_S: f64 = 1.5;
@@ -71,7 +71,7 @@ pub fn footage(rec: &RecordingStream, footage: &Footage, shows: Shows) -> Done {
     robot(rec, "/world/robot", &footage.model, &Paint::robot())?;
     let poses: Vec<_> = frames.iter().map(|f| (&f.pose.pos[..], &f.pose.rot[..])).collect();
     moving(rec, "/world/robot", footage, &poses)?;
-    let ghosts: Vec<&Figure> = frames.iter().filter_map(|f| f.ghost.as_ref()).collect();
+    let ghosts: Vec<&BodyPoses> = frames.iter().filter_map(|f| f.ghost.as_ref()).collect();
     if shows.ghost && ghosts.len() == frames.len() {
         robot(rec, "/world/reference", &footage.model, &Paint::ghost())?;
         let poses: Vec<_> = ghosts.iter().map(|g| (&g.pos[..], &g.rot[..])).collect();

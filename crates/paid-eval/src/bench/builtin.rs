@@ -5,8 +5,8 @@ use paid_physics::{Engine, EngineSpec, EnvParams, Simulator};
 
 use super::clock::{Rate, timed};
 use super::workload::{EPISODE, Means, Workload};
-use super::{Row, Speed, Subject};
-use crate::failure::Failure;
+use super::{Contender, Row, Speed};
+use crate::EvalError;
 
 /// The engine with an instruction set and a number of groups a thread.
 pub struct BuiltIn<'a> {
@@ -24,14 +24,13 @@ struct Runner<V: Real> {
 }
 
 impl<V: Real> Runner<V> {
-    fn new(workload: &Workload, groups: usize) -> Result<Self, Failure> {
+    fn new(workload: &Workload, groups: usize) -> Result<Self, EvalError> {
         let spec = EngineSpec {
             feet: workload.feet.to_vec(),
             stiffness: workload.control.stiffness.clone(),
             damping: workload.control.damping.clone(),
         };
-        let mut engine =
-            Engine::new(&workload.model, spec, &workload.scene, groups).map_err(Failure::input)?;
+        let mut engine = Engine::new(&workload.model, spec, &workload.scene, groups)?;
         let mut targets = vec![vec![V::zero(); workload.model.joints.len()]; EPISODE];
         for lane in 0..V::LANES {
             for (out, values) in targets.iter_mut().zip(workload.targets(lane as u32)) {
@@ -89,7 +88,7 @@ struct Time<'a> {
 }
 
 impl IsaVisitor for Time<'_> {
-    type Output = Result<Rate, Failure>;
+    type Output = Result<Rate, EvalError>;
     fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
         let make = || Runner::<V>::new(self.workload, self.groups);
         timed(self.threads, self.seconds, make, |r| r.round(self.workload))
@@ -99,7 +98,7 @@ impl IsaVisitor for Time<'_> {
 struct Look<'a>(&'a Workload);
 
 impl IsaVisitor for Look<'_> {
-    type Output = Result<(f64, f64), Failure>;
+    type Output = Result<(f64, f64), EvalError>;
     fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
         let mut runner = Runner::<V>::new(self.0, 1)?;
         let mut means = Means::default();
@@ -111,12 +110,12 @@ impl IsaVisitor for Look<'_> {
     }
 }
 
-impl Subject for BuiltIn<'_> {
-    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, Failure> {
+impl Contender for BuiltIn<'_> {
+    fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, EvalError> {
         self.isa.dispatch(Time { workload: self.workload, groups: self.groups, threads, seconds })
     }
 
-    fn row(&self) -> Result<Row, Failure> {
+    fn row(&self) -> Result<Row, EvalError> {
         let (foot_contact_share, mean_base_height_m) = self.isa.dispatch(Look(self.workload))?;
         Ok(Row {
             simulator: "built-in".to_owned(),

@@ -11,7 +11,7 @@ use std::time::Duration;
 use rerun::{RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions};
 
 use super::{Footage, Shows};
-use crate::failure::Failure;
+use crate::EvalError;
 
 /// The viewer's usual address.
 const USUAL: &str = "rerun+http://127.0.0.1:9876/proxy";
@@ -32,19 +32,21 @@ pub enum Target {
 }
 
 impl Target {
-    /// Understands what `--rerun` was given.
+    /// Understands a file name, `live` or a viewer's address.
     ///
     /// # Errors
     /// Anything but a file `.rrd`, `live` or a viewer's address.
-    pub fn new(wanted: &str) -> Result<Self, Failure> {
+    pub fn new(wanted: &str) -> Result<Self, EvalError> {
         let is_file = Path::new(wanted).extension().is_some_and(|e| e.eq_ignore_ascii_case("rrd"));
         match wanted {
             "live" => Ok(Self::Live),
             _ if address(wanted).is_some() => Ok(Self::Viewer(wanted.to_owned())),
             _ if is_file && !wanted.contains("://") => Ok(Self::File(PathBuf::from(wanted))),
-            _ => Err(Failure::input(format!(
-                "--rerun: expected FILE.rrd, live or an address such as {USUAL}, found '{wanted}'"
-            ))),
+            _ => Err(EvalError::Option {
+                option: "recording",
+                expected: format!("FILE.rrd, live or an address such as {USUAL}"),
+                found: format!("'{wanted}'"),
+            }),
         }
     }
 
@@ -52,11 +54,11 @@ impl Target {
     ///
     /// # Errors
     /// A file that cannot be written, a viewer that does not answer.
-    pub fn send(&self, footage: &Footage, shows: Shows) -> Result<String, Failure> {
+    pub fn send(&self, footage: &Footage, shows: Shows) -> Result<String, EvalError> {
         match self {
             Self::File(path) => {
                 write(path, footage, shows)
-                    .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+                    .map_err(|message| EvalError::Recording { path: path.clone(), message })?;
                 Ok(path.display().to_string())
             }
             Self::Live => {
@@ -67,10 +69,11 @@ impl Target {
             }
             Self::Viewer(url) => {
                 if !answers(url) {
-                    return Err(Failure::input(format!(
-                        "--rerun: expected a viewer that listens at {url}, found none; start one with `rerun`, or write a file with \
-                         --rerun FILE.rrd"
-                    )));
+                    return Err(EvalError::Viewer {
+                        address: url.clone(),
+                        message: "expected a viewer that listens, found none; start one with `rerun`, or record to a file .rrd"
+                            .to_owned(),
+                    });
                 }
                 deliver(url, footage, shows)
             }
@@ -91,16 +94,18 @@ fn answers(url: &str) -> bool {
     places.is_some_and(|mut all| all.any(|place| TcpStream::connect_timeout(&place, ANSWER).is_ok()))
 }
 
-fn start_viewer() -> Result<(), Failure> {
+fn start_viewer() -> Result<(), EvalError> {
     rerun::spawn(&SpawnOptions::default()).map(|_| ()).map_err(|error| {
         let why = match error {
             SpawnError::ExecutableNotFoundInPath { .. } => "no program `rerun` on the PATH".to_owned(),
             other => other.to_string(),
         };
-        Failure::input(format!(
-            "--rerun live: expected a viewer that listens at {USUAL}, or one to start, found {why}; install Rerun's viewer, or write a \
-             file with --rerun FILE.rrd"
-        ))
+        EvalError::Viewer {
+            address: USUAL.to_owned(),
+            message: format!(
+                "expected a viewer that listens, or one to start, found {why}; install Rerun's viewer, or record to a file .rrd"
+            ),
+        }
     })
 }
 
@@ -118,11 +123,11 @@ fn fill(rec: &RecordingStream, footage: &Footage, shows: Shows) -> Result<(), St
     rec.flush_with_timeout(DELIVERY).map_err(|error| error.to_string())
 }
 
-fn deliver(url: &str, footage: &Footage, shows: Shows) -> Result<String, Failure> {
+fn deliver(url: &str, footage: &Footage, shows: Shows) -> Result<String, EvalError> {
     let stream = builder(footage).connect_grpc_opts(url).map_err(|error| error.to_string());
     stream
         .and_then(|rec| fill(&rec, footage, shows))
-        .map_err(|error| Failure::input(format!("--rerun: {url}: {error}")))?;
+        .map_err(|message| EvalError::Viewer { address: url.to_owned(), message })?;
     Ok(format!("the viewer at {url}"))
 }
 

@@ -1,0 +1,122 @@
+//! Results on disk and as JSON: what an evaluation leaves in its folder.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::agreement::AgreementReport;
+use crate::file::write_whole;
+use crate::gap::GapReport;
+use crate::monitor::Timing;
+use crate::shooting::{self, ShootingReport};
+use crate::tracking::TrackingReport;
+use crate::tracking_agreement::TrackingAgreement;
+
+/// An evaluation as JSON: the report, what it is about, and what it cost.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Evaluation<'a, R: Serialize> {
+    /// `tracking`, `shooting`, `agreement`, `gap`, ...
+    pub kind: &'static str,
+    /// Where the policy came from.
+    pub policy: &'a str,
+    /// The report.
+    #[serde(flatten)]
+    pub report: &'a R,
+    /// What it cost.
+    pub timing: Timing,
+}
+
+/// A value on one line of JSON.
+///
+/// # Errors
+/// If JSON cannot hold it.
+pub fn to_json(value: &impl Serialize) -> Result<String, EvalError> {
+    serde_json::to_string(value).map_err(|error| EvalError::Serialize(error.to_string()))
+}
+
+/// Writes a shooting report into `folder` as JSON (`json`), table, CSV, heat maps and paths. Names begin with `engine` (`builtin` or
+/// `mujoco`) and the kind of ball.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_shooting(
+    folder: &Path,
+    engine: &str,
+    report: &ShootingReport,
+    json: &str,
+) -> Result<(), EvalError> {
+    let kind = report.ball();
+    let file = |what: &str| folder.join(format!("{engine}_{kind}_{what}"));
+    write_whole(&file("shooting.json"), json.as_bytes())?;
+    write_whole(&file("trials.csv"), report.csv().as_bytes())?;
+    write_whole(&folder.join(format!("{engine}_{kind}.txt")), report.table().as_bytes())?;
+    for (name, map) in report.maps() {
+        map.figure().save(&file(name))?;
+    }
+    report.paths().save(&file("paths"))
+}
+
+/// Writes both reports and their comparison.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_agreement(folder: &Path, report: &AgreementReport) -> Result<(), EvalError> {
+    let kind = report.builtin.ball();
+    write_shooting(folder, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
+    write_shooting(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
+    write_whole(&folder.join(format!("both_{kind}_trials.csv")), report.csv().as_bytes())?;
+    write_whole(&folder.join(format!("both_{kind}.txt")), report.table().as_bytes())
+}
+
+/// Writes the reports of one engine side by side, where there is more than one: static and rolling balls in one table and one
+/// picture.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_summary(folder: &Path, engine: &str, reports: &[ShootingReport]) -> Result<(), EvalError> {
+    if reports.len() < 2 {
+        return Ok(());
+    }
+    let table = folder.join(format!("{engine}_summary.txt"));
+    write_whole(&table, shooting::summary(reports).as_bytes())?;
+    shooting::panels(reports).save(&folder.join(format!("{engine}_summary_panels")))
+}
+
+/// Writes a tracking report as JSON (`json`), table and error bars.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_tracking(
+    folder: &Path,
+    engine: &str,
+    report: &TrackingReport,
+    json: &str,
+) -> Result<(), EvalError> {
+    let file = |what: &str| folder.join(format!("{engine}_tracking{what}"));
+    write_whole(&file(".json"), json.as_bytes())?;
+    write_whole(&file(".txt"), report.table().as_bytes())?;
+    report.error_bars().figure().save(&file("_errors"))
+}
+
+/// Writes both reports and their comparison.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Result<(), EvalError> {
+    write_tracking(folder, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
+    write_tracking(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
+    write_whole(&folder.join("both_tracking_runs.csv"), report.csv().as_bytes())?;
+    write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())
+}
+
+/// Writes the gap between the engines for a kind of ball (`static` or `rolling`) as JSON, CSV and table.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_gap(folder: &Path, ball: &str, report: &GapReport, json: &str) -> Result<(), EvalError> {
+    let file = |extension: &str| -> PathBuf { folder.join(format!("gap_{ball}.{extension}")) };
+    write_whole(&file("json"), json.as_bytes())?;
+    write_whole(&file("csv"), report.csv().as_bytes())?;
+    write_whole(&file("txt"), report.table().as_bytes())
+}

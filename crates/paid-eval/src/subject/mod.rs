@@ -1,0 +1,172 @@
+//! What is scored: a policy, the task and the motions that it is scored with, and the engine.
+
+mod source;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use paid_lanes::Isa;
+use paid_motion::MotionLibrary;
+use paid_mujoco::SceneOptions;
+use paid_physics::Terrain;
+use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_train::setup::load_robot;
+
+use crate::EvalError;
+use crate::engine::EngineChoice;
+use crate::episodes::EvalSetup;
+use crate::monitor::Monitor;
+use crate::policy::DriverMaker;
+use crate::scene::{Engines, SceneSpec, check_feet};
+
+pub use source::PolicySource;
+
+/// Plain data that says what is scored. [`Subject::load`] makes it real.
+///
+/// ```no_run
+/// use paid_eval::shooting::{self, ShootingOptions};
+/// use paid_eval::subject::{Subject, SubjectSpec};
+///
+/// let subject = Subject::load(&SubjectSpec::new("policies/demo/stage2.safetensors"))?;
+/// let report = shooting::evaluate(&subject.setup, &*subject.maker, &ShootingOptions::default())?;
+/// println!("{}", report.table());
+/// # Ok::<(), paid_eval::EvalError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SubjectSpec {
+    /// Run folder, checkpoint or ONNX file.
+    pub policy: PathBuf,
+    /// Built-in robot or robot file, for policies that do not name theirs.
+    pub robot: String,
+    /// Folder of the motion files; `None`: those that the policy was trained on, the built-in kicks if it does not say.
+    pub motions: Option<PathBuf>,
+    /// Built-in task or task preset file; `None`: the one that the policy was trained in.
+    pub task: Option<String>,
+    /// The built-in task for a policy that does not name its own.
+    pub fallback_task: String,
+    /// Changed values of the task, each `KEY=VALUE`.
+    pub overrides: Vec<String>,
+    /// Which engines score.
+    pub engines: Engines,
+    /// MuJoCo's scene and the ball of both engines.
+    pub scene: SceneSpec,
+    /// Lane type of the built-in engine.
+    pub isa: Isa,
+    /// Worker threads; results do not depend on it.
+    pub threads: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+impl SubjectSpec {
+    /// A policy in the built-in engine, in the task and on the motions that it was trained with, on all cores.
+    pub fn new(policy: impl Into<PathBuf>) -> Self {
+        Self {
+            policy: policy.into(),
+            robot: "g1".to_owned(),
+            motions: None,
+            task: None,
+            fallback_task: "stage2".to_owned(),
+            overrides: Vec::new(),
+            engines: Engines::default(),
+            scene: SceneSpec::default(),
+            isa: Isa::detect(),
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
+            seed: 0,
+        }
+    }
+
+    /// The task with the asked changes. It is scored on flat ground, as in the paper's evaluation, also where training was on rough
+    /// ground.
+    fn task(&self, source: &PolicySource) -> Result<TaskPreset, EvalError> {
+        let write = |preset: &TaskPreset| {
+            toml::to_string(preset).map_err(|error| EvalError::Serialize(error.to_string()))
+        };
+        let (name, text) = match &self.task {
+            None => {
+                let trained = source.task(&self.fallback_task)?;
+                (trained.name.clone(), write(&trained)?)
+            }
+            Some(file) if file.ends_with(".toml") => {
+                let path = Path::new(file);
+                (file.clone(), std::fs::read_to_string(path).map_err(EvalError::read(path))?)
+            }
+            Some(name) => (name.clone(), write(&TaskPreset::builtin(name)?)?),
+        };
+        let mut task = TaskPreset::parse(&name, &text, &self.overrides)?;
+        task.scene.terrain = Terrain::Plane;
+        Ok(task)
+    }
+}
+
+/// A policy and everything that it takes to score it.
+pub struct Subject {
+    /// Robot, motions, task and engine.
+    pub setup: EvalSetup,
+    /// Makes the policy's driver for a thread.
+    pub maker: Box<DriverMaker<'static>>,
+    /// Where the policy came from.
+    pub name: String,
+    /// Set of each motion: the name of the folder that it lies in.
+    pub sets: Vec<String>,
+    /// MuJoCo's scene, whichever engine runs first.
+    pub scene: SceneOptions,
+    /// Which engines score.
+    pub engines: Engines,
+}
+
+impl Subject {
+    /// Reads policy, task and motions, and makes the drivers.
+    ///
+    /// # Errors
+    /// A file that is missing or damaged, parts that do not fit together, or a missing MuJoCo where it is needed.
+    pub fn load(spec: &SubjectSpec) -> Result<Self, EvalError> {
+        let source = PolicySource::read(&spec.policy)?;
+        spec.engines.check()?;
+        let name = source.name();
+        let mut task = spec.task(&source)?;
+        let scene = spec.scene.resolve(&mut task, source.usual_scene())?;
+        let (mut robot, mut robot_spec) = load_robot(source.robot().unwrap_or(&spec.robot))?;
+        check_feet(&scene, &robot)?;
+        let folder = spec.motions.clone().unwrap_or_else(|| source.motions());
+        let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / task.control_dt_s())?;
+        let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
+        let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?);
+        let maker = source.driver(&mut robot, &mut robot_spec, &library, &task)?;
+        let setup = EvalSetup {
+            engine: spec.engines.first(&scene),
+            isa: spec.isa,
+            robot,
+            spec: robot_spec,
+            library,
+            preset: task,
+            threads: spec.threads,
+            seed: spec.seed,
+            monitor: Monitor::default(),
+        };
+        Ok(Self { setup, maker, name, sets, scene, engines: spec.engines })
+    }
+
+    /// The setup in MuJoCo.
+    pub fn in_mujoco(&self) -> EvalSetup {
+        EvalSetup { engine: EngineChoice::Mujoco(Box::new(self.scene.clone())), ..self.setup.clone() }
+    }
+
+    /// Refuses a task without a ball.
+    ///
+    /// # Errors
+    /// If the task has none.
+    pub fn require_ball(&self) -> Result<(), EvalError> {
+        if self.setup.preset.scene.ball {
+            return Ok(());
+        }
+        Err(EvalError::NoBall { task: self.setup.preset.name.clone() })
+    }
+}
+
+/// The name of the folder that a motion lies in.
+fn set_of(path: &Path) -> String {
+    path.parent()
+        .and_then(Path::file_name)
+        .map_or_else(|| "motions".to_owned(), |name| name.to_string_lossy().into_owned())
+}
