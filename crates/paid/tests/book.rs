@@ -175,7 +175,12 @@ fn shortened(args: &[String]) -> Vec<&str> {
             args.extend(["--iterations", "1", "--quiet"]);
             args.extend(SMALL);
         }
-        ["eval", "shooting", ..] => args.extend(["--limit", "0.5"]),
+        ["eval", "shooting", ..] => {
+            if let Some(trials) = args.iter().position(|a| *a == "--trials") {
+                args[trials + 1] = "1";
+            }
+            args.extend(["--limit", "0.5"]);
+        }
         ["sysid", first, ..] if first.starts_with('-') => {
             args.extend(["--restarts", "2", "--generations", "20"])
         }
