@@ -1,8 +1,7 @@
 //! What MuJoCo's contact makes of a converted one.
 
 use paid_mujoco::contact::{damping_ratio, least_time_constant};
-use paid_mujoco::testing::mujoco_or_skip;
-use paid_mujoco::{BallOptions, MujocoSim, SceneOptions};
+use paid_mujoco::{BallOptions, Library, MujocoSim, SceneOptions};
 use paid_physics::Simulator;
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -31,7 +30,9 @@ fn rebound(restitution: f64) -> f64 {
 
 #[test]
 fn a_ball_returns_the_converted_restitution() {
-    let Some(_) = mujoco_or_skip("a_ball_returns_the_converted_restitution") else { return };
+    let Some(_) = paid_testing::mujoco("a_ball_returns_the_converted_restitution", Library::get()) else {
+        return;
+    };
     for e in [0.0, 0.3, 0.568, 0.6, 0.75, 0.9] {
         let found = rebound(e);
         // The spring lets go when its force ends, before the whole half period.
