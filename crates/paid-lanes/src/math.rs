@@ -201,7 +201,7 @@ impl<V: Real> Mat3<V> {
     pub fn col(&self, k: usize) -> Vec3<V> {
         Vec3([self.0[0][k], self.0[1][k], self.0[2][k]])
     }
-    /// Heading of the x axis about z [rad].
+    /// Heading of the x axis about z `[rad]`.
     #[inline(always)]
     pub fn yaw(&self) -> V {
         self.0[1][0].atan2(self.0[0][0])
@@ -214,7 +214,7 @@ impl<V: Real> Mat3<V> {
         let (c, s) = (c * inv, s * inv);
         Self([[c, -s, z], [s, c, z], [z, z, V::one()]])
     }
-    /// Rotation angle in [0, pi] [rad] of a rotation matrix.
+    /// Rotation angle in [0, pi] `[rad]` of a rotation matrix.
     #[inline(always)]
     pub fn angle(&self) -> V {
         let m = &self.0;
@@ -236,13 +236,13 @@ impl<V: Real> Quat<V> {
     pub fn c(q: [f64; 4]) -> Self {
         Self([V::c(q[0]), V::c(q[1]), V::c(q[2]), V::c(q[3])])
     }
-    /// Rotation by `angle` [rad] about the unit vector `axis`.
+    /// Rotation by `angle` `[rad]` about the unit vector `axis`.
     #[inline(always)]
     pub fn from_axis_angle(axis: Vec3<V>, angle: V) -> Self {
         let (s, c) = (angle * V::c(0.5)).sin_cos();
         Self([c, axis.0[0] * s, axis.0[1] * s, axis.0[2] * s])
     }
-    /// Rotation from extrinsic roll (x), then pitch (y), then yaw (z) [rad].
+    /// Rotation from extrinsic roll (x), then pitch (y), then yaw (z) `[rad]`.
     #[inline(always)]
     pub fn from_roll_pitch_yaw(roll: V, pitch: V, yaw: V) -> Self {
         let z = Self::from_axis_angle(Vec3::c([0.0, 0.0, 1.0]), yaw);
@@ -300,7 +300,7 @@ impl<V: Real> Quat<V> {
         let t = t + t;
         u.cross_add(t, t.scale_add(w, v))
     }
-    /// Turned by the world angular velocity `omega` [rad/s] for `dt` [s]: first-order step, renormalized.
+    /// Turned by the world angular velocity `omega` `[rad/s]` for `dt` `[s]`: first-order step, renormalized.
     #[inline(always)]
     pub fn integrate(self, omega: Vec3<V>, dt: V) -> Self {
         let half = V::c(0.5) * dt;

@@ -132,11 +132,11 @@ pub trait Real:
     fn le(self, other: Self) -> Self::Mask;
     /// `if_true` where `mask` is set, else `if_false`.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
-    /// Sine and cosine of any angle [rad]; absolute error below 2e-7 in `f32` for |x| < 100.
+    /// Sine and cosine of any angle `[rad]`; absolute error below 2e-7 in `f32` for |x| < 100.
     fn sin_cos(self) -> (Self, Self);
     /// `e^self`; arguments below -87 give 0 in `f32`. Relative error below 4e-7 in `f32`.
     fn exp(self) -> Self;
-    /// Angle of the point (`x`, `self`) [rad]. Absolute error below 1e-6 in `f32`. `atan2(0, 0)` is 0.
+    /// Angle of the point (`x`, `self`) `[rad]`. Absolute error below 1e-6 in `f32`. `atan2(0, 0)` is 0.
     fn atan2(self, x: Self) -> Self;
 
     /// A constant in every lane.

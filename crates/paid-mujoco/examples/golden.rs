@@ -17,7 +17,7 @@ const STATES: u32 = 32;
 const MASS_EVERY: u32 = 8;
 /// Seed of the states.
 const SEED: u64 = 2026;
-/// Duration of the standing trajectory [s], and the time between its samples in control steps.
+/// Duration of the standing trajectory `[s]`, and the time between its samples in control steps.
 const STANDING_S: f64 = 0.5;
 const SAMPLE_EVERY: usize = 5;
 

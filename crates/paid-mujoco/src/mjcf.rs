@@ -6,10 +6,10 @@ use paid_robot::{ControlSpec, RobotModel, Shape};
 
 use crate::scene::{BALL, BallOptions, Cone, FLOOR, FootShapes, PdControl, SceneOptions, ball_inertia};
 
-/// Centers of the spheres of [`FootShapes::Spheres`] in the frame of a foot of the G1 [m].
+/// Centers of the spheres of [`FootShapes::Spheres`] in the frame of a foot of the G1 `[m]`.
 const SPHERES: [[f64; 3]; 4] =
     [[-0.05, 0.025, -0.03], [-0.05, -0.025, -0.03], [0.12, 0.03, -0.03], [0.12, -0.03, -0.03]];
-/// Their radius [m].
+/// Their radius `[m]`.
 const SPHERE_RADIUS: f64 = 0.005;
 
 /// Bits of `contype` and `conaffinity`: two geoms may touch if one's type is in the other's affinity.
@@ -35,7 +35,7 @@ fn escape(name: &str) -> String {
 /// Writes `model` and its surroundings as MJCF. Bodies, joints and motors keep the model's order; the ball is the last body;
 /// the keyframe `home` is the default pose of `control` at the height where the base is in the model's zero pose.
 ///
-/// Motors take torques [N m], position actuators angles [rad]; both are limited to the effort limits. Contacts with the ball use the ball's surface, those of
+/// Motors take torques `[N m]`, position actuators angles `[rad]`; both are limited to the effort limits. Contacts with the ball use the ball's surface, those of
 /// the robot with the floor the floor's (geom priorities); the robot's own surface acts only between its bodies.
 pub fn mjcf_scene(model: &RobotModel, control: &ControlSpec, options: &SceneOptions) -> String {
     let mut out = String::new();

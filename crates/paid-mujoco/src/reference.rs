@@ -17,7 +17,7 @@ use crate::sim::{FREE_NV, MujocoSim};
 pub struct TorqueState {
     /// Poses and velocities.
     pub state: LaneState,
-    /// Joint torques [N m], model order.
+    /// Joint torques `[N m]`, model order.
     pub torque: Vec<f64>,
 }
 

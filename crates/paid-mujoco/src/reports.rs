@@ -5,11 +5,11 @@ use crate::world::World;
 /// Numbers of bodies in MuJoCo; the world is 0 and the robot's body `b` is `b + 1`.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactReport {
-    /// Net force on each robot body, world axes, the largest so far [N].
+    /// Net force on each robot body, world axes, the largest so far `[N]`.
     pub body: Vec<[f64; 3]>,
-    /// Net force of the robot on the ball, world axes, the largest so far [N].
+    /// Net force of the robot on the ball, world axes, the largest so far `[N]`.
     pub ball_robot: [f64; 3],
-    /// Net force of the ground on the ball, world axes, the largest so far [N].
+    /// Net force of the ground on the ball, world axes, the largest so far `[N]`.
     pub ball_ground: [f64; 3],
     /// The robot body with the largest share of `ball_robot` at that instant.
     pub touched_by: Option<usize>,

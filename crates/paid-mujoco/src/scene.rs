@@ -42,9 +42,9 @@ pub enum Cone {
 /// The floor's surface. It decides the contact of the robot with the floor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorOptions {
-    /// Sliding, torsional [m] and rolling [m] friction.
+    /// Sliding, torsional `[m]` and rolling `[m]` friction.
     pub friction: [f64; 3],
-    /// Time constant [s] and damping ratio of a contact.
+    /// Time constant `[s]` and damping ratio of a contact.
     pub solref: [f64; 2],
 }
 
@@ -53,11 +53,11 @@ pub struct FloorOptions {
 pub struct BallOptions {
     /// Mass, radius, inertia, and, if `damped`, damping. `material` is not used: [`BallOptions::like_builtin`] converts it.
     pub params: BallParams,
-    /// Sliding, torsional [m] and rolling [m] friction.
+    /// Sliding, torsional `[m]` and rolling `[m]` friction.
     pub friction: [f64; 3],
-    /// Time constant [s] and damping ratio of a contact.
+    /// Time constant `[s]` and damping ratio of a contact.
     pub solref: [f64; 2],
-    /// Impedance at no and at full depth, and the depth [m].
+    /// Impedance at no and at full depth, and the depth `[m]`.
     pub solimp: [f64; 3],
     /// True if the ball's linear and angular damping act in MuJoCo too, as viscous forces.
     pub damped: bool,
@@ -66,24 +66,24 @@ pub struct BallOptions {
 /// A marker that touches nothing: the goal seen from the front.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GoalMarker {
-    /// Middle of the goal line [m].
+    /// Middle of the goal line `[m]`.
     pub center: [f64; 2],
-    /// Direction of the goal's normal about z, against x [rad].
+    /// Direction of the goal's normal about z, against x `[rad]`.
     pub yaw: f64,
-    /// Width [m].
+    /// Width `[m]`.
     pub width: f64,
-    /// Height [m].
+    /// Height `[m]`.
     pub height: f64,
 }
 
 /// What surrounds the robot and how it is solved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
-    /// Physics step [s].
+    /// Physics step `[s]`.
     pub physics_dt_s: f64,
     /// Physics steps a control step.
     pub substeps: usize,
-    /// Gravity along z [m/s^2].
+    /// Gravity along z `[m/s^2]`.
     pub gravity: f64,
     /// Joint control.
     pub pd: PdControl,
@@ -170,7 +170,7 @@ impl SceneOptions {
     }
 }
 
-/// Moment of inertia of the ball [kg m^2].
+/// Moment of inertia of the ball `[kg m^2]`.
 pub(crate) fn ball_inertia(p: &BallParams) -> f64 {
     p.inertia_factor * p.mass_kg * p.radius_m * p.radius_m
 }

@@ -185,12 +185,12 @@ impl World {
     pub fn ngeom(&self) -> usize {
         self.count(model::NGEOM)
     }
-    /// Physics step [s].
+    /// Physics step `[s]`.
     pub fn timestep(&self) -> f64 {
         // SAFETY: the offset is that of a `double`.
         unsafe { read(self.model, model::TIMESTEP) }
     }
-    /// Simulated time [s].
+    /// Simulated time `[s]`.
     pub fn time(&self) -> f64 {
         // SAFETY: the offset is that of a `double`.
         unsafe { read(self.data, data::TIME) }
@@ -246,7 +246,7 @@ impl World {
         }
     }
 
-    /// The mass matrix [nv * nv], row-major.
+    /// The mass matrix `[nv * nv]`, row-major.
     pub fn mass_matrix(&self) -> Vec<f64> {
         let mut out = vec![0.0; self.nv() * self.nv()];
         // SAFETY: the buffer has nv * nv entries.
@@ -256,7 +256,7 @@ impl World {
         out
     }
 
-    /// Angular [rad/s] and linear [m/s] velocity of a body's frame, world axes.
+    /// Angular `[rad/s]` and linear `[m/s]` velocity of a body's frame, world axes.
     pub fn body_velocity(&self, body: usize) -> ([f64; 3], [f64; 3]) {
         assert!(body < self.nbody(), "body {body} of {}", self.nbody());
         let mut out = [0.0; 6];

@@ -24,7 +24,7 @@ struct Bench {
 struct Situation {
     name: &'static str,
     scene: SceneConfig,
-    /// Ball center ahead of the robot [m]; near enough to be kicked.
+    /// Ball center ahead of the robot `[m]`; near enough to be kicked.
     ball_x: f64,
     /// Radians of random target around the default pose.
     noise: f64,

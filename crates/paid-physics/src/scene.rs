@@ -8,17 +8,17 @@ use crate::{Combine, Material};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallParams {
-    /// Mass [kg].
+    /// Mass `[kg]`.
     pub mass_kg: f64,
-    /// Radius [m].
+    /// Radius `[m]`.
     pub radius_m: f64,
     /// Moment of inertia over m r^2: 2/5 solid, 2/3 thin shell.
     pub inertia_factor: f64,
     /// Surface.
     pub material: Material,
-    /// Velocity is multiplied by (1 - c dt) each physics step [1/s].
+    /// Velocity is multiplied by (1 - c dt) each physics step `[1/s]`.
     pub linear_damping: f64,
-    /// Angular velocity is multiplied by (1 - c dt) each physics step [1/s].
+    /// Angular velocity is multiplied by (1 - c dt) each physics step `[1/s]`.
     pub angular_damping: f64,
 }
 
@@ -30,11 +30,11 @@ pub enum Terrain {
     Plane,
     /// A square grid of uniformly random heights, bilinear between grid points, periodic in x and y.
     Rough {
-        /// Heights are uniform within plus and minus this [m].
+        /// Heights are uniform within plus and minus this `[m]`.
         amplitude_m: f64,
-        /// Heights are rounded to multiples of this [m]; zero leaves them.
+        /// Heights are rounded to multiples of this `[m]`; zero leaves them.
         step_m: f64,
-        /// Grid spacing [m].
+        /// Grid spacing `[m]`.
         cell_m: f64,
         /// Grid points a side.
         size: usize,
@@ -47,11 +47,11 @@ pub enum Terrain {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneConfig {
-    /// Physics step [s].
+    /// Physics step `[s]`.
     pub physics_dt_s: f64,
     /// Physics steps a control step.
     pub substeps: usize,
-    /// Gravity along z [m/s^2], negative.
+    /// Gravity along z `[m/s^2]`, negative.
     pub gravity: f64,
     /// Ground shape.
     pub terrain: Terrain,
@@ -61,7 +61,7 @@ pub struct SceneConfig {
     pub ground_friction_combine: Combine,
     /// The ground's rule for restitution.
     pub ground_restitution_combine: Combine,
-    /// Approach speed below which nothing bounces [m/s].
+    /// Approach speed below which nothing bounces `[m/s]`.
     pub bounce_threshold: f64,
     /// True if the ball exists physically; else it is a marker that the task may still observe.
     pub ball: bool,
@@ -69,7 +69,7 @@ pub struct SceneConfig {
     pub self_collision: bool,
     /// Sweeps of the contact solver a physics step.
     pub solver_sweeps: usize,
-    /// Joint speeds are limited to this [rad/s] to keep diverging states finite.
+    /// Joint speeds are limited to this `[rad/s]` to keep diverging states finite.
     pub max_joint_speed: f64,
 }
 
@@ -78,7 +78,7 @@ pub struct SceneConfig {
 pub struct EnvParams {
     /// Surface of the robot.
     pub robot: Material,
-    /// Added to the base's center of mass [m].
+    /// Added to the base's center of mass `[m]`.
     pub base_com_offset: [f64; 3],
     /// Mass and inertia of every body are multiplied by this, model order; empty means 1.
     pub mass_scale: Vec<f64>,
@@ -86,7 +86,7 @@ pub struct EnvParams {
     pub gain_scale: [f64; 2],
     /// The ball.
     pub ball: BallParams,
-    /// Offset into the terrain grid [m].
+    /// Offset into the terrain grid `[m]`.
     pub terrain_offset: [f64; 2],
 }
 

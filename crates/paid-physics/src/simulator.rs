@@ -8,30 +8,30 @@ use crate::EnvParams;
 /// Pose and velocity of a body, world axes, one environment a lane.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyState<V> {
-    /// Origin of the body frame [m].
+    /// Origin of the body frame `[m]`.
     pub pos: Vec3<V>,
     /// Body frame in the world.
     pub rot: Mat3<V>,
-    /// Velocity of the body frame's origin [m/s].
+    /// Velocity of the body frame's origin `[m/s]`.
     pub lin_vel: Vec3<V>,
-    /// Velocity of the center of mass [m/s] (what the motion files call `body_lin_vel_w`).
+    /// Velocity of the center of mass `[m/s]` (what the motion files call `body_lin_vel_w`).
     pub com_vel: Vec3<V>,
-    /// Angular velocity in world axes [rad/s].
+    /// Angular velocity in world axes `[rad/s]`.
     pub ang_vel: Vec3<V>,
 }
 
 /// The ball, world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct BallState<V> {
-    /// Center [m].
+    /// Center `[m]`.
     pub pos: Vec3<V>,
-    /// Velocity of the center [m/s].
+    /// Velocity of the center `[m/s]`.
     pub vel: Vec3<V>,
-    /// Angular velocity [rad/s].
+    /// Angular velocity `[rad/s]`.
     pub ang_vel: Vec3<V>,
-    /// Force of the robot on the ball, world axes, where it was largest in the last control step [N].
+    /// Force of the robot on the ball, world axes, where it was largest in the last control step `[N]`.
     pub robot_force: Vec3<V>,
-    /// Force of the ground on the ball, world axes, where it was largest in the last control step [N].
+    /// Force of the ground on the ball, world axes, where it was largest in the last control step `[N]`.
     pub ground_force: Vec3<V>,
     /// Model index of the body that exerted `robot_force`; -1 if none.
     pub touched_by: V,
@@ -40,15 +40,15 @@ pub struct BallState<V> {
 /// What the task sees of `LANES` environments after a control step. Vectors are in model order.
 #[derive(Clone, Debug)]
 pub struct GroupState<V> {
-    /// Joint angles [rad].
+    /// Joint angles `[rad]`.
     pub joint_pos: Vec<V>,
-    /// Joint velocities [rad/s].
+    /// Joint velocities `[rad/s]`.
     pub joint_vel: Vec<V>,
-    /// Actuator torques of the last physics step, within the effort limits [N m].
+    /// Actuator torques of the last physics step, within the effort limits `[N m]`.
     pub joint_torque: Vec<V>,
     /// Bodies; index 0 is the base.
     pub bodies: Vec<BodyState<V>>,
-    /// Net contact force on each body (ground, ball, other bodies), world axes, where it was largest in the last control step [N].
+    /// Net contact force on each body (ground, ball, other bodies), world axes, where it was largest in the last control step `[N]`.
     pub contact_force: Vec<Vec3<V>>,
     /// The ball.
     pub ball: BallState<V>,
@@ -81,23 +81,23 @@ impl<V: Real> GroupState<V> {
 /// Full dynamic state of one environment: reset to it, save it, restore it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaneState {
-    /// Base origin in the world [m].
+    /// Base origin in the world `[m]`.
     pub base_pos: [f64; 3],
     /// Base orientation w, x, y, z.
     pub base_quat: [f64; 4],
-    /// Velocity of the base origin, world axes [m/s].
+    /// Velocity of the base origin, world axes `[m/s]`.
     pub base_lin_vel: [f64; 3],
-    /// Angular velocity of the base, world axes [rad/s].
+    /// Angular velocity of the base, world axes `[rad/s]`.
     pub base_ang_vel: [f64; 3],
-    /// Joint angles, model order [rad].
+    /// Joint angles, model order `[rad]`.
     pub joint_pos: Vec<f64>,
-    /// Joint velocities, model order [rad/s].
+    /// Joint velocities, model order `[rad/s]`.
     pub joint_vel: Vec<f64>,
-    /// Ball center [m].
+    /// Ball center `[m]`.
     pub ball_pos: [f64; 3],
-    /// Ball velocity [m/s].
+    /// Ball velocity `[m/s]`.
     pub ball_vel: [f64; 3],
-    /// Ball angular velocity, world axes [rad/s].
+    /// Ball angular velocity, world axes `[rad/s]`.
     pub ball_ang_vel: [f64; 3],
     /// Engine-private warm start (contact impulses); empty for a fresh state.
     pub warm_start: Vec<f64>,
@@ -109,9 +109,9 @@ pub trait Simulator<V: Real>: Send {
     fn model(&self) -> &RobotModel;
     /// Number of lane groups.
     fn groups(&self) -> usize;
-    /// Duration of a control step [s].
+    /// Duration of a control step `[s]`.
     fn control_dt_s(&self) -> f64;
-    /// Advances one group by one control step under PD joint targets [rad] (model order).
+    /// Advances one group by one control step under PD joint targets `[rad]` (model order).
     fn step(&mut self, group: usize, joint_target: &[V]);
     /// The state after the last `step` or `refresh`.
     fn state(&self, group: usize) -> &GroupState<V>;
@@ -124,8 +124,8 @@ pub trait Simulator<V: Real>: Send {
     fn save_lane(&self, group: usize, lane: usize) -> LaneState;
     /// Sets the physical parameters of one environment.
     fn set_params(&mut self, group: usize, lane: usize, params: &EnvParams);
-    /// Adds to the base's linear [m/s] and angular [rad/s] velocity, world axes.
+    /// Adds to the base's linear `[m/s]` and angular `[rad/s]` velocity, world axes.
     fn push_lane(&mut self, group: usize, lane: usize, lin_vel: [f64; 3], ang_vel: [f64; 3]);
-    /// Height of the ground at a world point of one environment [m].
+    /// Height of the ground at a world point of one environment `[m]`.
     fn ground_height(&self, group: usize, lane: usize, xy: [f64; 2]) -> f64;
 }

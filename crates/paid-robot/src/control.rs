@@ -9,7 +9,7 @@ use crate::{RobotModel, RobotSpec};
 /// Control numbers per joint, model order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControlSpec {
-    /// Default angle [rad].
+    /// Default angle `[rad]`.
     pub default_pos: Vec<f64>,
     /// Stiffness [N m/rad]: armature times natural frequency squared.
     pub stiffness: Vec<f64>,
@@ -17,9 +17,9 @@ pub struct ControlSpec {
     pub damping: Vec<f64>,
     /// Radians of target per unit of action: factor times effort limit over stiffness.
     pub action_scale: Vec<f64>,
-    /// Velocity limit [rad/s].
+    /// Velocity limit `[rad/s]`.
     pub velocity_limit: Vec<f64>,
-    /// Soft lower and upper limit [rad]: the inner share of the range.
+    /// Soft lower and upper limit `[rad]`: the inner share of the range.
     pub soft_range: Vec<[f64; 2]>,
 }
 

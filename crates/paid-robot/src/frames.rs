@@ -2,12 +2,12 @@
 
 use paid_lanes::{Mat3, Real, Vec3};
 
-/// Angular velocity in world axes [rad/s].
+/// Angular velocity in world axes `[rad/s]`.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct WorldAngVel<V>(pub Vec3<V>);
 
-/// Angular velocity in the axes of the turning body [rad/s].
+/// Angular velocity in the axes of the turning body `[rad/s]`.
 #[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct BodyAngVel<V>(pub Vec3<V>);

@@ -9,7 +9,7 @@ use crate::{RobotModel, WorldAngVel};
 /// Pose of a body in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyPose<V> {
-    /// Origin of the body frame [m].
+    /// Origin of the body frame `[m]`.
     pub pos: Vec3<V>,
     /// Orientation: world from body.
     pub quat: Quat<V>,
@@ -18,11 +18,11 @@ pub struct BodyPose<V> {
 /// Velocity of a body in world axes.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyVelocity<V> {
-    /// Of the body frame's origin [m/s].
+    /// Of the body frame's origin `[m/s]`.
     pub origin: Vec3<V>,
-    /// Of the center of mass [m/s]; motion files store this one.
+    /// Of the center of mass `[m/s]`; motion files store this one.
     pub com: Vec3<V>,
-    /// Angular velocity [rad/s].
+    /// Angular velocity `[rad/s]`.
     pub ang: WorldAngVel<V>,
 }
 
@@ -40,7 +40,7 @@ impl<V: Real> BodyPose<V> {
     }
 }
 
-/// Poses of all bodies, model order, from the base's pose (`base_quat` of unit norm) and the joint angles [rad], model order.
+/// Poses of all bodies, model order, from the base's pose (`base_quat` of unit norm) and the joint angles `[rad]`, model order.
 ///
 /// # Panics
 /// If `joint_pos` has not one angle a joint.
@@ -63,8 +63,8 @@ pub fn forward<V: Real>(
     poses
 }
 
-/// Velocities of all bodies, model order, from the poses that [`forward`] found, the velocity of the base's origin [m/s]
-/// and its angular velocity, and the joint velocities [rad/s], model order.
+/// Velocities of all bodies, model order, from the poses that [`forward`] found, the velocity of the base's origin `[m/s]`
+/// and its angular velocity, and the joint velocities `[rad/s]`, model order.
 ///
 /// # Panics
 /// If `poses` or `joint_vel` do not fit the model.
@@ -93,7 +93,7 @@ pub fn forward_velocity<V: Real>(
     velocities
 }
 
-/// Velocity of a body's origin, given that of its center of mass (as motion files store it) [m/s].
+/// Velocity of a body's origin, given that of its center of mass (as motion files store it) `[m/s]`.
 #[inline(always)]
 pub fn origin_velocity<V: Real>(
     model: &RobotModel,

@@ -20,13 +20,13 @@ pub struct Body {
     pub name: String,
     /// Index of the parent; `None` for the base.
     pub parent: Option<usize>,
-    /// Origin in the parent's frame [m]; for the base its height in the description's zero pose.
+    /// Origin in the parent's frame `[m]`; for the base its height in the description's zero pose.
     pub pos: [f64; 3],
     /// Orientation in the parent's frame at joint angle zero, w, x, y, z.
     pub quat: [f64; 4],
-    /// Mass [kg].
+    /// Mass `[kg]`.
     pub mass: f64,
-    /// Center of mass in the body frame [m].
+    /// Center of mass in the body frame `[m]`.
     pub com: [f64; 3],
     /// Inertia about the center of mass in body axes [kg m^2]: xx, yy, zz, xy, xz, yz.
     pub inertia: [f64; 6],
@@ -43,15 +43,15 @@ pub struct Joint {
     pub body: usize,
     /// Unit axis in the body frame (through the body origin).
     pub axis: [f64; 3],
-    /// Lower and upper limit [rad].
+    /// Lower and upper limit `[rad]`.
     pub range: [f64; 2],
-    /// Rotor inertia reflected to the joint [kg m^2].
+    /// Rotor inertia reflected to the joint `[kg m^2]`.
     pub armature: f64,
-    /// Coulomb friction torque [N m].
+    /// Coulomb friction torque `[N m]`.
     pub friction_loss: f64,
-    /// Passive viscous damping [N m s/rad].
+    /// Passive viscous damping `[N m s/rad]`.
     pub damping: f64,
-    /// Largest actuator torque [N m].
+    /// Largest actuator torque `[N m]`.
     pub effort_limit: f64,
 }
 
@@ -68,7 +68,7 @@ pub struct Geom {
     pub shape: Shape,
 }
 
-/// A primitive in the body frame [m].
+/// A primitive in the body frame `[m]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A ball.
@@ -113,7 +113,7 @@ impl RobotModel {
     pub fn body_names(&self) -> Vec<String> {
         self.bodies.iter().map(|b| b.name.clone()).collect()
     }
-    /// Total mass [kg].
+    /// Total mass `[kg]`.
     pub fn mass(&self) -> f64 {
         self.bodies.iter().map(|b| b.mass).sum()
     }

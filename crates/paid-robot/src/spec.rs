@@ -9,7 +9,7 @@ use thiserror::Error;
 pub struct RobotSpec {
     /// Robot name.
     pub name: String,
-    /// Height of the base in the default pose [m].
+    /// Height of the base in the default pose `[m]`.
     pub nominal_height_m: f64,
     /// Share of each joint range that is free of the joint-limit penalty.
     pub soft_limit_factor: f64,
@@ -31,21 +31,21 @@ pub struct RobotSpec {
     pub allowed_contacts: Vec<String>,
     /// Joints whose action rate is penalized separately.
     pub waist_joints: Vec<String>,
-    /// Default joint angles [rad]; joints without an entry are zero.
+    /// Default joint angles `[rad]`; joints without an entry are zero.
     pub default_pos: Vec<JointValue>,
-    /// Natural frequency of the joint controllers [Hz].
+    /// Natural frequency of the joint controllers `[Hz]`.
     pub natural_frequency_hz: f64,
     /// Damping ratio of the joint controllers.
     pub damping_ratio: f64,
-    /// Stiffness of joints that do not follow the natural frequency [N m/rad].
+    /// Stiffness of joints that do not follow the natural frequency `[N m/rad]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stiffness: Vec<JointValue>,
-    /// Damping of joints that do not follow the damping ratio [N m s/rad].
+    /// Damping of joints that do not follow the damping ratio `[N m s/rad]`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub damping: Vec<JointValue>,
     /// Action scale as a share of effort limit over stiffness.
     pub action_scale_factor: f64,
-    /// Velocity limits [rad/s]; every joint has one.
+    /// Velocity limits `[rad/s]`; every joint has one.
     pub velocity_limit: Vec<JointValue>,
     /// The file that this came from, for error messages.
     #[serde(skip)]

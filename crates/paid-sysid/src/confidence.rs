@@ -79,14 +79,14 @@ pub struct Confidence {
     pub estimates: Vec<Estimate>,
     /// Correlation of the errors of two parameters; `None` where one is not seen by the curvature.
     pub correlation: [[Option<f64>; PARAMETERS]; PARAMETERS],
-    /// Standard deviation of measured from simulated positions at the best fit, at least the camera's resolution [m].
+    /// Standard deviation of measured from simulated positions at the best fit, at least the camera's resolution `[m]`.
     pub noise_m: f64,
     /// Searches that fit as well as the best.
     pub agreeing: usize,
 }
 
 impl Confidence {
-    /// Rise of the squared error that stands out of the noise [m^2].
+    /// Rise of the squared error that stands out of the noise `[m^2]`.
     pub fn visible(&self) -> f64 {
         VISIBLE * self.noise_m * self.noise_m
     }
@@ -153,7 +153,7 @@ pub fn judge(
     Confidence { estimates, correlation, noise_m, agreeing: agreeing.len() }
 }
 
-/// Around the best value of each parameter, how far it may go, the others held, before the squared error exceeds `limit` [m^2].
+/// Around the best value of each parameter, how far it may go, the others held, before the squared error exceeds `limit` `[m^2]`.
 fn flat_ranges(
     problem: &Problem<'_>,
     lab: &mut dyn Lab,

@@ -46,9 +46,9 @@ impl Quantity {
 pub struct Run {
     /// Its label in the file.
     pub name: String,
-    /// Instants from its first sample [s], strictly increasing from 0.
+    /// Instants from its first sample `[s]`, strictly increasing from 0.
     pub times: Vec<f64>,
-    /// Heights or distances [m].
+    /// Heights or distances `[m]`.
     pub values: Vec<f64>,
     /// Spin of a rolling ball at the first sample where it is not that of the options: 1 rolls, 0 slides.
     pub spin: Option<f64>,

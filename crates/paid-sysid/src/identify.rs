@@ -14,7 +14,7 @@ use crate::trial::{Trial, repeats, trials};
 
 /// Initial step of a fit to one repeat, which begins at the common best, in units of the ranges.
 const REPEAT_SCALE: f64 = 0.05;
-/// Spacing of the drawn curves [s].
+/// Spacing of the drawn curves `[s]`.
 const CURVE_S: f64 = 0.01;
 
 /// A measured run beside the simulated one.
@@ -22,11 +22,11 @@ const CURVE_S: f64 = 0.01;
 pub struct Overlay {
     /// Label of the run.
     pub run: String,
-    /// Initial height [m] or speed [m/s] given to the simulation.
+    /// Initial height `[m]` or speed `[m/s]` given to the simulation.
     pub initial: f64,
-    /// Compared samples: time [s], measured, simulated [m].
+    /// Compared samples: time `[s]`, measured, simulated `[m]`.
     pub samples: Vec<[f64; 3]>,
-    /// The simulated curve: time [s], value [m].
+    /// The simulated curve: time `[s]`, value `[m]`.
     pub curve: Vec<[f64; 2]>,
 }
 
@@ -39,11 +39,11 @@ pub struct Identification {
     pub ground: Material,
     /// True if initial heights and speeds were corrected by the whole runs.
     pub starts_refined: bool,
-    /// Loss of the best candidate [m^2].
+    /// Loss of the best candidate `[m^2]`.
     pub loss: f64,
-    /// Root mean square of measured less simulated heights [m].
+    /// Root mean square of measured less simulated heights `[m]`.
     pub drop_rms_m: Option<f64>,
-    /// The same of the distances [m].
+    /// The same of the distances `[m]`.
     pub roll_rms_m: Option<f64>,
     /// What is known of each parameter.
     pub confidence: Confidence,

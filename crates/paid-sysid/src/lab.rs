@@ -11,14 +11,14 @@ use crate::stand_in::stand_in;
 pub enum Start {
     /// Released at rest.
     Drop {
-        /// Height of its lowest point [m].
+        /// Height of its lowest point `[m]`.
         height_m: f64,
     },
     /// On the ground, moving along x.
     Roll {
-        /// Speed of its center [m/s].
+        /// Speed of its center `[m/s]`.
         speed: f64,
-        /// Distance shown at the start [m].
+        /// Distance shown at the start `[m]`.
         offset_m: f64,
         /// 1 rolls, 0 slides, between both shares.
         spin: f64,
@@ -32,13 +32,13 @@ pub struct Launch<'a> {
     pub ball: BallParams,
     /// How it begins.
     pub start: Start,
-    /// When it is looked at [s], from 0, increasing.
+    /// When it is looked at `[s]`, from 0, increasing.
     pub times: &'a [f64],
 }
 
 /// Something that can follow many balls.
 pub trait Lab {
-    /// Height of the lowest point (drops) or distance (rolls) [m] at the launch's times, for every launch.
+    /// Height of the lowest point (drops) or distance (rolls) `[m]` at the launch's times, for every launch.
     fn run(&mut self, launches: &[Launch<'_>]) -> Vec<Vec<f64>>;
     /// Balls followed so far.
     fn rollouts(&self) -> u64;

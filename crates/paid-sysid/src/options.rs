@@ -11,7 +11,7 @@ pub const PARAMETERS: usize = 5;
 pub const NAMES: [&str; PARAMETERS] =
     ["static_friction", "dynamic_friction", "restitution", "linear_damping", "angular_damping"];
 
-/// One value a parameter, in the order of [`NAMES`]: two Coulomb coefficients, restitution, two dampings [1/s].
+/// One value a parameter, in the order of [`NAMES`]: two Coulomb coefficients, restitution, two dampings `[1/s]`.
 pub type Parameters = [f64; PARAMETERS];
 
 /// The ball with the parameters put in; mass, radius and inertia stay.
@@ -76,7 +76,7 @@ pub struct Options {
     pub scale: f64,
     /// Candidates a generation (paper: 4).
     pub population: usize,
-    /// A search ends when the best loss of a generation differs from that of the last one by less than this [m^2] (paper,
+    /// A search ends when the best loss of a generation differs from that of the last one by less than this `[m^2]` (paper,
     /// algorithm; it gives no number).
     pub tolerance: f64,
     /// ... so many generations in a row (paper: 1).
@@ -92,11 +92,11 @@ pub struct Options {
     pub weight_drop: f64,
     /// Weight of the squared distance errors, lambda_2.
     pub weight_roll: f64,
-    /// Spacing of the compared samples [s] (paper: 0.1 s); frames between are used for initial conditions only.
+    /// Spacing of the compared samples `[s]` (paper: 0.1 s); frames between are used for initial conditions only.
     pub every_s: f64,
-    /// What comes later is not compared [s] (paper: 2 s).
+    /// What comes later is not compared `[s]` (paper: 2 s).
     pub duration_s: f64,
-    /// The rolling ball's initial speed comes from the samples up to here [s] (paper: "the first few frames").
+    /// The rolling ball's initial speed comes from the samples up to here `[s]` (paper: "the first few frames").
     pub speed_window_s: f64,
     /// Spin of the rolling ball at the first sample: 1 rolls, 0 slides.
     pub spin: f64,
@@ -106,7 +106,7 @@ pub struct Options {
     pub starts: Starts,
     /// Parameters that are not seen.
     pub unseen: Unseen,
-    /// Positions are not trusted beyond this [m], however well the curves agree.
+    /// Positions are not trusted beyond this `[m]`, however well the curves agree.
     pub resolution_m: f64,
     /// Seed of the searches.
     pub seed: u64,

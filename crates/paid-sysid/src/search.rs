@@ -10,10 +10,10 @@ use crate::lab::{Lab, Launch, Start};
 use crate::options::{Options, PARAMETERS, Parameters, Starts, with_parameters};
 use crate::trial::Trial;
 
-/// Change of a drop's height [m] and share of a roll's speed from which their effects are computed.
+/// Change of a drop's height `[m]` and share of a roll's speed from which their effects are computed.
 const SHIFT_M: f64 = 0.005;
 const SHIFT_SHARE: f64 = 0.01;
-/// What a start taken from first samples may be wrong by [m, share of the speed], and a sample [m] (standard deviations).
+/// What a start taken from first samples may be wrong by [m, share of the speed], and a sample `[m]` (standard deviations).
 const START_SD_M: f64 = 0.03;
 const START_SD_SHARE: f64 = 0.1;
 const SAMPLE_SD_M: f64 = 0.005;
@@ -51,16 +51,16 @@ pub struct Search {
     pub start: Parameters,
     /// The best candidate it saw.
     pub best: Parameters,
-    /// Its loss [m^2].
+    /// Its loss `[m^2]`.
     pub loss: f64,
     /// Why it ended.
     pub stop: Stop,
-    /// Loss of the best candidate so far, a value a generation [m^2].
+    /// Loss of the best candidate so far, a value a generation `[m^2]`.
     pub curve: Vec<f64>,
 }
 
 impl Problem<'_> {
-    /// Measured less simulated positions `[candidate][trial][sample]` [m]. If the starts are to be refined, each trial's best
+    /// Measured less simulated positions `[candidate][trial][sample]` `[m]`. If the starts are to be refined, each trial's best
     /// correction of its start is taken out first.
     pub fn residuals(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<Vec<Vec<f64>>> {
         let refine = self.options.starts == Starts::Refined;
@@ -113,7 +113,7 @@ impl Problem<'_> {
         trials
     }
 
-    /// Sum of squared differences of each trial [m^2], for every candidate.
+    /// Sum of squared differences of each trial `[m^2]`, for every candidate.
     fn trial_errors(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<Vec<f64>> {
         let squares = |r: &Vec<f64>| r.iter().map(|x| x * x).sum::<f64>();
         self.residuals(lab, candidates).iter().map(|c| c.iter().map(squares).collect()).collect()
@@ -128,14 +128,14 @@ impl Problem<'_> {
         }
     }
 
-    /// Losses (paper, equation of L_sysid) of candidates: weighted sums of squared differences, mean over the repeats [m^2].
+    /// Losses (paper, equation of L_sysid) of candidates: weighted sums of squared differences, mean over the repeats `[m^2]`.
     pub fn losses(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<f64> {
         let weights: Vec<f64> = self.trials.iter().map(|t| self.weight(t)).collect();
         let weighted = |errors: &Vec<f64>| errors.iter().zip(&weights).map(|(e, w)| e * w).sum();
         self.trial_errors(lab, candidates).iter().map(weighted).collect()
     }
 
-    /// Unweighted sums of squared differences of candidates [m^2].
+    /// Unweighted sums of squared differences of candidates `[m^2]`.
     pub fn square_sums(&self, lab: &mut dyn Lab, candidates: &[Parameters]) -> Vec<f64> {
         self.trial_errors(lab, candidates).iter().map(|errors| errors.iter().sum()).collect()
     }
@@ -146,7 +146,7 @@ impl Problem<'_> {
     }
 }
 
-/// A slightly different start, and by how much: height [m] or speed [m/s].
+/// A slightly different start, and by how much: height `[m]` or speed `[m/s]`.
 fn shifted(start: Start) -> (Start, f64) {
     match start {
         Start::Drop { height_m } => (Start::Drop { height_m: height_m + SHIFT_M }, SHIFT_M),
@@ -158,7 +158,7 @@ fn shifted(start: Start) -> (Start, f64) {
 }
 
 /// Takes the best correction of a trial's start out of its residual, by least squares from the motion with the start shifted.
-/// Also returns the correction: height [m] or speed [m/s], and the distance at the start [m].
+/// Also returns the correction: height `[m]` or speed `[m/s]`, and the distance at the start `[m]`.
 fn correct(trial: &Trial, residual: Vec<f64>, base: &[f64], moved: &[f64]) -> (Vec<f64>, [f64; 2]) {
     let shift = shifted(trial.start).1;
     let slope: Vec<f64> = base.iter().zip(moved).map(|(a, b)| (b - a) / shift).collect();

@@ -13,13 +13,13 @@ pub struct Trial {
     pub quantity: Quantity,
     /// How it begins.
     pub start: Start,
-    /// Compared instants [s].
+    /// Compared instants `[s]`.
     pub times: Vec<f64>,
-    /// Heights of the ball's lowest point, or distances [m].
+    /// Heights of the ball's lowest point, or distances `[m]`.
     pub values: Vec<f64>,
 }
 
-/// The samples nearest after multiples of `every`, up to `end` [s].
+/// The samples nearest after multiples of `every`, up to `end` `[s]`.
 fn thinned(run: &Run, every: f64, end: f64) -> (Vec<f64>, Vec<f64>) {
     // A hair, so that rounded times such as 0.3333 still count.
     let hair = 1e-3 * every;
@@ -38,7 +38,7 @@ fn thinned(run: &Run, every: f64, end: f64) -> (Vec<f64>, Vec<f64>) {
     (times, values)
 }
 
-/// Initial speed [m/s] and distance [m] of a rolling ball from its samples up to `window` [s] (at least the first three): the
+/// Initial speed `[m/s]` and distance `[m]` of a rolling ball from its samples up to `window` `[s]` (at least the first three): the
 /// least-squares curve `d0 + v0 (1 - exp(-r t)) / r`, the motion of a ball whose resistance grows with its speed,
 /// over all rates `r` from 0 (no resistance) to 10 /s. A straight line would take the mean speed for the first one.
 pub fn rolling_start(times: &[f64], values: &[f64], window: f64) -> (f64, f64) {
@@ -92,7 +92,7 @@ fn value_at(run: &Run, t: f64) -> Option<f64> {
     Some(run.values[i - 1] + s * (run.values[i] - run.values[i - 1]))
 }
 
-/// The mean of at least one run at multiples of `every` up to `end` [s] or as long as all of them last.
+/// The mean of at least one run at multiples of `every` up to `end` `[s]` or as long as all of them last.
 fn mean_run(runs: &[Run], every: f64, end: f64) -> Run {
     let mut mean = Run { name: "mean".to_owned(), times: Vec::new(), values: Vec::new(), spin: runs[0].spin };
     for i in 0..=(end / every + 1e-3) as u32 {

@@ -29,13 +29,13 @@ macro_rules! slices {
 
 impl World {
     slices! {
-        /// Body masses [nbody], kg.
+        /// Body masses `[nbody]`, kg.
         body_mass, body_mass_mut: model model::BODY_MASS, |w| w.nbody();
         /// Principal inertias [nbody * 3], kg m^2.
         body_inertia, body_inertia_mut: model model::BODY_INERTIA, |w| w.nbody() * 3;
         /// Centers of mass in body frames [nbody * 3], m.
         body_ipos, body_ipos_mut: model model::BODY_IPOS, |w| w.nbody() * 3;
-        /// Passive damping of the velocity coordinates [nv].
+        /// Passive damping of the velocity coordinates `[nv]`.
         dof_damping, dof_damping_mut: model model::DOF_DAMPING, |w| w.nv();
         /// Geom sizes [ngeom * 3], m.
         geom_size, geom_size_mut: model model::GEOM_SIZE, |w| w.ngeom() * 3;
@@ -43,25 +43,25 @@ impl World {
         geom_friction, geom_friction_mut: model model::GEOM_FRICTION, |w| w.ngeom() * 3;
         /// Time constant and damping ratio of contacts [ngeom * 2].
         geom_solref, geom_solref_mut: model model::GEOM_SOLREF, |w| w.ngeom() * 2;
-        /// Gain parameters of the actuators [nu * 10]; the first is the stiffness of a position actuator.
+        /// Gain parameters of the actuators `[nu * 10]`; the first is the stiffness of a position actuator.
         actuator_gainprm, actuator_gainprm_mut: model model::ACTUATOR_GAINPRM, |w| w.nu() * model::ACTUATOR_PARAMETERS;
-        /// Bias parameters of the actuators [nu * 10]; of a position actuator 0, -stiffness, -damping.
+        /// Bias parameters of the actuators `[nu * 10]`; of a position actuator 0, -stiffness, -damping.
         actuator_biasprm, actuator_biasprm_mut: model model::ACTUATOR_BIASPRM, |w| w.nu() * model::ACTUATOR_PARAMETERS;
-        /// Positions [nq].
+        /// Positions `[nq]`.
         qpos, qpos_mut: data data::QPOS, |w| w.nq();
-        /// Velocities [nv].
+        /// Velocities `[nv]`.
         qvel, qvel_mut: data data::QVEL, |w| w.nv();
-        /// Controls [nu].
+        /// Controls `[nu]`.
         ctrl, ctrl_mut: data data::CTRL, |w| w.nu();
-        /// Start of the next solve [nv].
+        /// Start of the next solve `[nv]`.
         qacc_warmstart, qacc_warmstart_mut: data data::QACC_WARMSTART, |w| w.nv();
-        /// Accelerations of the last forward computation [nv].
+        /// Accelerations of the last forward computation `[nv]`.
         qacc: data data::QACC, |w| w.nv();
-        /// Forces of the actuators in the last step [nu].
+        /// Forces of the actuators in the last step `[nu]`.
         actuator_force: data data::ACTUATOR_FORCE, |w| w.nu();
-        /// Accelerations without constraints (contact, limits, friction loss) [nv].
+        /// Accelerations without constraints (contact, limits, friction loss) `[nv]`.
         qacc_smooth: data data::QACC_SMOOTH, |w| w.nv();
-        /// Bias forces: gravity, Coriolis, centrifugal [nv].
+        /// Bias forces: gravity, Coriolis, centrifugal `[nv]`.
         qfrc_bias: data data::QFRC_BIAS, |w| w.nv();
         /// Body origins in the world [nbody * 3], m.
         xpos: data data::XPOS, |w| w.nbody() * 3;

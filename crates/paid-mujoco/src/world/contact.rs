@@ -10,9 +10,9 @@ use crate::layout::{contact, data};
 pub struct Contact {
     /// Numbers of the geoms.
     pub geoms: [usize; 2],
-    /// Distance of the surfaces, negative in penetration [m].
+    /// Distance of the surfaces, negative in penetration `[m]`.
     pub dist: f64,
-    /// Midpoint between the surfaces, world axes [m].
+    /// Midpoint between the surfaces, world axes `[m]`.
     pub pos: [f64; 3],
     /// Rows: normal from the first to the second geom, two tangents; world axes.
     pub frame: [[f64; 3]; 3],
@@ -41,7 +41,7 @@ impl World {
         }
     }
 
-    /// Force on the second geom of a contact, world axes [N].
+    /// Force on the second geom of a contact, world axes `[N]`.
     pub fn contact_force(&self, index: usize) -> [f64; 3] {
         let frame = self.contact(index).frame;
         let mut out = [0.0; 6];

@@ -21,7 +21,7 @@ pub(crate) struct BallWork<V> {
     block: Block<V>,
     target: V,
     impulse: [V; 3],
-    /// Where a bounce within the step leaves the ball, beyond the straight integration, along the normal [m].
+    /// Where a bounce within the step leaves the ball, beyond the straight integration, along the normal `[m]`.
     shift: V,
 }
 

@@ -100,17 +100,17 @@ pub(crate) fn tangents<V: Real>(n: Vec3<V>) -> [Vec3<V>; 2] {
 /// overlapping, bouncing when it hits fast enough.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Approach<V> {
-    /// Reciprocal of the physics step [1/s].
+    /// Reciprocal of the physics step `[1/s]`.
     pub inv_dt: V,
-    /// Physics step [s].
+    /// Physics step `[s]`.
     pub dt: V,
-    /// Speed below which nothing bounces [m/s].
+    /// Speed below which nothing bounces `[m/s]`.
     pub bounce_threshold: V,
 }
 
 impl<V: Real> Approach<V> {
-    /// `gap` negative when overlapping [m]; `slop` is the overlap that stays [m]; `speed` the normal velocity at the start of
-    /// the step (negative when closing); `max_push` bounds the correction [m/s].
+    /// `gap` negative when overlapping `[m]`; `slop` is the overlap that stays `[m]`; `speed` the normal velocity at the start of
+    /// the step (negative when closing); `max_push` bounds the correction `[m/s]`.
     #[inline(always)]
     pub fn target(&self, gap: V, slop: f64, speed: V, restitution: V, max_push: f64) -> V {
         let zero = V::zero();

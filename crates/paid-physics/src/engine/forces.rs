@@ -2,7 +2,7 @@
 
 use paid_lanes::{Real, Vec3};
 
-/// Net contact force on each body over a physics step [N], world axes.
+/// Net contact force on each body over a physics step `[N]`, world axes.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyForces<V: Real> {
     force: Vec<Vec3<V>>,

@@ -51,13 +51,13 @@ impl<S: Scalar> Ground<S> {
         }
     }
 
-    /// A grid of given heights [m], row-major `[y][x]`.
+    /// A grid of given heights `[m]`, row-major `[y][x]`.
     pub fn from_heights(heights: &[f64], size: usize, cell: f64) -> Self {
         let highest = heights.iter().copied().fold(f64::MIN, f64::max);
         Self { heights: heights.iter().map(|&h| S::from_f64(h)).collect(), size, cell, highest }
     }
 
-    /// No point is higher than this [m].
+    /// No point is higher than this `[m]`.
     pub fn highest(&self) -> f64 {
         self.highest
     }
@@ -67,7 +67,7 @@ impl<S: Scalar> Ground<S> {
         self.heights.is_empty()
     }
 
-    /// Height [m] and unit normal below a world point of each lane.
+    /// Height `[m]` and unit normal below a world point of each lane.
     #[inline(always)]
     pub fn at<V: Real<Scalar = S>>(&self, x: V, y: V, params: &GroupParams<V>) -> (V, Vec3<V>) {
         if self.is_plane() {

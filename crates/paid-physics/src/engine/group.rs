@@ -42,7 +42,7 @@ pub(crate) struct JointWork<V> {
     pub gain: [V; 6],
     /// `1 / D`, the joint's reciprocal articulated inertia.
     pub inv: V,
-    /// Joint torque less bias [N m].
+    /// Joint torque less bias `[N m]`.
     pub torque: V,
     /// Half-solved impulse on this joint of all contacts but the soles' (at the end of the step: of all).
     pub impulse: V,

@@ -159,7 +159,7 @@ pub(crate) fn dynamics<V: Real>(
     finish(layout, constants, g, w, drive);
 }
 
-/// Actuator torque at the end of the step: the implicit controller's, within the effort limit [N m].
+/// Actuator torque at the end of the step: the implicit controller's, within the effort limit `[N m]`.
 #[inline(always)]
 pub(crate) fn actuator_torque<V: Real>(
     link: &Link<V::Scalar>,

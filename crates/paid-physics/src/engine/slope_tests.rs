@@ -9,7 +9,7 @@ use crate::{BallParams, Combine, EnvParams, LaneState, Material, SceneConfig, Si
 
 const CELL: f64 = 0.5;
 const SIZE: usize = 200;
-/// The middle of the slope, away from where the periodic grid jumps [m].
+/// The middle of the slope, away from where the periodic grid jumps `[m]`.
 const MIDDLE: f64 = 50.0;
 
 fn body(name: &str, parent: Option<usize>, pos: [f64; 3], mass: f64, geoms: Vec<Geom>) -> Body {

@@ -59,16 +59,16 @@ pub(crate) fn accelerations<V: Real>(
 }
 
 impl<V: Real> Engine<V> {
-    /// Accelerations of a group under joint torques [N m] (model order) alone: with gravity and armature, without contacts,
+    /// Accelerations of a group under joint torques `[N m]` (model order) alone: with gravity and armature, without contacts,
     /// controllers, joint stops, damping and friction loss. The state stays as it is.
     ///
-    /// Layout: acceleration of the base's origin (world axes, 3) [m/s^2], angular acceleration of the base (world axes, 3)
-    /// [rad/s^2], joints in model order [rad/s^2].
+    /// Layout: acceleration of the base's origin (world axes, 3) `[m/s^2]`, angular acceleration of the base (world axes, 3)
+    /// `[rad/s^2]`, joints in model order `[rad/s^2]`.
     pub fn accelerations(&mut self, group: usize, torques: &[V]) -> Vec<V> {
         self.accelerations_under(group, [V::zero(); 6], torques)
     }
 
-    /// [`Engine::accelerations`] with a force at the base's origin (3) [N] and a moment on the base (3) [N m], world axes.
+    /// [`Engine::accelerations`] with a force at the base's origin (3) `[N]` and a moment on the base (3) `[N m]`, world axes.
     pub fn accelerations_under(&mut self, group: usize, base_wrench: [V; 6], torques: &[V]) -> Vec<V> {
         assert_eq!(torques.len(), self.layout.links.len(), "one torque a joint");
         (self.kernels.accelerations)(self, group, base_wrench, torques)

@@ -5,7 +5,7 @@ use paid_lanes::Real;
 use paid_physics::{Engine, EngineSpec, LaneState, SceneConfig, Simulator};
 use paid_robot::{Body, Geom, Joint, RobotModel, Shape};
 
-/// Height of the base at which straight legs touch the ground [m].
+/// Height of the base at which straight legs touch the ground `[m]`.
 pub const STRAIGHT_HEIGHT: f64 = 0.80;
 
 fn capsule(name: &str, ends: [[f64; 3]; 2], radius: f64) -> Geom {

@@ -38,7 +38,7 @@ pub fn relative_error(found: &[f64], expected: &[f64]) -> f64 {
     error / scale
 }
 
-/// Largest distance between corresponding points [m].
+/// Largest distance between corresponding points `[m]`.
 pub fn largest_distance(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     assert_eq!(a.len(), b.len());
     let distance = |(p, q): (&[f64; 3], &[f64; 3])| (0..3).map(|k| (p[k] - q[k]).powi(2)).sum::<f64>().sqrt();

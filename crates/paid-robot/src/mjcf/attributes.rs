@@ -148,7 +148,7 @@ impl<'s, 'a, 'd> Attributes<'s, 'a, 'd> {
     }
 }
 
-/// Rotation about a unit axis by an angle [rad].
+/// Rotation about a unit axis by an angle `[rad]`.
 fn turn(axis: [f64; 3], angle: f64) -> [f64; 4] {
     let (s, c) = (0.5 * angle).sin_cos();
     [c, axis[0] * s, axis[1] * s, axis[2] * s]

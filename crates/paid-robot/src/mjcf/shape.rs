@@ -44,7 +44,7 @@ fn refuse_fromto(at: &Attributes) -> Result<(), MjcfError> {
     }
 }
 
-/// The first `used` sizes [m], positive; MJCF allows up to three.
+/// The first `used` sizes `[m]`, positive; MJCF allows up to three.
 fn sizes(at: &Attributes, used: usize) -> Result<Vec<f64>, MjcfError> {
     let size = at.list("size", used, 3)?.ok_or_else(|| at.error(MjcfProblem::MissingAttribute("size")))?;
     if size[..used].iter().all(|s| *s > 0.0) { Ok(size) } else { Err(at.bad("size", "positive sizes")) }

@@ -5,7 +5,7 @@ use paid_lanes::rng::Rng;
 use crate::SysidError;
 
 const GRAVITY: f64 = 9.81;
-/// Height of the test's release, lowest point of the ball [m].
+/// Height of the test's release, lowest point of the ball `[m]`.
 pub const TEST_HEIGHT_M: f64 = 2.0;
 /// Drop of the test's ramp: 1 m high, 45 degrees.
 const RAMP_M: f64 = 1.0;
@@ -13,24 +13,24 @@ const RAMP_M: f64 = 1.0;
 const INERTIA: f64 = 2.0 / 3.0;
 /// Repeats differ by this share (standard deviation).
 const SPREAD: f64 = 0.02;
-/// Bounces lower than this are over [m].
+/// Bounces lower than this are over `[m]`.
 const LOWEST_BOUNCE_M: f64 = 5e-4;
 const STREAM: u32 = 2;
 
-/// Speed of a ball that rolled down the test's ramp [m/s].
+/// Speed of a ball that rolled down the test's ramp `[m/s]`.
 pub fn ramp_speed() -> f64 {
     (2.0 * GRAVITY * RAMP_M / (1.0 + INERTIA)).sqrt()
 }
 
-/// Curves `[run][time]` [m] of drops and of rolls.
+/// Curves `[run][time]` `[m]` of drops and of rolls.
 pub(crate) type Curves = (Vec<Vec<f64>>, Vec<Vec<f64>>);
 
 /// A ground by the figures of its tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FifaFigures {
-    /// Height that the ball rises to after a drop from 2 m [m].
+    /// Height that the ball rises to after a drop from 2 m `[m]`.
     pub rebound_m: f64,
-    /// Distance that it rolls after the ramp [m]; `None` leaves rolls out.
+    /// Distance that it rolls after the ramp `[m]`; `None` leaves rolls out.
     pub roll_m: Option<f64>,
 }
 

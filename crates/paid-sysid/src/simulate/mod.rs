@@ -40,17 +40,17 @@ pub enum Source {
 pub struct Experiment {
     /// Repeats of each experiment (paper: 5).
     pub repeats: usize,
-    /// Height of release [m]; repeats differ by 1 cm (standard deviation), as hands do.
+    /// Height of release `[m]`; repeats differ by 1 cm (standard deviation), as hands do.
     pub height_m: f64,
-    /// Initial speed [m/s]; repeats differ by 3%.
+    /// Initial speed `[m/s]`; repeats differ by 3%.
     pub speed: f64,
     /// Spin of the rolling ball at the start: 1 rolls, 0 slides.
     pub spin: f64,
-    /// Length of a run [s] (paper: 2 s).
+    /// Length of a run `[s]` (paper: 2 s).
     pub duration_s: f64,
     /// Camera frames a second (paper: a sample every 0.1 s).
     pub rate_hz: f64,
-    /// Standard deviation of the camera's error on a position [m].
+    /// Standard deviation of the camera's error on a position `[m]`.
     pub noise_m: f64,
     /// Seed of noise and repeats.
     pub seed: u64,
@@ -81,7 +81,7 @@ pub struct Measurements {
     pub rolls: Vec<Run>,
 }
 
-/// Spread of the repeats: heights [m] and relative speeds.
+/// Spread of the repeats: heights `[m]` and relative speeds.
 const HAND: [f64; 2] = [0.01, 0.03];
 /// Streams of random numbers.
 const STARTS: u32 = 0;
@@ -116,7 +116,7 @@ impl Experiment {
         (0..=frames).map(|i| i as f64 / self.rate_hz).collect()
     }
 
-    /// Heights [m] and speeds [m/s] of the repeats.
+    /// Heights `[m]` and speeds `[m/s]` of the repeats.
     fn starts(&self) -> (Vec<f64>, Vec<f64>) {
         let mut rng = Rng::new(self.seed, 0, STARTS);
         let mut pair = || {

@@ -4,7 +4,7 @@ use paid_mujoco::{BallOptions, World};
 
 use crate::SysidError;
 
-/// Physics step [s]; short, so that the stiff contact is resolved.
+/// Physics step `[s]`; short, so that the stiff contact is resolved.
 const STEP_S: f64 = 0.0005;
 /// Coordinates of a free joint: position, then orientation.
 const FREE_NQ: usize = 7;
@@ -50,7 +50,7 @@ impl MujocoBall {
         )
     }
 
-    /// Follows the ball from a height of its lowest point [m], a speed along x [m/s] and a turning about y [rad/s]; returns x
+    /// Follows the ball from a height of its lowest point `[m]`, a speed along x `[m/s]` and a turning about y `[rad/s]`; returns x
     /// and the lowest point's height at `times`.
     fn follow(&self, start: [f64; 3], times: &[f64]) -> Result<Vec<[f64; 2]>, SysidError> {
         let [height, speed, turning] = start;
@@ -84,12 +84,12 @@ impl MujocoBall {
         Err(SysidError::option("MuJoCo's ball", "a stable contact", "a state that is not finite"))
     }
 
-    /// Heights of the lowest point [m] after a release at `height`.
+    /// Heights of the lowest point `[m]` after a release at `height`.
     pub(crate) fn drop(&self, height: f64, times: &[f64]) -> Result<Vec<f64>, SysidError> {
         Ok(self.follow([height, 0.0, 0.0], times)?.iter().map(|p| p[1]).collect())
     }
 
-    /// Distances [m] of a ball that begins at `speed` [m/s], `spin` times rolling.
+    /// Distances `[m]` of a ball that begins at `speed` `[m/s]`, `spin` times rolling.
     pub(crate) fn roll(&self, speed: f64, spin: f64, times: &[f64]) -> Result<Vec<f64>, SysidError> {
         let turning = spin * speed / self.options.params.radius_m;
         Ok(self.follow([0.0, speed, turning], times)?.iter().map(|p| p[0]).collect())
