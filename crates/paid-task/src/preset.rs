@@ -1,11 +1,14 @@
 //! Every constant of a task, as typed TOML. Unknown keys are refused and none may be left out.
 
 use paid_physics::{BallParams, Material, SceneConfig};
+use paid_policy::observation::{self, Need, ObservationId, ObservationNoise};
+use paid_policy::{Dimensions, ObservationLayout};
+use paid_robot::RobotSpec;
 use serde::{Deserialize, Serialize};
 
 pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
 pub use crate::overrides::{OverrideError, apply_override};
-pub use crate::perception_preset::{CameraPreset, PerceptionPreset};
+pub use crate::perception_preset::{CameraPreset, MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
 use crate::{RewardPreset, TaskError, TerminationPreset};
 
@@ -26,7 +29,7 @@ pub struct TaskPreset {
     pub robot_material: Material,
     /// Nominal ball.
     pub ball_params: BallParams,
-    /// Noise and perception.
+    /// What is observed, its noise, perception.
     pub observations: ObservationPreset,
     /// Reward terms.
     pub rewards: RewardPreset,
@@ -46,34 +49,50 @@ pub struct TaskPreset {
     pub randomization: RandomizationPreset,
 }
 
-/// Half-widths of uniform noise on the policy's copy of the observation; zero is none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NoisePreset {
-    /// On each component of projected gravity.
-    pub projected_gravity: f64,
-    /// On the reference angular velocity [rad/s].
-    pub reference_ang_vel: f64,
-    /// On the base angular velocity [rad/s].
-    pub base_ang_vel: f64,
-    /// On joint angles [rad].
-    pub joint_pos: f64,
-    /// On joint velocities [rad/s].
-    pub joint_vel: f64,
-}
-
-/// Observation noise and perception.
+/// What is observed, and how wrongly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObservationPreset {
-    /// Proprioceptive noise.
-    pub noise: NoisePreset,
+    /// Terms of the policy's observation, in order. With `ball_at_strike` among them the policy sees a rolling ball where it will be
+    /// when the reference strikes, and motions are chosen by that place too; the paper's policy sees `ball_pos` and is recurrent.
+    pub policy: Vec<ObservationId>,
+    /// Terms of the critic's observation, in order.
+    pub critic: Vec<ObservationId>,
+    /// Half-widths of uniform noise on the policy's terms, by name; terms that are left out have none.
+    pub noise: ObservationNoise,
     /// Errors of ball and goal perception.
     pub perception: PerceptionPreset,
-    /// True: the policy sees a rolling ball where it will be when the reference strikes, as a tracker that knows its velocity and how
-    /// fast balls slow down expects it; motions are chosen by that place too. Paper: the ball as it is, and a recurrent policy.
-    #[serde(default)]
-    pub lead_ball: bool,
+}
+
+impl ObservationPreset {
+    /// What the numbers of both observations mean for a robot.
+    ///
+    /// # Errors
+    /// If a list is empty or has a term twice.
+    pub fn layout(&self, spec: &RobotSpec) -> Result<ObservationLayout, TaskError> {
+        self.check()?;
+        let dimensions = Dimensions::of(spec);
+        ObservationLayout::new(&self.policy, &self.critic, dimensions)
+            .map_err(|error| TaskError::Observations { list: "policy, critic", error })
+    }
+
+    /// The policy must do without what only a simulator knows.
+    fn check(&self) -> Result<(), TaskError> {
+        let critic = [Need::Reference, Need::Scene, Need::Privileged];
+        for (list, ids, available) in
+            [("policy", &self.policy, &critic[..2]), ("critic", &self.critic, &critic[..])]
+        {
+            observation::check(ids, available).map_err(|error| TaskError::Observations { list, error })?;
+        }
+        for id in ObservationId::ALL {
+            let half_width = self.noise.half_width(id);
+            if !(half_width >= 0.0 && half_width.is_finite()) {
+                let key = format!("observations.noise.{}", id.name());
+                return Err(value_error(&key, "zero or more", half_width.to_string()));
+            }
+        }
+        self.perception.check()
+    }
 }
 
 /// Uniform noise on velocities, half-widths.
@@ -207,7 +226,7 @@ impl TaskPreset {
             ("pushes.interval_s", self.pushes.interval_s),
         ];
         check_ranges(&ranges)?;
-        self.observations.perception.check()?;
+        self.observations.check()?;
         self.randomization.check(self.control_dt_s())?;
         let positive = [
             ("episode_length_s", self.episode_length_s),
@@ -240,6 +259,11 @@ impl TaskPreset {
         }
         self.rewards.validate()?;
         self.terminations.validate()
+    }
+
+    /// True if the policy sees a rolling ball where it will be when the reference strikes; motions are chosen by that place then.
+    pub fn predicts_ball(&self) -> bool {
+        self.observations.policy.contains(&ObservationId::BallAtStrike)
     }
 
     /// Duration of a control step [s].

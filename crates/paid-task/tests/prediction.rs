@@ -1,4 +1,4 @@
-//! Rolling balls that the policy sees ahead of time, on the built-in engine with the built-in kicks.
+//! Rolling balls that the policy sees where they will be, on the built-in engine with the built-in kicks.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,11 +8,13 @@ use paid_motion::MotionLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    BALL_AT_STRIKE, EvalOptions, InitialState, ReferenceLibrary, RollingBall, TaskPreset, TaskShard,
-    build_shard, motion_for, roll_decay,
+    EvalOptions, InitialState, ReferenceLibrary, RollingBall, TaskPreset, TaskShard, build_shard, motion_for,
+    roll_decay,
 };
 
 const DT: f64 = 0.02;
+/// The policy sees a rolling ball where it will be.
+const AT_STRIKE: &str = r#"observations.policy=["ball_at_strike", "goal_pos"]"#;
 /// One group of the widest lanes.
 const ENVS: usize = 16;
 
@@ -33,7 +35,7 @@ fn seen_balls(shard: &mut dyn TaskShard) -> Vec<[f64; 2]> {
     let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
     shard.observe(&mut [&mut policy, &mut critic]);
-    let row = shard.layout().policy.iter().find(|t| t.name == BALL_AT_STRIKE).expect("a term").offset;
+    let row = shard.layout().policy.place("ball_at_strike").expect("a term").start;
     (0..envs)
         .map(|env| {
             let base = &shard.eval().sample(env).expect("exists").bodies[0];
@@ -48,7 +50,7 @@ fn seen_balls(shard: &mut dyn TaskShard) -> Vec<[f64; 2]> {
 fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
     for damping in ["0", "4.28"] {
         let damping = format!("ball_params.angular_damping={damping}");
-        let (mut shard, library, _) = shard(&["observations.lead_ball=true", &damping], ENVS);
+        let (mut shard, library, _) = shard(&[AT_STRIKE, &damping], ENVS);
         shard.eval().set_eval(Some(EvalOptions::default()));
         let motions: Vec<usize> = (0..ENVS).map(|env| env % library.len()).collect();
         for (env, &motion) in motions.iter().enumerate() {
@@ -80,12 +82,7 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
 
 #[test]
 fn rolling_balls_of_the_workspace_arrive_where_their_motion_meets_them() {
-    let options = [
-        "observations.lead_ball=true",
-        "ball.rule=workspace",
-        "ball.rolling_share=1",
-        "sampling.first_frame_share=1",
-    ];
+    let options = [AT_STRIKE, "ball.rule=workspace", "ball.rolling_share=1", "sampling.first_frame_share=1"];
     let (mut shard, library, preset) = shard(&options, 256);
     let decay = roll_decay(&preset.ball_params);
     let (mut moving, mut met) = (0, 0);

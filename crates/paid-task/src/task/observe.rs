@@ -2,13 +2,13 @@
 
 use paid_lanes::rng::Rng;
 use paid_lanes::{MAX_LANES, Real};
+use paid_perceive::predicted_displacement;
 use paid_physics::Simulator;
+use paid_policy::SceneView;
 
 use super::{BLOCK_GROUPS, Task};
-use crate::kernels::Observe;
-use crate::lead;
-use crate::observe::{Draw, Seen, in_base};
-use crate::perception::deviation;
+use crate::delay::Remember;
+use crate::observe::{Draw, Observe};
 
 /// Purposes of an environment's random streams.
 const PERCEPTION_STREAM: u32 = 3;
@@ -51,12 +51,13 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         for lane in 0..V::LANES {
             ids[lane] = self.envs[group * V::LANES + lane].id;
         }
-        let seen = self.misperceived(group);
+        let perceived = self.perceived(group);
         V::run(Observe {
             config: &self.config,
             state: self.sim.state(group),
             group: &self.groups[group],
-            seen,
+            robot: &mut self.robot,
+            perceived,
             draw: Draw {
                 envs: if disturbed { &ids[..V::LANES] } else { &[] },
                 seed: self.seed,
@@ -83,33 +84,43 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         rng
     }
 
-    /// Takes the pictures of this control step.
-    pub(super) fn look(&mut self, group: usize) {
-        if !self.misperceives() || self.groups[group].pictures.is_none() {
+    /// Remembers the sensed terms of the lanes whose bit is set, where the preset has delays.
+    pub(super) fn remember(&mut self, group: usize, lanes: u32) {
+        if self.groups[group].delays.is_none() {
+            return;
+        }
+        V::run(Remember {
+            config: &self.config,
+            state: self.sim.state(group),
+            group: &mut self.groups[group],
+            robot: &mut self.robot,
+            lanes,
+        });
+    }
+
+    /// Takes the cameras' pictures of this control step.
+    pub(super) fn capture(&mut self, group: usize) {
+        if !self.misperceives() || self.groups[group].camera.is_none() {
             return;
         }
         let mut rngs = Vec::with_capacity(V::LANES);
         for lane in 0..V::LANES {
             rngs.push(self.numbers(group, lane, PERCEPTION_STREAM, 16));
         }
-        self.groups[group].look(&self.config, self.sim.state(group), &mut rngs);
+        self.groups[group].capture(&self.config, self.sim.state(group), &mut rngs);
     }
 
-    /// Ball and goal as the policy sees them where that differs from the truth: the ball is held outside the perceived band,
-    /// both carry Gaussian noise.
-    fn misperceived(&self, group: usize) -> Option<Seen<V>> {
+    /// Ball and goal as the policy sees them where that differs from the truth: remembered while out of sight, delayed, both with
+    /// Gaussian noise. The ball's velocity, which a prediction needs, is the simulator's with the preset's noise.
+    fn perceived(&self, group: usize) -> Option<SceneView<V>> {
         let preset = &self.config.preset.observations.perception;
         if !self.misperceives() {
             return None;
         }
         let (state, task) = (self.sim.state(group), &self.groups[group]);
-        let mut seen = Seen { ball: in_base(state, state.ball.pos), goal: in_base(state, task.goal) };
-        if let Some(pictures) = &task.pictures {
-            seen = pictures.seen();
-        } else if preset.blind_zone {
-            seen.ball = task.perception.ball;
-        }
-        if self.config.preset.observations.lead_ball {
+        let [ball, goal] = task.remembered(&self.config, state);
+        let mut scene = SceneView { ball, ball_at_strike: ball, goal };
+        if self.config.observations.predicts {
             let mut velocity = state.ball.vel;
             if preset.gaussian {
                 for lane in 0..V::LANES {
@@ -119,25 +130,30 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                     velocity.set_lane(lane, [estimate(x), estimate(y), z]);
                 }
             }
-            seen.ball += state.bodies[0].rot.tr_mul_vec(lead::way(velocity, task.lead_s));
+            let displacement = predicted_displacement(velocity, task.prediction_s);
+            scene.ball_at_strike += state.bodies[0].rot.tr_mul_vec(displacement);
         }
-        if preset.gaussian && task.pictures.is_none() {
-            let base = &state.bodies[0];
+        if preset.gaussian && task.camera.is_none() {
+            let (noise, base) = (preset.noise(), &state.bodies[0]);
             let ball_speed = (state.ball.vel - base.lin_vel).norm();
+            let base_speed = base.lin_vel.norm();
             let deviations = [
-                deviation(ball_speed, seen.ball.norm(), preset),
-                deviation(base.lin_vel.norm(), seen.goal.norm(), preset),
+                noise.deviation(ball_speed, scene.ball.norm()),
+                noise.deviation(ball_speed, scene.ball_at_strike.norm()),
+                noise.deviation(base_speed, scene.goal.norm()),
             ];
             for lane in 0..V::LANES {
                 // Six normal numbers use 12 words.
                 let mut rng = self.numbers(group, lane, PERCEPTION_STREAM, 16);
-                for (object, sigma) in [&mut seen.ball, &mut seen.goal].into_iter().zip(&deviations) {
-                    let sigma = sigma.lane(lane);
-                    let exact = object.lane(lane);
-                    object.set_lane(lane, exact.map(|x| x + sigma * rng.normal()));
+                let [ball, goal] = [(); 2].map(|()| [(); 3].map(|()| rng.normal()));
+                let objects =
+                    [(&mut scene.ball, ball), (&mut scene.ball_at_strike, ball), (&mut scene.goal, goal)];
+                for ((object, normal), sigma) in objects.into_iter().zip(&deviations) {
+                    let (exact, sigma) = (object.lane(lane), sigma.lane(lane));
+                    object.set_lane(lane, [0, 1, 2].map(|k| exact[k] + sigma * normal[k]));
                 }
             }
         }
-        Some(seen)
+        Some(scene)
     }
 }
