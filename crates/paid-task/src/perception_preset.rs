@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn the_default_noise_is_two_centimeters_near_and_ten_far_and_fast() {
-        let preset = TaskPreset::builtin("stage2").expect("valid").observations.perception;
+        let preset = TaskPreset::builtin("paper_stage2").expect("valid").observations.perception;
         let sigma = |v: f64, d| preset.noise().deviation(v, d);
         assert!((sigma(0.0, 1.0) - 0.02).abs() < 0.001, "{}", sigma(0.0, 1.0));
         assert!((sigma(1.0, 3.0) - 0.10).abs() < 0.002, "{}", sigma(1.0, 3.0));

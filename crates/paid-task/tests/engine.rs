@@ -22,9 +22,8 @@ fn library(test: &str) -> Option<(RobotModel, RobotSpec, Arc<ReferenceLibrary>)>
 
 fn shard(name: &str, overrides: &[&str], envs: usize, test: &str) -> Option<Box<dyn TaskShard>> {
     let (robot, spec, library) = library(test)?;
-    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
-    let preset = TaskPreset::parse(name, text, &overrides).expect("valid");
+    let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
     Some(build_shard(Isa::detect(), &robot, &spec, &library, &preset, envs, 0, 7).expect("builds"))
 }
 
@@ -326,7 +325,7 @@ fn every_option_at_once_stays_finite() {
 #[test]
 fn lane_types_agree() {
     let Some((robot, spec, library)) = library("lane_types_agree") else { return };
-    let preset = TaskPreset::builtin("stage2").expect("valid");
+    let preset = TaskPreset::builtin("paper_stage2").expect("valid");
     let mut results = Vec::new();
     for isa in [Isa::Portable, Isa::detect()] {
         let mut shard = build_shard(isa, &robot, &spec, &library, &preset, 16, 0, 7).expect("builds");

@@ -22,9 +22,8 @@ fn shard(overrides: &[&str], envs: usize) -> (Box<dyn TaskShard>, Arc<ReferenceL
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 1.0 / DT).expect("the built-in kicks");
     let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit"));
-    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == "stage2").expect("built in").1;
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
-    let preset = TaskPreset::parse("stage2", text, &overrides).expect("valid");
+    let preset = TaskPreset::builtin_with("paper_stage2", &overrides).expect("valid");
     let shard = build_shard(Isa::detect(), &robot, &spec, &library, &preset, envs, 0, 7).expect("builds");
     (shard, library, preset)
 }
@@ -82,7 +81,18 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
 
 #[test]
 fn rolling_balls_of_the_workspace_arrive_where_their_motion_meets_them() {
+<<<<<<< HEAD:crates/paid-task/tests/prediction.rs
     let options = [AT_STRIKE, "ball.rule=workspace", "ball.rolling_share=1", "sampling.first_frame_share=1"];
+=======
+    let options = [
+        "observations.lead_ball=true",
+        "ball.rule=workspace",
+        "ball.rolling_share=1",
+        "sampling.first_frame_share=1",
+        "rewards.body_kernel=exp_of_mean",
+        "rewards.ball_prox.from=anchor",
+    ];
+>>>>>>> d7351f2 (Presets: one kind, one directory, layers that know their origin (wip)):crates/paid-task/tests/lead.rs
     let (mut shard, library, preset) = shard(&options, 256);
     let decay = roll_decay(&preset.ball_params);
     let (mut moving, mut met) = (0, 0);

@@ -107,9 +107,8 @@ fn restless(name: &str, more: &[&str]) -> Task<f64, Playback> {
     let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
     let library = Arc::new(library);
     let sim = Playback::new(&robot, &library, usize::MAX);
-    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
     let overrides: Vec<String> = more.iter().map(|s| (*s).to_owned()).collect();
-    let preset = TaskPreset::parse(name, text, &overrides).expect("valid");
+    let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
     let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
     let options =
         EvalOptions { max_steps: Some(1), auto_reset: true, disturbances: true, ..EvalOptions::default() };
