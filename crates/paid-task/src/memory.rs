@@ -83,7 +83,7 @@ mod tests {
         let preset = PerceptionPreset {
             near_m: [0.5, 0.5],
             far_m: [2.0, 2.0],
-            ..crate::TaskPreset::builtin("stage2").expect("valid").observations.perception
+            ..crate::TaskPreset::builtin("paper_stage2").expect("valid").observations.perception
         };
         let mut memory = BallMemory::new();
         memory.reset_lane(0, [3.0, 0.0, 0.0], &preset, &mut Rng::new(0, 0, 0));

@@ -81,18 +81,7 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
 
 #[test]
 fn rolling_balls_of_the_workspace_arrive_where_their_motion_meets_them() {
-<<<<<<< HEAD:crates/paid-task/tests/prediction.rs
     let options = [AT_STRIKE, "ball.rule=workspace", "ball.rolling_share=1", "sampling.first_frame_share=1"];
-=======
-    let options = [
-        "observations.lead_ball=true",
-        "ball.rule=workspace",
-        "ball.rolling_share=1",
-        "sampling.first_frame_share=1",
-        "rewards.body_kernel=exp_of_mean",
-        "rewards.ball_prox.from=anchor",
-    ];
->>>>>>> d7351f2 (Presets: one kind, one directory, layers that know their origin (wip)):crates/paid-task/tests/lead.rs
     let (mut shard, library, preset) = shard(&options, 256);
     let decay = roll_decay(&preset.ball_params);
     let (mut moving, mut met) = (0, 0);

@@ -25,13 +25,17 @@ pub const BUILTIN: [(&str, &str, &str); 9] = [
 ];
 
 /// Keys of earlier versions, and what stands for them now.
-const FORMER: [(&str, &str); 8] = [
+const FORMER: [(&str, &str); 12] = [
     ("task.base", "'base' stands once, at the top of the file, and names a run preset such as paper_stage2"),
     ("task.randomisation", "this is task.randomization now"),
     ("task.sampling.miss_weight", "this is task.sampling.miss_sampling_weight now"),
     ("task.observations.lead_ball", "task.observations.policy and .critic list 'ball_at_strike' (true) or 'ball_pos' (false) now"),
     ("task.observations.noise.reference_ang_vel", "this is task.observations.noise.reference_anchor_ang_vel now"),
     ("task.observations.noise.joint_pos", "this is task.observations.noise.joint_pos_rel now"),
+    ("task.terminations.anchor_height_m", "this is task.terminations.anchor_height.limit_m now"),
+    ("task.terminations.gravity_z", "this is task.terminations.gravity.limit now"),
+    ("task.terminations.end_effector_height_m", "this is task.terminations.end_effector.limit_m now"),
+    ("task.terminations.anchor_distance_m", "this is task.terminations.anchor_distance.limit_m now"),
     ("scene", "this is a task without its run; put it into [task] of a run preset with base = \"paper_stage2\""),
     ("rewards", "this is a task without its run; put it into [task] of a run preset with base = \"paper_stage2\""),
 ];
