@@ -299,7 +299,7 @@ mod tests {
     /// It once took the ball's own restitution, without the ground's share: 0.75 instead of 0.6.
     #[test]
     fn the_bouncing_ball_has_the_restitution_of_training() {
-        let task = TaskPreset::builtin("stage2").expect("built in");
+        let task = TaskPreset::builtin("paper_stage2").expect("built in");
         let mut scene = SceneOptions::default();
         for difference in DIFFERENCES.iter().filter(|d| d.ball && !d.alone) {
             (difference.change)(&mut scene, &task);
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn every_difference_changes_the_scene_and_no_two_the_same() {
-        let task = TaskPreset::builtin("stage2").expect("built in");
+        let task = TaskPreset::builtin("paper_stage2").expect("built in");
         let mut seen = vec![SceneOptions::default()];
         for difference in DIFFERENCES {
             let mut scene = SceneOptions::default();

@@ -24,7 +24,7 @@ fn figures(engine: EngineChoice) -> Figures {
     let mut add = |name: &str, value: Option<f64>| {
         out.insert(format!("{prefix} {name}"), value.unwrap_or(-1.0));
     };
-    let mut setup = setup("stage2");
+    let mut setup = setup("paper_stage2");
     setup.engine = engine;
     let puppet = Puppet::new(&setup);
     let maker = || Ok(Box::new(puppet.clone()) as Box<dyn Driver>);
@@ -53,7 +53,7 @@ fn figures(engine: EngineChoice) -> Figures {
     for (i, trial) in report.trials.iter().enumerate() {
         add(&format!("kick {i} time"), trial.kick_time_s);
     }
-    setup.preset = paid_task::TaskPreset::builtin("stage1").expect("built in");
+    setup.preset = paid_task::TaskPreset::builtin("paper_stage1").expect("built in");
     let sets = vec!["own".to_owned(); setup.library.len()];
     let options = TrackingOptions { starts: 0, sets, limits: false };
     let report = tracking::evaluate(&setup, &maker, &options).expect("runs");
@@ -100,7 +100,7 @@ fn mujoco_gives_the_known_figures() {
 
 #[test]
 fn a_stopped_evaluation_reports_the_trials_that_ended() {
-    let setup = setup("stage2");
+    let setup = setup("paper_stage2");
     // Told to stop in the second batch of trials, a long way before its end.
     let stopper = Arc::new(std::sync::atomic::AtomicUsize::new(0));
     let maker = || {

@@ -55,7 +55,7 @@ fn shots_repeat_whatever_the_number_of_threads() {
         ..ShootingOptions::default()
     };
     let run = |threads| {
-        let setup = setup(&folder, "stage2", threads);
+        let setup = setup(&folder, "paper_stage2", threads);
         shooting::evaluate(&setup, &zero(&setup), &options).expect("runs")
     };
     let (one, three) = (run(1), run(3));
@@ -76,7 +76,7 @@ fn shots_repeat_whatever_the_number_of_threads() {
 #[test]
 fn standing_still_tracks_no_kick() {
     let Some(folder) = motions("standing_still_tracks_no_kick") else { return };
-    let setup = setup(&folder, "stage1", 2);
+    let setup = setup(&folder, "paper_stage1", 2);
     let options =
         TrackingOptions { starts: 2, sets: vec!["standard".to_owned(); setup.library.len()], limits: true };
     let report = tracking::evaluate(&setup, &zero(&setup), &options).expect("runs");
@@ -98,7 +98,7 @@ fn standing_still_tracks_no_kick() {
 #[test]
 fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
     let Some(folder) = motions("a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball") else { return };
-    let setup = setup(&folder, "stage2", 1);
+    let setup = setup(&folder, "paper_stage2", 1);
     let placement = Placement::new(&setup);
     let options = ShootingOptions { grid: Grid::EFFECTIVE, trials: 5, ..ShootingOptions::default() };
     let world = plan(&setup, &options).expect("plans");
@@ -121,7 +121,7 @@ fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
 #[test]
 fn a_policy_of_another_size_is_refused() {
     let Some(folder) = motions("a_policy_of_another_size_is_refused") else { return };
-    let setup = setup(&folder, "stage2", 1);
+    let setup = setup(&folder, "paper_stage2", 1);
     let options = ShootingOptions { trials: 1, ..ShootingOptions::default() };
     let small = || Ok(Box::new(ZeroDriver { obs_dim: 3, action_dim: 29 }) as Box<dyn Driver>);
     let error = shooting::evaluate(&setup, &small, &options).expect_err("does not fit").to_string();
@@ -131,7 +131,7 @@ fn a_policy_of_another_size_is_refused() {
 #[test]
 fn a_film_shows_the_robot() {
     let Some(folder) = motions("a_film_shows_the_robot") else { return };
-    let setup = setup(&folder, "stage2", 1);
+    let setup = setup(&folder, "paper_stage2", 1);
     let (control, _) = shooting::control_of(&ShootingOptions::default(), 0.02);
     let start = paid_task::InitialState::nominal(0);
     let films = paid_eval::episodes::run_episodes(&setup, &zero(&setup), &[start], control, 10, |_| {

@@ -1,9 +1,15 @@
-//! Suggestions for misspelt names.
+//! Suggestions for misspelled names.
 
 /// The candidate that differs least from `name`, if it is near enough to be a likely typing error.
+///
+/// ```
+/// assert_eq!(paid_robot::names::nearest("left_kne", &["left_knee", "waist"]), Some("left_knee"));
+/// ```
 pub fn nearest<'a, S: AsRef<str>>(name: &str, candidates: &'a [S]) -> Option<&'a str> {
-    let best =
-        candidates.iter().map(|c| (edit_distance(name, c.as_ref()), c.as_ref())).min_by_key(|(d, _)| *d)?;
+    let best = candidates
+        .iter()
+        .map(|c| (strsim::levenshtein(name, c.as_ref()), c.as_ref()))
+        .min_by_key(|(d, _)| *d)?;
     (best.0 <= (name.chars().count() / 2).max(1)).then_some(best.1)
 }
 
@@ -27,22 +33,6 @@ pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     tail.map_or(rest.is_empty(), |tail| rest.ends_with(tail))
 }
 
-/// Levenshtein distance in characters.
-fn edit_distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, y) in b.iter().enumerate() {
-            let replace = diagonal + usize::from(x != *y);
-            diagonal = row[j + 1];
-            row[j + 1] = replace.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -52,7 +42,6 @@ mod tests {
         let names = ["left_knee_joint", "right_knee_joint", "waist_yaw_joint"];
         assert_eq!(nearest("left_kne_joint", &names), Some("left_knee_joint"));
         assert_eq!(nearest("xyz", &names), None);
-        assert_eq!(edit_distance("kitten", "sitting"), 3);
     }
 
     #[test]

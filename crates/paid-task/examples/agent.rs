@@ -1,6 +1,6 @@
 //! Runs the zero and the random agent on a preset and prints every figure, then what the task costs beside the physics.
 //!
-//! `cargo run --release -p paid-task --example agent -- MOTION_DIR [stage1|stage2] [environments] [steps] [KEY=VALUE ...]`
+//! `cargo run --release -p paid-task --example agent -- MOTION_DIR [paper_stage1|paper_stage2] [environments] [steps] [KEY=VALUE ...]`
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,18 +10,16 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::preset::BUILTIN;
 use paid_task::{Agent, ReferenceLibrary, TaskPreset, build_shard, run_agent};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let dir = args.first().ok_or("expected a folder with motions")?;
-    let name = args.get(1).map_or("stage1", String::as_str);
+    let name = args.get(1).map_or("paper_stage1", String::as_str);
     let envs: usize = args.get(2).map_or(Ok(512), |x| x.parse())?;
     let steps: usize = args.get(3).map_or(Ok(200), |x| x.parse())?;
     let overrides = args.get(4..).unwrap_or_default();
-    let text = BUILTIN.iter().find(|(n, _)| *n == name).ok_or("expected stage1 or stage2")?.1;
-    let preset = TaskPreset::parse(name, text, overrides)?;
+    let preset = TaskPreset::builtin_with(name, overrides)?;
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::load(Path::new(dir), &robot, &spec, 1.0 / preset.control_dt_s())?;
     let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec)?);

@@ -1,10 +1,12 @@
 //! Agents that need no training: a check of a preset before time is spent on it.
 
+use core::ops::Range;
+
 use paid_lanes::rng::Rng;
-use paid_policy::StepBuffers;
+use paid_policy::{ObservationTerm, ObservationTerms, StepBuffers};
 use serde::Serialize;
 
-use crate::{ObservationTerm, TaskMetrics, TaskShard};
+use crate::{TaskMetrics, TaskShard};
 
 /// What the agent does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,21 +103,23 @@ pub fn observe_agent(
     })
 }
 
-fn sums(terms: &[ObservationTerm]) -> Vec<Sum> {
-    let new = |term: &ObservationTerm| Sum {
-        term: term.clone(),
+fn sums(terms: &ObservationTerms) -> Vec<Sum> {
+    let new = |(place, term): (Range<usize>, &ObservationTerm)| Sum {
+        name: term.name.clone(),
+        place,
         count: 0,
         sum: 0.0,
         squares: 0.0,
         min: f64::INFINITY,
         max: f64::NEG_INFINITY,
     };
-    terms.iter().map(new).collect()
+    terms.places().map(new).collect()
 }
 
 /// Running sums of one term.
 struct Sum {
-    term: ObservationTerm,
+    name: String,
+    place: Range<usize>,
     count: u64,
     sum: f64,
     squares: f64,
@@ -127,10 +131,10 @@ impl Sum {
     /// Takes in the term's rows of `[features, envs]`; the error is the term's name and the environment of a value that is
     /// not finite.
     fn add(&mut self, values: &[f32], envs: usize) -> Result<(), (String, usize)> {
-        let rows = self.term.offset * envs..(self.term.offset + self.term.size) * envs;
+        let rows = self.place.start * envs..self.place.end * envs;
         for (i, &value) in values[rows].iter().enumerate() {
             if !value.is_finite() {
-                return Err((self.term.name.clone(), i % envs));
+                return Err((self.name.clone(), i % envs));
             }
             let value = f64::from(value);
             self.count += 1;
@@ -143,7 +147,7 @@ impl Sum {
     }
 
     fn statistics(&self) -> TermStatistics {
-        let name = self.term.name.clone();
+        let name = self.name.clone();
         if self.count == 0 {
             return TermStatistics { name, mean: 0.0, std: 0.0, min: 0.0, max: 0.0 };
         }
@@ -157,24 +161,18 @@ impl Sum {
 mod tests {
     use super::*;
 
-    fn term(offset: usize, size: usize) -> ObservationTerm {
-        let text = String::new;
-        ObservationTerm {
-            name: "x".into(),
-            offset,
-            size,
-            frame: text(),
-            order: text(),
-            unit: text(),
-            scale: 1.0,
-        }
+    /// A term of `size` numbers behind `before` others.
+    fn sum(before: usize, size: usize) -> Sum {
+        let place = before..before + size;
+        let limits = (f64::INFINITY, f64::NEG_INFINITY);
+        Sum { name: "x".into(), place, count: 0, sum: 0.0, squares: 0.0, min: limits.0, max: limits.1 }
     }
 
     #[test]
     fn statistics_cover_the_rows_of_the_term_only() {
         // Two environments; the term is the middle two of four features.
         let values = [90.0, 91.0, 1.0, 2.0, 3.0, 6.0, -90.0, -91.0];
-        let mut sum = sums(&[term(1, 2)]).remove(0);
+        let mut sum = sum(1, 2);
         sum.add(&values, 2).expect("finite");
         let s = sum.statistics();
         assert_eq!((s.mean, s.min, s.max), (3.0, 1.0, 6.0));
@@ -183,13 +181,13 @@ mod tests {
 
     #[test]
     fn a_value_that_is_not_finite_names_term_and_environment() {
-        let mut sum = sums(&[term(0, 2)]).remove(0);
+        let mut sum = sum(0, 2);
         assert_eq!(sum.add(&[1.0, 2.0, 3.0, f32::NAN], 2), Err(("x".to_owned(), 1)));
     }
 
     #[test]
     fn no_steps_give_zeros() {
-        let s = sums(&[term(0, 1)]).remove(0).statistics();
+        let s = sum(0, 1).statistics();
         assert_eq!((s.mean, s.std, s.min, s.max), (0.0, 0.0, 0.0, 0.0));
     }
 }

@@ -1,16 +1,19 @@
 //! Names resolved to indices, once.
 
 use paid_physics::{BodyState, GroupState};
+use paid_policy::{Dimensions, ObservationLayout};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
 use crate::library::{body_index, followed_bodies};
-use crate::{ObservationLayout, ReferenceLibrary, TaskError, TaskPreset};
+use crate::observe::ObservationConfig;
+use crate::{ReferenceLibrary, TaskError, TaskPreset};
 
 /// What every environment of a task shares. "Followed" indices are positions in [`ReferenceLibrary::followed`].
 #[derive(Clone, Debug)]
 pub(crate) struct TaskConfig {
     pub preset: TaskPreset,
     pub layout: ObservationLayout,
+    pub observations: ObservationConfig,
     pub control: ControlSpec,
     /// Model joint of each policy joint.
     pub to_model: Vec<usize>,
@@ -82,7 +85,8 @@ impl TaskConfig {
             waist.push(joint.ok_or_else(|| TaskError::Name { role: "waist joint", name: name.clone() })?);
         }
         let config = Self {
-            layout: ObservationLayout::new(spec, preset.observations.lead_ball),
+            layout: preset.observations.layout(spec)?,
+            observations: ObservationConfig::new(&preset.observations, Dimensions::of(spec)),
             to_model,
             tracked: spec.tracked_bodies.len(),
             anchor: place("anchor body", &spec.anchor_body)?,

@@ -1,5 +1,6 @@
 //! What can go wrong when a task is built.
 
+use paid_policy::observation::ObservationError;
 use thiserror::Error;
 
 /// A task that cannot be built or driven as asked.
@@ -22,6 +23,14 @@ pub enum TaskError {
         expected: String,
         /// What was given.
         found: String,
+    },
+    /// A preset's list of observation terms cannot be observed.
+    #[error("preset: observations.{list}: {error}")]
+    Observations {
+        /// `policy` or `critic`.
+        list: &'static str,
+        /// What is wrong with it.
+        error: ObservationError,
     },
     /// The robot description lacks a name that the task needs.
     #[error("robot: {role} '{name}' is not in the model")]

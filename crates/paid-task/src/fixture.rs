@@ -26,7 +26,7 @@ impl Fixture {
     /// The built-in robot under the preset `stage2`.
     pub(crate) fn new() -> Self {
         let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let preset = TaskPreset::builtin("stage2").expect("valid");
+        let preset = TaskPreset::builtin("paper_stage2").expect("valid");
         let (joints, bodies) = (robot.joints.len(), robot.bodies.len());
         let clip = ReferenceClip {
             name: "rest".into(),

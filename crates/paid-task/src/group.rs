@@ -3,11 +3,11 @@
 use paid_lanes::{Real, Vec3};
 
 use crate::REWARD_TERMS;
+use crate::camera::CameraState;
 use crate::config::TaskConfig;
+use crate::delay::Delays;
 use crate::kick::KickState;
-use crate::late::Late;
-use crate::perception::Perception;
-use crate::picture::Pictures;
+use crate::memory::BallMemory;
 use crate::reference::Reference;
 
 /// Task state of `V::LANES` environments.
@@ -27,16 +27,17 @@ pub(crate) struct GroupTask<V> {
     pub heading: [V; 2],
     /// Time from the reference's frame to its strike, negative after it [s]; follows from motion and frame.
     pub to_strike_s: V,
-    /// What a rolling ball's velocity is multiplied by for its way until the reference strikes [s]; follows from motion and frame.
-    pub lead_s: V,
+    /// What a rolling ball's velocity is multiplied by for its displacement until the reference strikes [s], see
+    /// [`paid_perceive::effective_time`]; follows from motion and frame.
+    pub prediction_s: V,
     /// The ball's story.
     pub kick: KickState<V>,
-    /// The perceived ball.
-    pub perception: Perception<V>,
-    /// Ball and goal from pictures, where the preset says so.
-    pub pictures: Option<Pictures<V>>,
+    /// The ball while it is out of sight.
+    pub memory: BallMemory<V>,
+    /// Ball and goal from a camera, where the preset has one.
+    pub camera: Option<CameraState<V>>,
     /// Delays of actions and observations, where the preset has them.
-    pub late: Option<Late<V>>,
+    pub delays: Option<Delays<V>>,
     /// Undiscounted return so far.
     pub episode_return: V,
     /// Largest speed of the labeled foot so far [m/s].
@@ -58,11 +59,11 @@ impl<V: Real> GroupTask<V> {
             goal: Vec3::zero(),
             heading: [V::one(), V::zero()],
             to_strike_s: V::zero(),
-            lead_s: V::zero(),
+            prediction_s: V::zero(),
             kick: KickState::new(),
-            perception: Perception::new(),
-            pictures: Pictures::new(config),
-            late: Late::new(config),
+            memory: BallMemory::new(),
+            camera: CameraState::new(config),
+            delays: Delays::new(config),
             episode_return: V::zero(),
             foot_peak: V::zero(),
             reference_peak: V::zero(),
@@ -80,10 +81,10 @@ impl<V: Real> GroupTask<V> {
         fields.extend(self.goal.0.iter_mut());
         fields.extend(self.heading.iter_mut());
         fields.extend(self.kick.fields());
-        fields.extend(self.perception.fields());
+        fields.extend(self.memory.fields());
         fields.extend([&mut self.episode_return, &mut self.foot_peak, &mut self.reference_peak]);
-        fields.extend(self.pictures.iter_mut().flat_map(Pictures::fields));
-        fields.extend(self.late.iter_mut().flat_map(Late::fields));
+        fields.extend(self.camera.iter_mut().flat_map(CameraState::fields));
+        fields.extend(self.delays.iter_mut().flat_map(Delays::fields));
         fields
     }
 }

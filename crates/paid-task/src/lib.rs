@@ -3,9 +3,12 @@
 //! A [`TaskPreset`] (TOML) holds every constant, a [`ReferenceLibrary`] the motions, and a [`TaskShard`] steps a number of
 //! environments, one a SIMD lane.
 
+mod act;
 mod agent;
 mod ball_preset;
+mod camera;
 mod config;
+mod delay;
 mod error;
 mod eval_control;
 #[cfg(test)]
@@ -13,23 +16,20 @@ mod fixture;
 mod group;
 mod kernels;
 mod kick;
-mod late;
-mod layout;
-mod lead;
+pub mod layers;
 mod library;
+mod memory;
 mod metrics;
 mod observe;
-mod overrides;
 mod parameters;
-mod perception;
 mod perception_preset;
-mod picture;
 mod placement;
 pub mod preset;
 mod randomization_preset;
 mod reference;
 mod reset;
 mod rewards;
+mod rolling;
 mod sampler;
 mod score;
 mod shard;
@@ -44,15 +44,13 @@ mod words;
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
 pub use error::TaskError;
 pub use eval_control::{BodySample, EnvSample, EvalControl, EvalOptions, InitialState, KickEvent};
-pub use layout::{BALL_AT_STRIKE, ObservationLayout, ObservationTerm};
-pub use lead::roll_decay;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
-pub use overrides::{OverrideError, apply_override};
 pub use parameters::{Need, ParameterInfo};
 pub use placement::{RollingBall, motion_for, nearest_motion};
 pub use preset::TaskPreset;
 pub use rewards::{BodyKernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset};
+pub use rolling::roll_decay;
 pub use sampler::SamplerState;
 pub use shard::{TaskShard, TrainShard, build_engine, build_shard};
 pub use task::Task;

@@ -1,91 +1,129 @@
-//! Observations of a group.
+//! Observations of a group: the views of the simulated task, and where the terms' numbers go.
 
 use paid_lanes::rng::fill_symmetric;
-use paid_lanes::{Mat3, Real, Vec3, store_f32};
+use paid_lanes::{Kernel, Real, Vec3, store_f32};
+use paid_perceive::predicted_displacement;
 use paid_physics::GroupState;
+use paid_policy::observation::{ObservationId, Sink, observe};
+use paid_policy::{Dimensions, Pose, PrivilegedView, RobotView, SceneView, Views};
 
 use crate::config::TaskConfig;
+use crate::delay::Delays;
 use crate::group::GroupTask;
-use crate::lead;
-use crate::score::projected_gravity;
+use crate::preset::ObservationPreset;
 
 /// Purpose of the noise stream among an environment's random numbers.
 pub(crate) const NOISE_STREAM: u32 = 2;
 
-/// A feature-major matrix seen from one lane group: each `push` writes the group's lanes of the next row.
-pub(crate) struct Rows<'a> {
-    out: &'a mut [f32],
-    stride: usize,
-    at: usize,
+/// A term of the policy's observation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PolicyTerm {
+    pub id: ObservationId,
+    /// True if it comes late where the preset has a delay.
+    pub sensed: bool,
+    /// Half-width of its noise; 0 draws no random numbers.
+    half_width: f64,
 }
 
-impl<'a> Rows<'a> {
-    /// Rows of `[features, stride]`, beginning at environment `first`.
-    #[inline(always)]
-    pub(crate) fn new(out: &'a mut [f32], stride: usize, first: usize) -> Self {
-        Self { out, stride, at: first }
-    }
-    #[inline(always)]
-    fn push<V: Real>(&mut self, value: V) {
-        store_f32(value, &mut self.out[self.at..self.at + V::LANES]);
-        self.at += self.stride;
-    }
-    #[inline(always)]
-    fn push_vec<V: Real>(&mut self, v: Vec3<V>) {
-        for k in 0..3 {
-            self.push(v.0[k]);
+/// The preset's lists of terms, and what follows from them.
+#[derive(Clone, Debug)]
+pub(crate) struct ObservationConfig {
+    pub policy: Vec<PolicyTerm>,
+    critic: Vec<ObservationId>,
+    /// Random numbers of one observation.
+    pub noisy: usize,
+    /// Numbers of the policy's sensed terms.
+    pub sensed: usize,
+    /// True if a list has the ball where it will be.
+    pub predicts: bool,
+}
+
+impl ObservationConfig {
+    pub(crate) fn new(preset: &ObservationPreset, dimensions: Dimensions) -> Self {
+        let term = |&id: &ObservationId| PolicyTerm {
+            id,
+            sensed: id.info().sensed,
+            half_width: preset.noise.half_width(id),
+        };
+        let policy: Vec<PolicyTerm> = preset.policy.iter().map(term).collect();
+        let count = |counts: fn(&PolicyTerm) -> bool| {
+            policy.iter().filter(|term| counts(term)).map(|term| term.id.info().shape.size(dimensions)).sum()
+        };
+        Self {
+            critic: preset.critic.clone(),
+            noisy: count(|term| term.half_width > 0.0),
+            sensed: count(|term| term.sensed),
+            predicts: preset.policy.iter().chain(&preset.critic).any(|id| *id == ObservationId::BallAtStrike),
+            policy,
         }
     }
-    /// The first two columns of a rotation, row by row.
+}
+
+/// Robot and bodies of a group in the order of the views.
+#[derive(Clone, Debug)]
+pub(crate) struct RobotBuffer<V> {
+    joint_pos_rel: Vec<V>,
+    joint_vel: Vec<V>,
+    bodies: Vec<Pose<V>>,
+}
+
+impl<V: Real> RobotBuffer<V> {
+    pub(crate) fn new(config: &TaskConfig) -> Self {
+        let zeros = vec![V::zero(); config.joints()];
+        Self {
+            joint_pos_rel: zeros.clone(),
+            joint_vel: zeros,
+            bodies: vec![Pose::identity(); config.tracked],
+        }
+    }
+
+    /// Takes in the joints; `joint_offset` is the error of the encoders, model order `[rad]`.
     #[inline(always)]
-    fn push_rotation<V: Real>(&mut self, m: &Mat3<V>) {
-        for row in 0..3 {
-            self.push(m.0[row][0]);
-            self.push(m.0[row][1]);
+    pub(crate) fn fill_joints(&mut self, config: &TaskConfig, state: &GroupState<V>, joint_offset: &[V]) {
+        for j in 0..config.joints() {
+            let m = config.to_model[j];
+            self.joint_pos_rel[j] =
+                state.joint_pos[m] - (joint_offset[m] + V::c(config.control.default_pos[m]));
+            self.joint_vel[j] = state.joint_vel[m];
+        }
+    }
+
+    #[inline(always)]
+    fn fill_bodies(&mut self, config: &TaskConfig, state: &GroupState<V>) {
+        for i in 0..config.tracked {
+            let body = &state.bodies[config.followed[i]];
+            self.bodies[i] = Pose { pos: body.pos, rot: body.rot };
+        }
+    }
+
+    /// What the robot's sensors say; the joints must have been taken in.
+    #[inline(always)]
+    pub(crate) fn view<'a>(&'a self, state: &GroupState<V>, last_action: &'a [V]) -> RobotView<'a, V> {
+        let base = &state.bodies[0];
+        RobotView {
+            base_rot: base.rot,
+            base_ang_vel: base.rot.tr_mul_vec(base.ang_vel),
+            joint_pos_rel: &self.joint_pos_rel,
+            joint_vel: &self.joint_vel,
+            last_action,
+        }
+    }
+
+    #[inline(always)]
+    fn privileged(&self, config: &TaskConfig, state: &GroupState<V>) -> PrivilegedView<'_, V> {
+        let (base, anchor) = (&state.bodies[0], &state.bodies[config.followed[config.anchor]]);
+        PrivilegedView {
+            base_lin_vel: base.rot.tr_mul_vec(base.lin_vel),
+            anchor: Pose { pos: anchor.pos, rot: anchor.rot },
+            bodies: &self.bodies,
         }
     }
 }
 
-/// Random numbers of one observation: uniform in (-1, 1), in the order of use.
-struct Noise<'a, V> {
-    values: &'a [V],
-    next: usize,
-}
-
-/// Noisy numbers of an observation: gravity, two angular velocities, joint angles and velocities.
-pub(crate) fn noise_len(joints: usize) -> usize {
-    9 + 2 * joints
-}
-
-impl<V: Real> Noise<'_, V> {
-    #[inline(always)]
-    fn add(&mut self, value: V, half_width: f64) -> V {
-        let noise = self.values[self.next];
-        self.next += 1;
-        noise.mul_add(V::c(half_width), value)
-    }
-    #[inline(always)]
-    fn add_vec(&mut self, v: Vec3<V>, half_width: f64) -> Vec3<V> {
-        let (x, y) = (self.add(v.x(), half_width), self.add(v.y(), half_width));
-        Vec3([x, y, self.add(v.z(), half_width)])
-    }
-}
-
-/// Ball and goal as the policy sees them, base frame [m].
-#[derive(Clone, Copy)]
-pub(crate) struct Seen<V> {
-    pub ball: Vec3<V>,
-    pub goal: Vec3<V>,
-}
-
-/// Whose noise, and which draw of it.
-pub(crate) struct Draw<'a, V> {
-    /// Environment numbers, a lane each; empty for no noise.
-    pub envs: &'a [u32],
-    pub seed: u64,
-    pub count: u64,
-    /// Room for [`noise_len`] numbers; zeros if there is no noise.
-    pub values: &'a mut [V],
+/// The base's pose.
+#[inline(always)]
+pub(crate) fn base_pose<V: Real>(state: &GroupState<V>) -> Pose<V> {
+    Pose { pos: state.bodies[0].pos, rot: state.bodies[0].rot }
 }
 
 /// A world point in the base frame.
@@ -95,106 +133,126 @@ pub(crate) fn in_base<V: Real>(state: &GroupState<V>, point: Vec3<V>) -> Vec3<V>
     base.rot.tr_mul_vec(point - base.pos)
 }
 
-/// The ball where it will be when the reference strikes; where it is if the preset has no lead (then `lead_s` is 0).
+/// Ball and goal in truth.
 #[inline(always)]
-pub(crate) fn expected_ball<V: Real>(state: &GroupState<V>, group: &GroupTask<V>) -> Vec3<V> {
-    state.ball.pos + lead::way(state.ball.vel, group.lead_s)
+fn true_scene<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTask<V>) -> SceneView<V> {
+    let ball = in_base(state, state.ball.pos);
+    let ball_at_strike = if config.observations.predicts {
+        in_base(state, state.ball.pos + predicted_displacement(state.ball.vel, group.prediction_s))
+    } else {
+        ball
+    };
+    SceneView { ball, ball_at_strike, goal: in_base(state, group.goal) }
 }
 
-/// Writes the policy's observation.
-#[inline(always)]
-pub(crate) fn observe_policy<V: Real>(
-    config: &TaskConfig,
-    state: &GroupState<V>,
-    group: &GroupTask<V>,
-    seen: Seen<V>,
-    draw: Draw<'_, V>,
-    mut rows: Rows<'_>,
-) {
-    let joints = config.joints();
-    let preset = &config.preset.observations.noise;
-    if !draw.envs.is_empty() {
-        fill_symmetric(draw.values, draw.envs, NOISE_STREAM, draw.seed, draw.count);
-    }
-    let mut noise = Noise { values: draw.values, next: 0 };
-    let reference = &group.reference;
-    for j in 0..joints {
-        rows.push(reference.joint_pos(j));
-    }
-    for j in 0..joints {
-        rows.push(reference.joint_vel(j));
-    }
-    let base = &state.bodies[0];
-    let felt = |k: usize, now: V| group.late.as_ref().map_or(now, |late| late.felt(k, now));
-    let felt_vec = |k: usize, v: Vec3<V>| Vec3([0, 1, 2].map(|i| felt(k + i, v.0[i])));
-    rows.push_vec(noise.add_vec(felt_vec(0, projected_gravity(&base.rot)), preset.projected_gravity));
-    rows.push_vec(noise.add_vec(reference.ang_vel(config.anchor), preset.reference_ang_vel));
-    rows.push_vec(noise.add_vec(felt_vec(3, base.rot.tr_mul_vec(base.ang_vel)), preset.base_ang_vel));
-    for j in 0..joints {
-        rows.push(noise.add(felt(6 + j, joint_pos_rel(config, state, group, j)), preset.joint_pos));
-    }
-    for j in 0..joints {
-        let now = state.joint_vel[config.to_model[j]];
-        rows.push(noise.add(felt(6 + joints + j, now), preset.joint_vel));
-    }
-    for j in 0..joints {
-        rows.push(group.action[j]);
-    }
-    rows.push_vec(seen.ball);
-    rows.push_vec(seen.goal);
+/// A feature-major matrix seen from one lane group: each number is the group's lanes of the next row.
+struct Rows<'a> {
+    out: &'a mut [f32],
+    stride: usize,
+    at: usize,
 }
 
-/// Writes the critic's observation, without noise.
-#[inline(always)]
-pub(crate) fn observe_critic<V: Real>(
-    config: &TaskConfig,
-    state: &GroupState<V>,
-    group: &GroupTask<V>,
-    mut rows: Rows<'_>,
-) {
-    let joints = config.joints();
-    let reference = &group.reference;
-    for j in 0..joints {
-        rows.push(reference.joint_pos(j));
+impl<V: Real> Sink<V> for Rows<'_> {
+    #[inline(always)]
+    fn push(&mut self, value: V) {
+        store_f32(value, &mut self.out[self.at..self.at + V::LANES]);
+        self.at += self.stride;
     }
-    for j in 0..joints {
-        rows.push(reference.joint_vel(j));
-    }
-    let anchor = &state.bodies[config.followed[config.anchor]];
-    rows.push_vec(anchor.rot.tr_mul_vec(reference.pos(config.anchor) - anchor.pos));
-    rows.push_rotation(&anchor.rot.tr_mul_mat(&reference.rot(config.anchor)));
-    for i in 0..config.tracked {
-        let body = &state.bodies[config.followed[i]];
-        rows.push_vec(anchor.rot.tr_mul_vec(body.pos - anchor.pos));
-    }
-    for i in 0..config.tracked {
-        let body = &state.bodies[config.followed[i]];
-        rows.push_rotation(&anchor.rot.tr_mul_mat(&body.rot));
-    }
-    let base = &state.bodies[0];
-    rows.push_vec(base.rot.tr_mul_vec(base.lin_vel));
-    rows.push_vec(base.rot.tr_mul_vec(base.ang_vel));
-    for j in 0..joints {
-        rows.push(joint_pos_rel(config, state, group, j));
-    }
-    for j in 0..joints {
-        rows.push(state.joint_vel[config.to_model[j]]);
-    }
-    for j in 0..joints {
-        rows.push(group.action[j]);
-    }
-    rows.push_vec(in_base(state, expected_ball(state, group)));
-    rows.push_vec(in_base(state, group.goal));
 }
 
-/// Angle of policy joint `j` relative to its default [rad].
-#[inline(always)]
-pub(crate) fn joint_pos_rel<V: Real>(
-    config: &TaskConfig,
-    state: &GroupState<V>,
-    group: &GroupTask<V>,
-    j: usize,
-) -> V {
-    let m = config.to_model[j];
-    state.joint_pos[m] - (group.joint_offset[m] + V::c(config.control.default_pos[m]))
+/// The policy's copy of a term: delayed, then noisy.
+struct Disturbed<'a, 'r, V> {
+    rows: &'a mut Rows<'r>,
+    /// Delays, and the number of the term's first value among the sensed ones.
+    delays: Option<(&'a Delays<V>, usize)>,
+    /// Random numbers of the term, uniform in (-1, 1); empty for none.
+    noise: &'a [V],
+    half_width: V,
+    next: usize,
+}
+
+impl<V: Real> Sink<V> for Disturbed<'_, '_, V> {
+    #[inline(always)]
+    fn push(&mut self, value: V) {
+        let mut value = value;
+        if let Some((delays, first)) = self.delays {
+            value = delays.delayed(first + self.next, value);
+        }
+        if !self.noise.is_empty() {
+            value = self.noise[self.next].mul_add(self.half_width, value);
+        }
+        self.rows.push(value);
+        self.next += 1;
+    }
+}
+
+/// Whose noise, and which draw of it.
+pub(crate) struct Draw<'a, V> {
+    /// Environment numbers, one per lane; empty for no noise.
+    pub envs: &'a [u32],
+    pub seed: u64,
+    pub count: u64,
+    /// Room for [`ObservationConfig::noisy`] numbers; zeros if there is no noise.
+    pub values: &'a mut [V],
+}
+
+/// Writes both observations of a group.
+pub(crate) struct Observe<'a, V> {
+    pub config: &'a TaskConfig,
+    pub state: &'a GroupState<V>,
+    pub group: &'a GroupTask<V>,
+    pub robot: &'a mut RobotBuffer<V>,
+    /// Ball and goal as the policy sees them, where that is not the truth.
+    pub perceived: Option<SceneView<V>>,
+    pub draw: Draw<'a, V>,
+    pub policy: &'a mut [f32],
+    pub critic: &'a mut [f32],
+    pub stride: usize,
+    pub first: usize,
+}
+
+impl<V: Real> Kernel for Observe<'_, V> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let (config, state, group) = (self.config, self.state, self.group);
+        self.robot.fill_joints(config, state, &group.joint_offset);
+        self.robot.fill_bodies(config, state);
+        let truth = true_scene(config, state, group);
+        let views = Views {
+            robot: self.robot.view(state, &group.action),
+            privileged: Some(self.robot.privileged(config, state)),
+            reference: Some(group.reference.view(config.anchor)),
+            scene: Some(truth),
+        };
+        let mut rows = Rows { out: self.critic, stride: self.stride, at: self.first };
+        observe(&config.observations.critic, &views, &mut rows);
+
+        let views = Views { scene: Some(self.perceived.unwrap_or(truth)), ..views };
+        let draw = self.draw;
+        if !draw.envs.is_empty() {
+            fill_symmetric(draw.values, draw.envs, NOISE_STREAM, draw.seed, draw.count);
+        }
+        let mut rows = Rows { out: self.policy, stride: self.stride, at: self.first };
+        let mut noise: &[V] = draw.values;
+        let mut sensed = 0;
+        for term in &config.observations.policy {
+            let delays = if term.sensed { group.delays.as_ref() } else { None };
+            let mut out = Disturbed {
+                rows: &mut rows,
+                delays: delays.map(|delays| (delays, sensed)),
+                noise: if term.half_width > 0.0 { noise } else { &[] },
+                half_width: V::c(term.half_width),
+                next: 0,
+            };
+            term.id.write(&views, &mut out);
+            let written = out.next;
+            if term.half_width > 0.0 {
+                noise = &noise[written..];
+            }
+            if term.sensed {
+                sensed += written;
+            }
+        }
+    }
 }

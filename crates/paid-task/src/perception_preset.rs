@@ -1,5 +1,6 @@
 //! What the policy sees wrongly of ball and goal, as typed values.
 
+use paid_perceive::{Camera, PositionNoise};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
@@ -9,7 +10,7 @@ use crate::preset::{Range, check_ranges, value_error};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PerceptionPreset {
-    /// True: outside a distance band, drawn for each episode, the last seen ball position (base frame) is held.
+    /// True: outside a distance band, drawn for each episode, the last seen ball position is held (`memory_frame`).
     pub blind_zone: bool,
     /// Range of the band's near end [m].
     pub near_m: Range,
@@ -24,29 +25,34 @@ pub struct PerceptionPreset {
     pub c_vel: f64,
     /// Divisor of the object's distance.
     pub c_dist: f64,
-    /// Deviation of the Gaussian noise on each horizontal component of the ball's velocity, with `gaussian`; it matters where the policy
-    /// sees the ball ahead of time ([`crate::ObservationPreset::lead_ball`]) [m/s].
-    #[serde(default = "centimeters_per_second")]
+    /// Deviation of the Gaussian noise on each horizontal component of the ball's velocity, with `gaussian` `[m/s]`. It matters where
+    /// the policy observes `ball_at_strike`.
     pub ball_velocity_m_s: f64,
-    /// Age of what is seen [s], drawn for each episode and rounded to control steps: a position of then, in the base frame
-    /// of then.
-    #[serde(default)]
+    /// Age of what is seen `[s]`, drawn for each episode and rounded to control steps: a position at capture time, in the
+    /// `memory_frame`.
     pub latency_s: Range,
     /// Time between two pictures [s], the first at a random phase; up to the control period: a picture every control step.
-    #[serde(default)]
     pub frame_s: f64,
     /// Probability that an object is not found in a picture; the last position is held.
-    #[serde(default)]
     pub dropout: f64,
     /// True: the ball is seen only inside the picture of the head camera.
-    #[serde(default)]
     pub visible_band: bool,
     /// The head camera.
-    #[serde(default)]
     pub camera: CameraPreset,
     /// True: all of this holds in evaluations too, which are undisturbed otherwise.
-    #[serde(default)]
     pub in_evaluation: bool,
+    /// The frame in which a position is remembered while the object is out of sight or its picture is on the way.
+    pub memory_frame: MemoryFrame,
+}
+
+/// The frame in which seen positions are remembered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MemoryFrame {
+    /// The base frame at capture time: what is remembered moves with the robot. The paper's memory is in the world frame instead.
+    Base,
+    /// The world frame, as perfect odometry gives it: what is remembered stays where it was seen.
+    World,
 }
 
 /// The head camera, fixed to the anchor body (torso).
@@ -71,29 +77,26 @@ impl Default for CameraPreset {
 }
 
 impl CameraPreset {
-    /// True if a point in the anchor's frame [m] is inside the picture.
-    pub fn sees(&self, point: [f64; 3]) -> bool {
-        let [x, y, z] = [0, 1, 2].map(|k| point[k] - self.mount_m[k]);
-        let (s, c) = self.down_deg.to_radians().sin_cos();
-        let (depth, up) = (c * x - s * z, s * x + c * z);
-        let half = |degrees: f64| (0.5 * degrees.to_radians()).tan();
-        depth > 0.0 && y.abs() <= depth * half(self.across_deg) && up.abs() <= depth * half(self.upright_deg)
+    /// What the camera has in its picture, in the anchor's frame.
+    pub fn geometry(&self) -> Camera {
+        Camera::new(self.mount_m, self.down_deg, self.across_deg, self.upright_deg)
     }
 }
 
-fn centimeters_per_second() -> f64 {
-    0.03
-}
-
 impl PerceptionPreset {
-    /// True if ball and goal come from pictures: late, seldom, or not always; else they are seen anew at every observation.
-    pub(crate) fn pictures(&self) -> bool {
+    /// Noise of seen positions, where `gaussian` is on.
+    pub fn noise(&self) -> PositionNoise {
+        PositionNoise { c_min: self.c_min, c_vel: self.c_vel, c_dist: self.c_dist }
+    }
+
+    /// True if ball and goal come from a camera: delayed, seldom, or not always; else they are seen anew at every observation.
+    pub(crate) fn has_camera(&self) -> bool {
         self.latency_s[1] > 0.0 || self.frame_s > 0.0 || self.dropout > 0.0 || self.visible_band
     }
 
     /// True if anything differs from the truth.
     pub(crate) fn errs(&self) -> bool {
-        self.blind_zone || self.gaussian || self.pictures()
+        self.blind_zone || self.gaussian || self.has_camera()
     }
 
     pub(crate) fn check(&self) -> Result<(), TaskError> {
@@ -122,27 +125,14 @@ impl PerceptionPreset {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+
     use crate::TaskPreset;
 
     #[test]
     fn the_default_noise_is_two_centimeters_near_and_ten_far_and_fast() {
-        let preset = TaskPreset::builtin("stage2").expect("valid").observations.perception;
-        let sigma = |v, d| crate::perception::deviation::<f64>(v, d, &preset);
+        let preset = TaskPreset::builtin("paper_stage2").expect("valid").observations.perception;
+        let sigma = |v: f64, d| preset.noise().deviation(v, d);
         assert!((sigma(0.0, 1.0) - 0.02).abs() < 0.001, "{}", sigma(0.0, 1.0));
         assert!((sigma(1.0, 3.0) - 0.10).abs() < 0.002, "{}", sigma(1.0, 3.0));
-    }
-
-    #[test]
-    fn the_camera_sees_the_ground_before_the_feet_and_neither_far_nor_aside() {
-        let camera = CameraPreset::default();
-        // Upright on straight legs the torso's frame is 0.84 m above the ground.
-        let ball = |ahead: f64, left: f64| camera.sees([ahead, left, 0.11 - 0.84]);
-        assert!((camera.mount_m[2] + 0.84 - 1.27).abs() < 1e-9);
-        // The band's edges: 76.6 and 18.6 degrees below the horizontal, 1.16 m above the ball.
-        let edges = [76.6_f64, 18.6].map(|deg| camera.mount_m[0] + 1.16 / deg.to_radians().tan());
-        assert!(!ball(edges[0] - 0.02, 0.0) && ball(edges[0] + 0.02, 0.0));
-        assert!(ball(edges[1] - 0.05, 0.0) && !ball(edges[1] + 0.05, 0.0), "{edges:?}");
-        assert!(ball(1.0, 0.8) && !ball(1.0, 1.5) && !ball(-1.0, 0.0));
     }
 }

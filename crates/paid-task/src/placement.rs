@@ -1,9 +1,9 @@
 //! Where ball and goal are put at the start of an episode.
 
 use paid_lanes::rng::Rng;
+use paid_perceive::effective_time;
 
 use crate::MotionFacts;
-use crate::lead::way_s;
 use crate::preset::{BallPlacement, GoalPreset};
 
 /// A point given in a motion's start frame (origin: anchor at frame 0, x along its heading, y left), in the world [m].
@@ -51,8 +51,9 @@ pub struct RollingBall {
 impl RollingBall {
     /// Where it will be when a motion strikes that has begun at `frame` [m].
     pub(crate) fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
-        let lead_s = way_s(facts.strike_frame.saturating_sub(frame) as f64 * dt_s, self.decay);
-        [0, 1].map(|k| self.place[k] + lead_s * self.velocity[k])
+        let wait = facts.strike_frame.saturating_sub(frame) as f64 * dt_s;
+        let time = effective_time(wait, self.decay);
+        [0, 1].map(|k| self.place[k] + time * self.velocity[k])
     }
 }
 

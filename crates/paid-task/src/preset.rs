@@ -1,11 +1,16 @@
 //! Every constant of a task, as typed TOML. Unknown keys are refused and none may be left out.
 
+use std::path::Path;
+
 use paid_physics::{BallParams, Material, SceneConfig};
+use paid_policy::observation::{self, Need, ObservationId, ObservationNoise};
+use paid_policy::{Dimensions, ObservationLayout};
+use paid_robot::RobotSpec;
 use serde::{Deserialize, Serialize};
 
 pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
-pub use crate::overrides::{OverrideError, apply_override};
-pub use crate::perception_preset::{CameraPreset, PerceptionPreset};
+use crate::layers::{LayerError, Tree};
+pub use crate::perception_preset::{CameraPreset, MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
 use crate::{RewardPreset, TaskError, TerminationPreset};
 
@@ -26,7 +31,7 @@ pub struct TaskPreset {
     pub robot_material: Material,
     /// Nominal ball.
     pub ball_params: BallParams,
-    /// Noise and perception.
+    /// What is observed, its noise, perception.
     pub observations: ObservationPreset,
     /// Reward terms.
     pub rewards: RewardPreset,
@@ -46,34 +51,50 @@ pub struct TaskPreset {
     pub randomization: RandomizationPreset,
 }
 
-/// Half-widths of uniform noise on the policy's copy of the observation; zero is none.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NoisePreset {
-    /// On each component of projected gravity.
-    pub projected_gravity: f64,
-    /// On the reference angular velocity [rad/s].
-    pub reference_ang_vel: f64,
-    /// On the base angular velocity [rad/s].
-    pub base_ang_vel: f64,
-    /// On joint angles [rad].
-    pub joint_pos: f64,
-    /// On joint velocities [rad/s].
-    pub joint_vel: f64,
-}
-
-/// Observation noise and perception.
+/// What is observed, and how wrongly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObservationPreset {
-    /// Proprioceptive noise.
-    pub noise: NoisePreset,
+    /// Terms of the policy's observation, in order. With `ball_at_strike` among them the policy sees a rolling ball where it will be
+    /// when the reference strikes, and motions are chosen by that place too; the paper's policy sees `ball_pos` and is recurrent.
+    pub policy: Vec<ObservationId>,
+    /// Terms of the critic's observation, in order.
+    pub critic: Vec<ObservationId>,
+    /// Half-widths of uniform noise on the policy's terms, by name; terms that are left out have none.
+    pub noise: ObservationNoise,
     /// Errors of ball and goal perception.
     pub perception: PerceptionPreset,
-    /// True: the policy sees a rolling ball where it will be when the reference strikes, as a tracker that knows its velocity and how
-    /// fast balls slow down expects it; motions are chosen by that place too. Paper: the ball as it is, and a recurrent policy.
-    #[serde(default)]
-    pub lead_ball: bool,
+}
+
+impl ObservationPreset {
+    /// What the numbers of both observations mean for a robot.
+    ///
+    /// # Errors
+    /// If a list is empty or has a term twice.
+    pub fn layout(&self, spec: &RobotSpec) -> Result<ObservationLayout, TaskError> {
+        self.check()?;
+        let dimensions = Dimensions::of(spec);
+        ObservationLayout::new(&self.policy, &self.critic, dimensions)
+            .map_err(|error| TaskError::Observations { list: "policy, critic", error })
+    }
+
+    /// The policy must do without what only a simulator knows.
+    fn check(&self) -> Result<(), TaskError> {
+        let critic = [Need::Reference, Need::Scene, Need::Privileged];
+        for (list, ids, available) in
+            [("policy", &self.policy, &critic[..2]), ("critic", &self.critic, &critic[..])]
+        {
+            observation::check(ids, available).map_err(|error| TaskError::Observations { list, error })?;
+        }
+        for id in ObservationId::ALL {
+            let half_width = self.noise.half_width(id);
+            if !(half_width >= 0.0 && half_width.is_finite()) {
+                let key = format!("observations.noise.{}", id.name());
+                return Err(value_error(&key, "zero or more", half_width.to_string()));
+            }
+        }
+        self.perception.check()
+    }
 }
 
 /// Uniform noise on velocities, half-widths.
@@ -154,44 +175,67 @@ pub struct PushPreset {
     pub velocity: VelocityNoise,
 }
 
-/// The built-in presets: name and TOML text.
-pub const BUILTIN: [(&str, &str); 2] = [
-    ("stage1", include_str!("../../../configs/stage1.toml")),
-    ("stage2", include_str!("../../../configs/stage2.toml")),
+/// The paper's run presets, whose task is built in: name, file and TOML text.
+const BUILTIN: [(&str, &str, &str); 2] = [
+    ("paper_stage1", "paper_stage1.toml", include_str!("../../../configs/presets/paper_stage1.toml")),
+    ("paper_stage2", "paper_stage2.toml", include_str!("../../../configs/presets/paper_stage2.toml")),
 ];
 
 impl TaskPreset {
-    /// A built-in preset (`stage1`, `stage2`).
+    /// The task of the paper's run preset (`paper_stage1`, `paper_stage2`).
     ///
     /// # Errors
     /// If there is none of this name.
     pub fn builtin(name: &str) -> Result<Self, TaskError> {
-        let text = BUILTIN.iter().find(|(n, _)| *n == name).map(|(_, text)| *text).ok_or_else(|| {
-            TaskError::Preset {
-                name: name.to_owned(),
-                message: format!("not a built-in preset; there are {}", BUILTIN.map(|(n, _)| n).join(", ")),
-            }
-        })?;
-        Self::parse(name, text, &[])
+        Self::builtin_with(name, &[])
     }
 
-    /// Reads a preset from TOML and applies `--set` overrides. `name` (a file name, say) is for the error.
+    /// [`TaskPreset::builtin`] with `--set` overrides, whose keys stand in the task: `rewards.action_rate.weight=-0.05`.
+    ///
+    /// # Errors
+    /// If there is none of this name, an override does not apply, or a value is out of range.
+    pub fn builtin_with(name: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail = |message: String| TaskError::Preset { name: name.to_owned(), message };
+        let (_, file, text) = BUILTIN.iter().find(|(builtin, ..)| *builtin == name).ok_or_else(|| {
+            fail(format!("not a built-in task; there are {}", BUILTIN.map(|(name, ..)| name).join(", ")))
+        })?;
+        let task = Tree::parse(file, text).map_err(|error| fail(error.to_string()))?.take("task");
+        Self::of_tree(name, task.unwrap_or_default(), overrides)
+    }
+
+    /// Reads a task from TOML and applies `--set` overrides. `name` (a file name, say) is for the error.
     ///
     /// # Errors
     /// If the text is not TOML, a key is unknown or missing, an override does not apply, or a value is out of range.
     pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<Self, TaskError> {
-        let fail = |message: String| TaskError::Preset { name: name.to_owned(), message };
-        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| fail(e.to_string()))?;
-        let mut value = toml::Value::Table(table);
-        if !overrides.is_empty() {
-            // Keys that the file leaves out can be overridden too.
-            let filled: Self = value.try_into().map_err(|e: toml::de::Error| fail(e.to_string()))?;
-            value = toml::Value::try_from(filled).map_err(|e| fail(e.to_string()))?;
-        }
+        let fail =
+            |error: LayerError| TaskError::Preset { name: name.to_owned(), message: error.to_string() };
+        Self::of_tree(name, Tree::parse(name, text).map_err(fail)?, overrides)
+    }
+
+    /// This task with `--set` overrides.
+    ///
+    /// # Errors
+    /// If an override does not apply, or a value is out of range.
+    pub fn with_overrides(&self, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail = |message: String| TaskError::Preset { name: self.name.clone(), message };
+        let tree = Tree::of(self).map_err(|error| fail(error.to_string()))?;
+        Self::of_tree(&self.name, tree, overrides)
+    }
+
+    fn of_tree(name: &str, mut tree: Tree, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail =
+            |error: LayerError| TaskError::Preset { name: name.to_owned(), message: error.to_string() };
+        tree.expand_surfaces(Path::new("")).map_err(fail)?;
+        let preset: Self = tree.typed().map_err(|error| fail(tree.locate(error, name)))?;
+        // Through the type and back, so that values that are left to their defaults can be overridden too.
+        let text =
+            |error: toml::ser::Error| TaskError::Preset { name: name.to_owned(), message: error.to_string() };
+        tree.fill(&preset).map_err(text)?;
         for text in overrides {
-            apply_override(&mut value, text).map_err(|e| fail(e.to_string()))?;
+            tree.set(text, "").map_err(fail)?;
         }
-        let preset: Self = value.try_into().map_err(|e: toml::de::Error| fail(e.to_string()))?;
+        let preset: Self = tree.typed().map_err(|error| fail(tree.locate(error, name)))?;
         preset.validate()?;
         Ok(preset)
     }
@@ -207,7 +251,7 @@ impl TaskPreset {
             ("pushes.interval_s", self.pushes.interval_s),
         ];
         check_ranges(&ranges)?;
-        self.observations.perception.check()?;
+        self.observations.check()?;
         self.randomization.check(self.control_dt_s())?;
         let positive = [
             ("episode_length_s", self.episode_length_s),
@@ -242,6 +286,11 @@ impl TaskPreset {
         self.terminations.validate()
     }
 
+    /// True if the policy sees a rolling ball where it will be when the reference strikes; motions are chosen by that place then.
+    pub fn predicts_ball(&self) -> bool {
+        self.observations.policy.contains(&ObservationId::BallAtStrike)
+    }
+
     /// Duration of a control step [s].
     pub fn control_dt_s(&self) -> f64 {
         self.scene.physics_dt_s * self.scene.substeps as f64
@@ -266,7 +315,7 @@ mod tests {
 
     #[test]
     fn builtin_presets_parse_and_survive_a_round_trip() {
-        for (name, _) in BUILTIN {
+        for (name, ..) in BUILTIN {
             let preset = TaskPreset::builtin(name).expect("valid");
             let text = toml::to_string(&preset).expect("writes");
             assert_eq!(TaskPreset::parse(name, &text, &[]).expect("reads"), preset);
@@ -276,11 +325,11 @@ mod tests {
 
     #[test]
     fn an_unknown_key_and_a_bad_range_are_refused() {
-        let text = format!("surprise = 1\n{}", BUILTIN[0].1);
+        let task = TaskPreset::builtin("paper_stage1").expect("valid");
+        let text = format!("surprise = 1\n{}", toml::to_string(&task).expect("writes"));
         let error = TaskPreset::parse("x", &text, &[]).expect_err("unknown key").to_string();
-        assert!(error.contains("surprise"), "{error}");
-        let error =
-            TaskPreset::parse("x", BUILTIN[0].1, &["pushes.interval_s=[3, 1]".into()]).expect_err("bad");
+        assert!(error.contains("x:1: surprise: unknown key"), "{error}");
+        let error = task.with_overrides(&["pushes.interval_s=[3, 1]".into()]).expect_err("bad");
         assert_eq!(
             error.to_string(),
             "preset: pushes.interval_s is [3.0, 1.0], expected [lo, hi] with lo <= hi"
@@ -289,8 +338,10 @@ mod tests {
 
     #[test]
     fn a_key_that_the_file_leaves_out_can_be_overridden() {
-        let text: String =
-            BUILTIN[1].1.lines().filter(|l| !l.starts_with("hand_pos")).map(|l| format!("{l}\n")).collect();
+        let task = TaskPreset::builtin("paper_stage2").expect("valid");
+        let mut table = toml::Table::try_from(&task).expect("writes");
+        assert!(table["rewards"].as_table_mut().expect("a table").remove("hand_pos").is_some());
+        let text = table.to_string();
         let hand_pos =
             |overrides: &[String]| TaskPreset::parse("x", &text, overrides).expect("valid").rewards.hand_pos;
         assert_eq!((hand_pos(&[]).weight, hand_pos(&[]).sigma), (0.0, 0.1));
@@ -299,8 +350,8 @@ mod tests {
 
     #[test]
     fn stage_weights_are_the_papers() {
-        let one = TaskPreset::builtin("stage1").expect("valid").rewards;
-        let two = TaskPreset::builtin("stage2").expect("valid").rewards;
+        let one = TaskPreset::builtin("paper_stage1").expect("valid").rewards;
+        let two = TaskPreset::builtin("paper_stage2").expect("valid").rewards;
         assert_eq!([one.anchor_pos.weight, one.body_pos.weight, one.foot_pos.weight], [1.0, 1.0, 0.0]);
         assert_eq!([two.anchor_pos.weight, two.anchor_ori.weight, two.body_pos.weight], [0.0, 0.5, 0.8]);
         assert_eq!([two.contact.weight, two.side_kick.weight, two.vel_align.weight], [50.0, 50.0, 30.0]);

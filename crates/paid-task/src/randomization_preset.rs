@@ -239,7 +239,6 @@ mod tests {
 
     #[test]
     fn values_out_of_range_are_refused_by_key() {
-        let text = crate::preset::BUILTIN[1].1;
         for (set, hint) in [
             ("randomization.action_delay_s=[0, 0.03]", "randomization.action_delay_s"),
             ("randomization.gain_scale=[0, 1]", "randomization.gain_scale"),
@@ -248,14 +247,15 @@ mod tests {
             ("observations.perception.dropout=1.5", "observations.perception.dropout"),
             ("observations.perception.latency_s=[0, 2]", "latency_s"),
         ] {
-            let error = TaskPreset::parse("x", text, &[set.to_owned()]).expect_err(set).to_string();
+            let error =
+                TaskPreset::builtin_with("paper_stage2", &[set.to_owned()]).expect_err(set).to_string();
             assert!(error.contains(hint), "{set}: {error}");
         }
     }
 
     #[test]
     fn a_preset_of_before_these_keys_still_loads_with_everything_off() {
-        let new = TaskPreset::builtin("stage2").expect("valid");
+        let new = TaskPreset::builtin("paper_stage2").expect("valid");
         let mut table: toml::Table = toml::to_string(&new).expect("writes").parse().expect("toml");
         let inner = |t: &mut toml::Table, path: &[&str], keys: &[&str]| {
             let mut at = t;

@@ -1,6 +1,7 @@
 //! The reference frame of each lane of a group.
 
 use paid_lanes::{MAX_LANES, Mat3, Quat, Real, Vec3, load_f32};
+use paid_policy::{Pose, ReferenceView};
 
 use crate::{FrameLayout, ReferenceLibrary};
 
@@ -34,6 +35,18 @@ impl<V: Real> Reference<V> {
                 lanes[lane] = rows[lane][k];
             }
             values[k] = load_f32::<V>(&lanes);
+        }
+    }
+
+    /// What observation terms read of it.
+    #[inline(always)]
+    pub(crate) fn view(&self, anchor: usize) -> ReferenceView<'_, V> {
+        let (joint_pos, rest) = self.values.split_at(self.layout.joints);
+        ReferenceView {
+            joint_pos,
+            joint_vel: &rest[..self.layout.joints],
+            anchor: Pose { pos: self.pos(anchor), rot: self.rot(anchor) },
+            anchor_ang_vel: self.ang_vel(anchor),
         }
     }
 

@@ -5,12 +5,12 @@ use paid_lanes::{Quat, Vec3};
 use paid_physics::{EnvParams, LaneState, Material, Simulator};
 
 use crate::config::TaskConfig;
-use crate::lead::roll_decay;
 use crate::placement::{
     RollingBall, clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, from_start_frame,
     moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
+use crate::rolling::roll_decay;
 use crate::{InitialState, ReferenceLibrary, SamplerState};
 
 /// Everything drawn for a new episode.
@@ -261,7 +261,7 @@ impl StartContext<'_> {
         let rolls = rng.unit() < preset.rolling_share;
         let speed = if rolls { preset.velocity } else { 0.0 };
         let velocity = [rng.uniform(-speed, speed), rng.uniform(-speed, speed)];
-        if !(rolls && self.config.preset.observations.lead_ball) {
+        if !(rolls && self.config.preset.predicts_ball()) {
             return (place, velocity);
         }
         let back = RollingBall { place, velocity: velocity.map(|v| -v), decay: roll_decay(params) };

@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn balls_spread_while_they_are_hit_and_stay_where_they_are_while_not() {
-        let stage2 = TaskPreset::builtin("stage2").expect("a preset").ball;
+        let stage2 = TaskPreset::builtin("paper_stage2").expect("a preset").ball;
         let preset = BallPlacement { spread_from: 0.2, spread_at: 0.5, spread_iterations: 4, ..stage2 };
         let mut sampler = SamplerState::uniform(1, 1);
         let reach: Vec<f64> = [0.6, 0.4, 0.5, 0.9, 1.0, 1.0]

@@ -2,12 +2,12 @@
 
 use paid_lanes::Real;
 use paid_physics::Simulator;
-use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
+use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::score::Sums;
 use crate::{
-    BodySample, EnvSample, EvalControl, EvalOptions, InitialState, ObservationLayout, REWARD_TERMS,
-    SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
+    BodySample, EnvSample, EvalControl, EvalOptions, InitialState, REWARD_TERMS, SamplerState,
+    TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {

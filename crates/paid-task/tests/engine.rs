@@ -22,9 +22,8 @@ fn library(test: &str) -> Option<(RobotModel, RobotSpec, Arc<ReferenceLibrary>)>
 
 fn shard(name: &str, overrides: &[&str], envs: usize, test: &str) -> Option<Box<dyn TaskShard>> {
     let (robot, spec, library) = library(test)?;
-    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
-    let preset = TaskPreset::parse(name, text, &overrides).expect("valid");
+    let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
     Some(build_shard(Isa::detect(), &robot, &spec, &library, &preset, envs, 0, 7).expect("builds"))
 }
 
@@ -105,7 +104,7 @@ fn an_undisturbed_start_matches_its_reference() {
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
     shard.observe(&mut [&mut policy, &mut critic]);
     assert_eq!((shard.policy_obs_dim(), shard.critic_obs_dim()), (160, 292));
-    let row = shard.layout().critic.iter().find(|t| t.name == "anchor_pos_error").expect("a term").offset;
+    let row = shard.layout().critic.place("anchor_pos_error").expect("a term").start;
     for env in 0..envs {
         let error: f32 = (0..3).map(|k| critic[(row + k) * envs + env].powi(2)).sum::<f32>().sqrt();
         assert!(error < 0.05, "{env}: {error}");
@@ -191,13 +190,13 @@ fn looking(more: &[&str], test: &str) -> Option<Box<dyn TaskShard>> {
 }
 
 #[test]
-fn a_late_camera_shows_the_ball_of_then_and_a_slow_one_holds_it() {
-    let test = "a_late_camera_shows_the_ball_of_then_and_a_slow_one_holds_it";
+fn a_delayed_camera_shows_the_ball_at_capture_time_and_a_slow_one_holds_it() {
+    let test = "a_delayed_camera_shows_the_ball_at_capture_time_and_a_slow_one_holds_it";
     let Some(mut exact) = looking(&[], test) else { return };
     let Some(mut late) = looking(&["observations.perception.latency_s=[0.06, 0.06]"], test) else { return };
     let Some(mut slow) = looking(&["observations.perception.frame_s=0.08"], test) else { return };
     let Some(mut blind) = looking(&["observations.perception.dropout=1"], test) else { return };
-    let row = exact.layout().policy.iter().find(|t| t.name.contains("ball")).expect("a term").offset;
+    let row = exact.layout().policy.place("ball_pos").expect("a term").start;
     let rows = |x: Vec<f32>| x[row * 16..(row + 3) * 16].to_vec();
     // The first sight is computed in f64.
     let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-5);
@@ -232,7 +231,7 @@ fn an_evaluation_is_undisturbed_unless_perception_is_asked_for() {
     let (a, b, c) =
         (observed(exact.as_mut(), 0.0), observed(noisy.as_mut(), 0.0), observed(off.as_mut(), 0.0));
     assert_eq!(a, c);
-    let row = exact.layout().policy.iter().find(|t| t.name.contains("ball")).expect("a term").offset;
+    let row = exact.layout().policy.place("ball_pos").expect("a term").start;
     assert_eq!(a[..row * 16], b[..row * 16], "proprioception is exact");
     let errors: Vec<f32> = (row * 16..(row + 3) * 16).map(|k| b[k] - a[k]).collect();
     assert!(errors.iter().all(|e| e.abs() > 0.0 && e.abs() < 0.2), "{errors:?}");
@@ -241,10 +240,7 @@ fn an_evaluation_is_undisturbed_unless_perception_is_asked_for() {
 #[test]
 fn delays_are_up_to_one_control_step() {
     let test = "delays_are_up_to_one_control_step";
-    let quiet = [
-        "observations.noise={projected_gravity=0, reference_ang_vel=0, base_ang_vel=0, joint_pos=0, joint_vel=0}",
-        "pushes.enabled=false",
-    ];
+    let quiet = ["observations.noise={}", "pushes.enabled=false"];
     let with = |more: &[&str]| shard("stage2", &[&quiet[..], more].concat(), 16, test);
     let Some(mut now) = with(&[]) else { return };
     let Some(mut late) = with(&["randomization.observation_delay_s=[0.02, 0.02]"]) else { return };
@@ -255,13 +251,7 @@ fn delays_are_up_to_one_control_step() {
             shard.eval().force_start(env, &InitialState::nominal(0)).expect("exists");
         }
     }
-    let row = now
-        .layout()
-        .policy
-        .iter()
-        .find(|t| t.name.contains("joint_vel") && t.offset > 58)
-        .expect("a term")
-        .offset;
+    let row = now.layout().policy.place("joint_vel").expect("a term").start;
     let of = |x: &[f32]| x[row * 16..(row + 29) * 16].to_vec();
     let (mut before, mut moved) = (None, 0.0_f32);
     for step in 0..10 {
@@ -335,7 +325,7 @@ fn every_option_at_once_stays_finite() {
 #[test]
 fn lane_types_agree() {
     let Some((robot, spec, library)) = library("lane_types_agree") else { return };
-    let preset = TaskPreset::builtin("stage2").expect("valid");
+    let preset = TaskPreset::builtin("paper_stage2").expect("valid");
     let mut results = Vec::new();
     for isa in [Isa::Portable, Isa::detect()] {
         let mut shard = build_shard(isa, &robot, &spec, &library, &preset, 16, 0, 7).expect("builds");

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use paid_task::layers::LayerError;
 use thiserror::Error;
 
 /// A failure of the trainer; its text is one sentence that names the file and place.
@@ -26,7 +27,7 @@ pub enum TrainError {
     /// A preset file or override does not fit.
     #[error("preset {place}: {message}")]
     Preset {
-        /// File, embedded preset, or `--set key`.
+        /// File and line, built-in preset, or `--set KEY=VALUE`.
         place: String,
         /// Key, expected, found.
         message: String,
@@ -53,6 +54,12 @@ pub enum TrainError {
     /// Motions, robot or task could not be built.
     #[error("{0}")]
     Setup(String),
+}
+
+impl From<LayerError> for TrainError {
+    fn from(LayerError { place, message }: LayerError) -> Self {
+        Self::Preset { place, message }
+    }
 }
 
 impl TrainError {

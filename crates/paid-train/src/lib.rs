@@ -3,11 +3,15 @@
 pub mod bench;
 mod error;
 pub mod events;
+pub mod explain;
 pub mod folder;
+pub mod load;
 pub mod phases;
 pub mod policy_file;
 pub mod policy_weights;
 pub mod preset;
+#[cfg(test)]
+mod preset_tests;
 pub mod progress;
 pub mod record;
 #[cfg(test)]
@@ -17,12 +21,13 @@ pub mod stage;
 #[cfg(test)]
 mod toy;
 pub mod trainer;
-pub mod tree;
 
 pub use bench::{TrainBench, bench_train, peak_rss_mib};
 pub use error::TrainError;
 pub use events::EventWriter;
+pub use explain::Explanation;
 pub use folder::RunFolder;
+pub use load::{Resolved, task_preset};
 pub use phases::Phase;
 pub use policy_file::TrainedPolicy;
 pub use preset::{RunConfig, RunPreset};

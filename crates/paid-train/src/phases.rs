@@ -1,12 +1,12 @@
-//! Values of a run preset that change while the run goes on.
+//! Values of a run preset that change during the run.
 
+use paid_task::layers::{KeyError, Tree};
 use serde::{Deserialize, Serialize};
-use toml::{Table, Value};
+use toml::Table;
 
 use crate::RunPreset;
-use crate::tree::{merge, one_line, typed};
 
-/// From a share of the run on, some values of the preset are others.
+/// Overrides that apply after a fraction of the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Phase {
     /// The share of the run that is over when it begins, above 0 and below 1: of the iterations or, if there is a limit, of the
@@ -31,30 +31,39 @@ impl RunPreset {
     /// # Panics
     /// If there are fewer phases.
     pub fn in_phase(&self, begun: usize) -> Result<Self, String> {
+        self.after(begun).map_err(|error| error.to_string())
+    }
+
+    /// [`RunPreset::in_phase`], with the key apart.
+    fn after(&self, begun: usize) -> Result<Self, KeyError> {
         let plain = Self { phases: Vec::new(), ..self.clone() };
         let Some(last) = begun.checked_sub(1) else { return Ok(plain) };
-        let fail = |message: String| format!("phases.{last}: {message}");
-        let mut tree = Table::try_from(&plain).map_err(|error| fail(one_line(&error)))?;
+        let in_phase = |error: KeyError| KeyError { key: format!("phases.{last}.{}", error.key), ..error };
+        let fail =
+            |error: toml::ser::Error| KeyError { key: format!("phases.{last}"), message: error.to_string() };
+        let mut tree = Tree::of(&plain).map_err(fail)?;
         for phase in &self.phases[..begun] {
-            merge(&mut tree, phase.values.clone());
+            tree.lay(Tree::of(&phase.values).map_err(fail)?);
         }
-        let preset: Self = typed(&tree).map_err(fail)?;
-        preset.validate().map_err(fail)?;
+        let preset: Self = tree.typed().map_err(in_phase)?;
+        preset.check().map_err(in_phase)?;
         Ok(preset)
     }
 
     /// Checks order and keys of the phases, and that each gives a valid preset.
-    pub(crate) fn check_phases(&self) -> Result<(), String> {
+    pub(crate) fn check_phases(&self) -> Result<(), KeyError> {
         let mut before = 0.0;
         for (k, phase) in self.phases.iter().enumerate() {
+            let wrong =
+                |key: &str, message: String| Err(KeyError { key: format!("phases.{k}.{key}"), message });
             if !(phase.from > before && phase.from < 1.0) {
-                return Err(format!(
-                    "phases.{k}.from: expected more than {before} and less than 1, found {}",
-                    phase.from
-                ));
+                return wrong(
+                    "from",
+                    format!("expected more than {before} and less than 1, found {}", phase.from),
+                );
             }
             before = phase.from;
-            let known = self.in_phase(k + 1)?;
+            let known = self.after(k + 1)?;
             let fixed = [
                 ("stage", known.stage == self.stage),
                 ("robot", known.robot == self.robot),
@@ -67,41 +76,10 @@ impl RunPreset {
                 ("task.scene", known.task.scene == self.task.scene),
             ];
             if let Some((key, _)) = fixed.iter().find(|(_, same)| !same) {
-                return Err(format!(
-                    "phases.{k}.{key}: expected what holds for the whole run, found a change"
-                ));
+                return wrong(key, "expected what holds for the whole run, found a change".to_owned());
             }
         }
         Ok(())
-    }
-}
-
-/// Takes the values of `top` out of the phases of `tree`: what a preset or an override says, it says of the whole run.
-pub(crate) fn hold(tree: &mut Table, top: &Table) {
-    let Some(Value::Array(phases)) = tree.get_mut("phases") else { return };
-    for phase in phases.iter_mut().filter_map(Value::as_table_mut) {
-        without(phase, top);
-    }
-}
-
-fn without(table: &mut Table, top: &Table) {
-    for (key, value) in top {
-        match (table.get_mut(key), value) {
-            (Some(Value::Table(below)), Value::Table(value)) => without(below, value),
-            _ => {
-                table.remove(key);
-            }
-        }
-    }
-}
-
-/// [`hold`] of the one value at a dotted key.
-pub(crate) fn hold_key(tree: &mut Table, key: &str) {
-    let top = key
-        .rsplit('.')
-        .fold(Value::Boolean(true), |value, part| Value::Table(Table::from_iter([(part.to_owned(), value)])));
-    if let Value::Table(top) = top {
-        hold(tree, &top);
     }
 }
 
@@ -171,8 +149,16 @@ target_kl = 0.01
         for (from, to, hint) in [
             ("from = 0.5", "from = 0.8", "phases.1.from: expected more than 0.8 and less than 1, found 0.75"),
             ("from = 0.75", "from = 1.0", "phases.1.from"),
-            ("sigma = 0.05", "sgima = 0.05", "phases.1: "),
-            ("sigma = 0.05", "sigma = -1.0", "phases.1: preset: rewards.body_pos.sigma"),
+            (
+                "sigma = 0.05",
+                "sgima = 0.05",
+                "mine.toml:10: phases.1.task.rewards.body_pos.sgima: unknown key; did you mean 'task.rewards.body_pos.sigma'",
+            ),
+            (
+                "sigma = 0.05",
+                "sigma = -1.0",
+                "phases.1.task.rewards.body_pos.sigma: expected a positive number, found -1",
+            ),
             ("[phases.learn.ppo]\ntarget_kl = 0.01", "[phases.run]\nenvs = 640", "phases.1.run"),
             ("target_kl = 0.01", "learning_rate = 0.01", "phases.1.learn.ppo.learning_rate"),
             (

@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_term_that_a_preset_leaves_out_pays_nothing_and_an_unknown_one_is_refused() {
-        let preset = TaskPreset::builtin("stage2").expect("valid").rewards;
+        let preset = TaskPreset::builtin("paper_stage2").expect("valid").rewards;
         let kick = toml::Value::try_from(&preset.kick).expect("writes");
         let text = format!("body_kernel = 'exp_of_mean'\nkick = {kick}\n");
         let bare: RewardPreset = toml::from_str(&text).expect("valid");
@@ -252,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_width_of_zero_is_named() {
-        let mut preset = TaskPreset::builtin("stage2").expect("valid").rewards;
+        let mut preset = TaskPreset::builtin("paper_stage2").expect("valid").rewards;
         preset.kick_foot_pos.sigma = 0.0;
         let error = preset.validate().expect_err("zero").to_string();
         assert_eq!(error, "preset: rewards.kick_foot_pos.sigma is 0.0, expected a positive number");

@@ -1,22 +1,24 @@
-//! The task over an engine: all environments of a shard, and how their episodes begin. What they show is in `look`, a control step
-//! in `step`.
+//! The task over an engine: all environments of a shard, and how their episodes begin. What they show is in `observe`, a control
+//! step in `step`.
 
-mod look;
+mod observe;
 mod step;
 
 use std::sync::Arc;
 
 use paid_lanes::rng::Rng;
 use paid_lanes::{MAX_LANES, Real, Vec3};
+use paid_perceive::effective_time;
 use paid_physics::{EnvParams, Simulator};
+use paid_policy::Pose;
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kernels::Gather;
-use crate::lead::{roll_decay, way_s};
-use crate::observe::{in_base, noise_len};
+use crate::observe::{RobotBuffer, base_pose, in_base};
 use crate::reset::StartContext;
+use crate::rolling::roll_decay;
 use crate::score::Sums;
 use crate::tracking::TrackingErrors;
 use crate::{
@@ -73,6 +75,8 @@ pub struct Task<V: Real, S: Simulator<V>> {
     targets: Vec<V>,
     /// Numbers of the last noise drawn.
     noise: Vec<V>,
+    /// Robot of the group that is being observed.
+    robot: RobotBuffer<V>,
     /// Observations of [`BLOCK_GROUPS`] groups on their way out.
     policy_rows: Vec<f32>,
     critic_rows: Vec<f32>,
@@ -134,7 +138,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             observations: 0,
             eval: None,
             targets: vec![V::zero(); config.joints()],
-            noise: vec![V::zero(); noise_len(config.joints())],
+            noise: vec![V::zero(); config.observations.noisy],
+            robot: RobotBuffer::new(&config),
             policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],
             critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
             library: Arc::clone(library),
@@ -200,29 +205,30 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.reference_peak.set_lane(lane, 0.0);
             let base = paid_lanes::Quat(start.state.base_quat);
             let local = |point: [f64; 3]| base.conj().rotate(Vec3(point) - Vec3(start.state.base_pos)).0;
+            let pose = Pose { pos: Vec3(start.state.base_pos), rot: base.to_mat() };
             let (ball, goal) = (local(start.state.ball_pos), local(start.goal));
             let perception = &self.config.preset.observations.perception;
-            task.perception.reset_lane(lane, ball, perception, &mut env.reset_rng);
-            if let Some(pictures) = &mut task.pictures {
-                pictures.reset_lane(lane, [ball, goal], &self.config, &mut env.reset_rng);
+            let kept = perception.memory_frame.keep(&pose, Vec3(ball)).0;
+            task.memory.reset_lane(lane, kept, perception, &mut env.reset_rng);
+            if let Some(camera) = &mut task.camera {
+                camera.reset_lane(lane, [ball, goal], &pose, &self.config, &mut env.reset_rng);
             }
-            if let Some(late) = &mut task.late {
-                late.reset_lane(lane, start.delays);
+            if let Some(delays) = &mut task.delays {
+                delays.reset_lane(lane, start.delays);
             }
         }
         self.sim.refresh(group);
-        if self.groups[group].late.is_some() {
-            let state = self.sim.state(group);
-            self.groups[group].remember(&self.config, state, lanes);
-        }
+        self.remember(group, lanes);
     }
 
     /// Loads every lane's reference frame and takes in what is seen.
     pub(crate) fn gather(&mut self, group: usize) {
         self.gather_reference(group);
-        if self.config.preset.observations.perception.blind_zone {
+        let perception = &self.config.preset.observations.perception;
+        if perception.blind_zone {
             let state = self.sim.state(group);
-            self.groups[group].perception.advance(in_base(state, state.ball.pos));
+            let ball = in_base(state, state.ball.pos);
+            self.groups[group].memory.advance(ball, &base_pose(state), perception.memory_frame);
         }
     }
 
@@ -235,10 +241,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let strike = self.library.facts()[env.motion].strike_frame;
             let to_strike_s = (strike as f64 - env.frame as f64) * self.config.dt_s;
             self.groups[group].to_strike_s.set_lane(lane, to_strike_s);
-            if self.config.preset.observations.lead_ball {
+            if self.config.observations.predicts {
                 // The policy sees the frame after the state's.
-                let lead_s = way_s(to_strike_s + self.config.dt_s, roll_decay(&env.params.ball));
-                self.groups[group].lead_s.set_lane(lane, lead_s);
+                let wait = to_strike_s + self.config.dt_s;
+                let prediction_s = effective_time(wait, roll_decay(&env.params.ball));
+                self.groups[group].prediction_s.set_lane(lane, prediction_s);
             }
         }
         V::run(Gather { library: &self.library, group: &mut self.groups[group], motions, frames });

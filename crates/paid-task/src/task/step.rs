@@ -5,9 +5,10 @@ use paid_lanes::rng::Rng;
 use paid_physics::{GroupState, Simulator};
 
 use super::{EnvTask, Task};
+use crate::act::Act;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
-use crate::kernels::{Act, ScoreGroup};
+use crate::kernels::ScoreGroup;
 use crate::reset::velocity_noise;
 use crate::score::Score;
 use crate::{EndCause, KickEvent, TaskMetrics};
@@ -30,9 +31,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         for group in 0..self.groups.len() {
             let first = group * V::LANES;
             self.push(group);
-            if self.groups[group].late.is_some() {
-                self.groups[group].remember(&self.config, self.sim.state(group), u32::MAX);
-            }
+            self.remember(group, u32::MAX);
             V::run(Act {
                 config: &self.config,
                 group: &mut self.groups[group],
@@ -50,7 +49,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 sums: &mut self.sums,
                 reward: &mut reward[first..first + V::LANES],
             });
-            self.look(group);
+            self.capture(group);
             let resets = self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
             if resets != 0 {
                 self.reset_lanes(group, resets);

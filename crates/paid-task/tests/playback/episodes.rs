@@ -80,10 +80,7 @@ fn observations_are_placed_as_the_layout_says() {
     let mut critic = vec![9.0; task.critic_obs_dim()];
     task.observe(&mut [&mut policy, &mut critic]);
     let layout = task.layout().clone();
-    let slice = |name: &str| {
-        let term = layout.policy.iter().find(|t| t.name == name).expect("a term");
-        policy[term.offset..term.offset + term.size].to_vec()
-    };
+    let slice = |name: &str| policy[layout.policy.place(name).expect("a term")].to_vec();
     assert_eq!(slice("last_action"), actions);
     assert_eq!(slice("projected_gravity"), [0.0, 0.0, -1.0]);
     assert!(slice("joint_pos_rel").iter().all(|x| x.abs() < 1e-6));
@@ -100,7 +97,7 @@ fn observations_are_placed_as_the_layout_says() {
         (goal[0] - 4.99).abs() < 1e-5 && goal[1].abs() < 1e-5 && (goal[2] + 0.69).abs() < 1e-5,
         "{goal:?}"
     );
-    let base_vel = layout.critic.iter().find(|t| t.name == "base_lin_vel").expect("a term").offset;
+    let base_vel = layout.critic.place("base_lin_vel").expect("a term").start;
     assert!((critic[base_vel] - SPEED as f32).abs() < 1e-6);
 }
 
@@ -110,9 +107,8 @@ fn restless(name: &str, more: &[&str]) -> Task<f64, Playback> {
     let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
     let library = Arc::new(library);
     let sim = Playback::new(&robot, &library, usize::MAX);
-    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
     let overrides: Vec<String> = more.iter().map(|s| (*s).to_owned()).collect();
-    let preset = TaskPreset::parse(name, text, &overrides).expect("valid");
+    let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
     let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
     let options =
         EvalOptions { max_steps: Some(1), auto_reset: true, disturbances: true, ..EvalOptions::default() };

@@ -174,10 +174,11 @@ pub fn preset(name: &str, more: &[&str]) -> TaskPreset {
         "ball.rolling_share=0",
         "ball.clearance_m=0",
         "sampling.first_frame_share=1",
+        "rewards.body_kernel=exp_of_mean",
+        "rewards.ball_prox.from=anchor",
     ];
-    let text = paid_task::preset::BUILTIN.iter().find(|(n, _)| *n == name).expect("built in").1;
     let overrides: Vec<String> = quiet.iter().chain(more).map(|s| (*s).to_owned()).collect();
-    TaskPreset::parse(name, text, &overrides).expect("valid")
+    TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid")
 }
 
 pub fn task(name: &str, more: &[&str], kick_foot: usize, kick_at: usize) -> Task<f64, Playback> {

@@ -161,7 +161,7 @@ pub struct SceneArgs {
 pub fn write_scene(args: &SceneArgs) -> Result<(), Failure> {
     let (robot, spec) = load_robot(&args.robot).map_err(Failure::input)?;
     let control = spec.resolve(&robot).map_err(Failure::input)?;
-    let mut task = TaskPreset::builtin("stage2").map_err(Failure::input)?;
+    let mut task = TaskPreset::builtin("paper_stage2").map_err(Failure::input)?;
     let scene = args.engine.spec().resolve(&mut task, ScenePreset::Paper)?;
     check_feet(&scene, &robot)?;
     let xml = mjcf_scene(&robot, &control, &scene);

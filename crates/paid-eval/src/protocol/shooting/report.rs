@@ -238,7 +238,7 @@ mod tests {
     fn report() -> ShootingReport {
         let grid = Grid { x: [0.5, 0.75], y: [0.0, 0.0], step: 0.25 };
         let options = ShootingOptions { grid, trials: 2, ..ShootingOptions::default() };
-        let engine = EngineChoice::Builtin.facts(&TaskPreset::builtin("stage2").expect("built in"));
+        let engine = EngineChoice::Builtin.facts(&TaskPreset::builtin("paper_stage2").expect("built in"));
         ShootingReport::new(
             engine,
             &options,
