@@ -7,6 +7,7 @@ use paid_policy::net::State;
 use paid_policy::normalizer::Normalizer;
 use paid_policy::{Checkpoint, CheckpointError, TensorFile};
 
+use crate::learned_reward::RewardStream;
 use crate::learner::Learner;
 use crate::model::Model;
 use crate::shard::Shard;
@@ -42,6 +43,17 @@ fn scatter(data: &[f32], states: &mut [State<f32>], envs: usize) {
     }
 }
 
+/// Beginning of the name of a learned reward's state.
+const REWARD: &str = "reward.";
+
+/// What a checkpoint knows without the optimizer.
+struct Weights {
+    actor: Model,
+    critics: Vec<Model>,
+    policy_normalizer: Normalizer,
+    critic_normalizer: Normalizer,
+}
+
 impl Learner {
     /// Writes a checkpoint with the caller's `blobs` (environment states, sampler, preset); an older file stays whole if
     /// this fails.
@@ -50,7 +62,7 @@ impl Learner {
     /// If the file system refuses.
     pub fn save(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
         let mut file = TensorFile { path: path.to_owned(), ..TensorFile::default() };
-        for (name, model) in [("actor", &self.actor), ("critic", &self.critic)] {
+        for (name, model) in self.models() {
             for spec in model.layout.tensors() {
                 for (prefix, data) in [("", &model.params), ("adam.m.", &model.m), ("adam.v.", &model.v)] {
                     let place = format!("{prefix}{name}.{}", spec.name);
@@ -75,14 +87,18 @@ impl Learner {
             self.shards.len() as u64,
         ];
         file.put_u64s("learner.counters", &[counters.len()], &counters);
-        let sizes: Vec<u64> = self.shards.iter().map(|shard| shard.rollout.plan.envs as u64).collect();
+        let sizes: Vec<u64> = self.shards.iter().map(|shard| shard.rollout.layout.envs as u64).collect();
         file.put_u64s("learner.shards", &[sizes.len()], &sizes);
         for (k, shard) in self.shards.iter().enumerate() {
-            let envs = shard.rollout.plan.envs;
-            for (name, states) in [("actor", &shard.actor_state), ("critic", &shard.critic_state)] {
+            let envs = shard.rollout.layout.envs;
+            let states = core::iter::once(&shard.actor_state).chain(&shard.critic_states);
+            for ((name, _), states) in self.models().iter().zip(states) {
                 let (rows, data) = gather(states, envs);
                 file.put_f32s(format!("carry.{k}.{name}"), &[rows, envs], &data);
             }
+        }
+        if let Some(stream) = &self.learned {
+            file.put_bytes(format!("{REWARD}{}", stream.reward.name()), &stream.reward.save());
         }
         for (name, bytes) in blobs {
             file.put_bytes(format!("blob.{name}"), bytes);
@@ -90,7 +106,7 @@ impl Learner {
         let meta = Meta {
             version: VERSION,
             policy_obs: self.actor.net.input,
-            critic_obs: self.critic.net.input,
+            critic_obs: self.critics[0].net.input,
             actions: self.actor.net.output,
             actor: self.config.actor.clone(),
             critic: self.config.critic.clone(),
@@ -102,6 +118,34 @@ impl Learner {
         file.save()
     }
 
+    /// Names of the networks in a checkpoint: `actor`, `critic` and, for a learned reward's own critic, `critic_<reward>`.
+    fn models(&self) -> Vec<(String, &Model)> {
+        let mut models = vec![("actor".to_owned(), &self.actor), ("critic".to_owned(), &self.critics[0])];
+        if let (Some(critic), Some(stream)) = (self.critics.get(1), &self.learned) {
+            models.push((format!("critic_{}", stream.reward.name()), critic));
+        }
+        models
+    }
+
+    /// The learned reward as the checkpoint has it.
+    fn reward_of(&self, checkpoint: &Checkpoint) -> Result<Option<RewardStream>, CheckpointError> {
+        let wrong = |reason: String| CheckpointError::Format { path: checkpoint.path().to_owned(), reason };
+        let tensors = &checkpoint.tensors().tensors;
+        let found = tensors.iter().find_map(|(name, tensor)| Some((name.strip_prefix(REWARD)?, tensor)));
+        let expected = self.learned.as_ref().map(|stream| stream.reward.name());
+        if found.map(|(name, _)| name) != expected {
+            let text = |name: Option<&str>| name.map_or("none".to_owned(), |name| format!("'{name}'"));
+            let found = text(found.map(|(name, _)| name));
+            return Err(wrong(format!("learned reward: expected {}, found {found}", text(expected))));
+        }
+        let (Some((name, tensor)), Some(mut stream)) = (found, self.learned.clone()) else { return Ok(None) };
+        stream
+            .reward
+            .restore(&tensor.data)
+            .map_err(|error| wrong(format!("learned reward '{name}': {error}")))?;
+        Ok(Some(stream))
+    }
+
     /// Goes on where the checkpoint stopped: weights, moments, normalizers, rates, counters, seed and recurrent states. With
     /// environments restored to the same point, training ends in the same weights as without the interruption. On an error the
     /// learner is as before.
@@ -109,8 +153,11 @@ impl Learner {
     /// # Errors
     /// If the checkpoint is of another architecture.
     pub fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
-        let (mut actor, mut critic, policy_normalizer, critic_normalizer) = self.weights_of(checkpoint)?;
-        for (name, model) in [("actor", &mut actor), ("critic", &mut critic)] {
+        let learned = self.reward_of(checkpoint)?;
+        let names: Vec<String> = self.models().into_iter().map(|(name, _)| name).collect();
+        let mut weights = self.weights_of(checkpoint, true)?;
+        let models = core::iter::once(&mut weights.actor).chain(&mut weights.critics);
+        for (name, model) in names.iter().zip(models) {
             model.m = checkpoint.parameters(&format!("adam.m.{name}"), &model.layout)?;
             model.v = checkpoint.parameters(&format!("adam.v.{name}"), &model.layout)?;
         }
@@ -121,16 +168,17 @@ impl Learner {
         let mut shards = Vec::new();
         for (k, &envs) in sizes.iter().enumerate() {
             let envs = envs as usize;
-            let mut shard = Shard::new(self.plan(envs), &actor, &critic);
-            for (name, states) in [("actor", &mut shard.actor_state), ("critic", &mut shard.critic_state)] {
+            let mut shard = Shard::new(self.layout(envs), &weights.actor, &weights.critics);
+            let states = core::iter::once(&mut shard.actor_state).chain(&mut shard.critic_states);
+            for (name, states) in names.iter().zip(states) {
                 let rows = gather(states, envs).0;
                 let data = file.f32s(&format!("carry.{k}.{name}"), &[rows, envs])?;
                 scatter(&data, states, envs);
             }
             shards.push(shard);
         }
-        (self.actor, self.critic) = (actor, critic);
-        (self.policy_normalizer, self.critic_normalizer) = (policy_normalizer, critic_normalizer);
+        self.set_weights(weights);
+        self.learned = learned;
         self.shards = shards;
         self.seed = counters[0];
         self.iteration = counters[1];
@@ -142,28 +190,38 @@ impl Learner {
         Ok(())
     }
 
-    /// Takes weights, standard deviations and normalizers only: the start of a next stage. Moments, rates, counters and
-    /// recurrent states stay as they are. On an error the learner is as before.
+    /// Takes weights, standard deviations and normalizers only: the start of a next stage. Moments, rates, counters, recurrent
+    /// states and a learned reward stay as they are; so does its critic where the checkpoint has none. On an error the learner is
+    /// as before.
     ///
     /// # Errors
     /// If the checkpoint is of another architecture.
     pub fn load_weights(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
-        let (actor, critic, policy_normalizer, critic_normalizer) = self.weights_of(checkpoint)?;
-        (self.actor, self.critic) = (actor, critic);
-        (self.policy_normalizer, self.critic_normalizer) = (policy_normalizer, critic_normalizer);
+        let weights = self.weights_of(checkpoint, false)?;
+        self.set_weights(weights);
         Ok(())
     }
 
-    /// Copies of the models with the checkpoint's weights, and its normalizers.
-    fn weights_of(
-        &self,
-        checkpoint: &Checkpoint,
-    ) -> Result<(Model, Model, Normalizer, Normalizer), CheckpointError> {
-        let (mut actor, mut critic) = (self.actor.clone(), self.critic.clone());
-        actor.params = checkpoint.parameters("actor", &actor.layout)?;
-        critic.params = checkpoint.parameters("critic", &critic.layout)?;
+    fn set_weights(&mut self, weights: Weights) {
+        (self.actor, self.critics) = (weights.actor, weights.critics);
+        (self.policy_normalizer, self.critic_normalizer) =
+            (weights.policy_normalizer, weights.critic_normalizer);
+    }
+
+    /// Copies of the models with the checkpoint's weights, and its normalizers. Unless `all`, a second critic may be missing.
+    fn weights_of(&self, checkpoint: &Checkpoint, all: bool) -> Result<Weights, CheckpointError> {
+        let (mut actor, mut critics) = (self.actor.clone(), self.critics.clone());
+        let names: Vec<String> = self.models().into_iter().map(|(name, _)| name).collect();
+        for (k, (name, model)) in
+            names.iter().zip(core::iter::once(&mut actor).chain(&mut critics)).enumerate()
+        {
+            let prefix = format!("{name}.");
+            if k < 2 || all || checkpoint.tensors().tensors.keys().any(|key| key.starts_with(&prefix)) {
+                model.params = checkpoint.parameters(name, &model.layout)?;
+            }
+        }
         let policy_normalizer = checkpoint.normalizer("policy", actor.net.input)?;
-        let critic_normalizer = checkpoint.normalizer("critic", critic.net.input)?;
-        Ok((actor, critic, policy_normalizer, critic_normalizer))
+        let critic_normalizer = checkpoint.normalizer("critic", critics[0].net.input)?;
+        Ok(Weights { actor, critics, policy_normalizer, critic_normalizer })
     }
 }

@@ -7,14 +7,16 @@ use paid_lanes::rng::Rng;
 use crate::config::{ConfigError, LearnConfig, PpoConfig};
 use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, entropy};
+use crate::learned_reward::{LearnedReward, RewardRole, RewardStream};
 use crate::model::Model;
 use crate::parallel::for_each;
-use crate::rollout::Plan;
+use crate::rollout::RolloutLayout;
 use crate::shard::{Collect, Shard};
+use crate::transitions::Transitions;
 use crate::update::{Gradients, Schedule, UpdateStats, Worker, update};
 use paid_policy::Policy;
-use paid_policy::VecEnv;
 use paid_policy::normalizer::Normalizer;
+use paid_policy::{ObservationGroup, VecEnv};
 
 /// Streams of the random number generator.
 const INIT_STREAM: u32 = 0x696E_6974;
@@ -30,7 +32,9 @@ pub struct Learner {
     std_limit: f64,
     pub(crate) seed: u64,
     pub(crate) actor: Model,
-    pub(crate) critic: Model,
+    /// The task's critic, then that of the learned reward if it has its own.
+    pub(crate) critics: Vec<Model>,
+    pub(crate) learned: Option<RewardStream>,
     pub(crate) policy_normalizer: Normalizer,
     pub(crate) critic_normalizer: Normalizer,
     pub(crate) schedule: Schedule,
@@ -47,8 +51,10 @@ pub struct Learner {
 pub struct CollectStats {
     /// Samples (control steps times environments).
     pub samples: usize,
-    /// Mean reward a control step.
+    /// Mean of the task's reward per control step.
     pub mean_reward: f64,
+    /// Mean of the learned reward per control step, before any weight.
+    pub mean_learned_reward: f64,
     /// Episodes that failed.
     pub terminated: u64,
     /// Episodes that were cut.
@@ -118,7 +124,8 @@ impl Learner {
             std_limit: config.ppo.max_std,
             seed,
             actor,
-            critic,
+            critics: vec![critic],
+            learned: None,
             policy_normalizer: Normalizer::new(policy_obs),
             critic_normalizer: Normalizer::new(critic_obs),
             schedule,
@@ -128,6 +135,36 @@ impl Learner {
             workers: Vec::new(),
             gradients: Gradients::default(),
         })
+    }
+
+    /// The same learner with a reward that it computes itself. The environments must have the observation groups that the reward
+    /// reads.
+    ///
+    /// # Errors
+    /// If it has one already, a factor or weight is not finite, or the second critic's configuration is out of range.
+    pub fn with_learned_reward(
+        mut self,
+        reward: Box<dyn LearnedReward>,
+        role: RewardRole,
+    ) -> Result<Self, ConfigError> {
+        let fail = |key: &str, expected, found| Err(ConfigError { key: key.to_owned(), expected, found });
+        if let Some(stream) = &self.learned {
+            return fail("learned_reward", "none yet", stream.reward.name().to_owned());
+        }
+        let (RewardRole::Mixed { task, learned } | RewardRole::OwnCritic { task, learned, .. }) = role;
+        if !(task.is_finite() && learned.is_finite()) {
+            return fail("learned_reward.role", "finite factors", format!("{task} and {learned}"));
+        }
+        if let RewardRole::OwnCritic { critic, .. } = &role {
+            // The configuration's check is the critic's.
+            LearnConfig { critic: critic.clone(), ..self.config.clone() }.check()?;
+            let features = self.critics[0].net.input;
+            let mut rng = Rng::new(self.seed, 2, INIT_STREAM);
+            self.critics.push(Model::new(features, 1, critic, None, &mut rng));
+        }
+        self.learned = Some(RewardStream { reward, role });
+        self.shards.clear();
+        Ok(self)
     }
 
     /// The configuration it was made from.
@@ -145,9 +182,19 @@ impl Learner {
         &self.actor
     }
 
-    /// Critic with its optimizer state.
+    /// The task's critic with its optimizer state.
     pub fn critic(&self) -> &Model {
-        &self.critic
+        &self.critics[0]
+    }
+
+    /// All critics: the task's, then that of the learned reward if it has its own.
+    pub fn critics(&self) -> &[Model] {
+        &self.critics
+    }
+
+    /// The reward that this learner computes, if any.
+    pub fn learned_reward(&self) -> Option<&dyn LearnedReward> {
+        self.learned.as_ref().map(|stream| &*stream.reward)
     }
 
     /// The learning rate now.
@@ -210,7 +257,8 @@ impl Learner {
         self.prepare_workers(threads);
         let shared = Collect {
             actor: &self.actor,
-            critic: &self.critic,
+            critics: &self.critics,
+            learned: self.learned.as_ref(),
             policy_normalizer: &self.policy_normalizer,
             critic_normalizer: &self.critic_normalizer,
             gae: GaeConfig { gamma: self.config.ppo.gamma, lambda: self.config.ppo.lambda },
@@ -220,7 +268,7 @@ impl Learner {
         let mut first_env = 0;
         for (shard, env) in self.shards.iter_mut().zip(envs.iter_mut()) {
             let shared = Collect { noise: NoiseKey { first_env, ..shared.noise }, ..shared };
-            first_env += shard.rollout.plan.envs as u32;
+            first_env += shard.rollout.layout.envs as u32;
             items.push((shared, shard, env));
         }
         for_each(&mut self.workers, items, |worker, (shared, shard, env)| {
@@ -231,8 +279,9 @@ impl Learner {
         self.critic_normalizer.merge(self.shards.iter().map(|shard| &shard.critic_seen));
         let mut stats = CollectStats::default();
         for shard in &self.shards {
-            stats.samples += shard.rollout.plan.samples();
+            stats.samples += shard.rollout.layout.samples();
             stats.mean_reward += shard.stats.reward;
+            stats.mean_learned_reward += shard.stats.learned_reward;
             stats.terminated += shard.stats.terminated;
             stats.truncated += shard.stats.truncated;
             stats.non_finite += shard.stats.non_finite;
@@ -241,6 +290,7 @@ impl Learner {
             stats.forward_s += shard.stats.forward_s;
         }
         stats.mean_reward /= stats.samples.max(1) as f64;
+        stats.mean_learned_reward /= stats.samples.max(1) as f64;
         stats.wall_s = start.elapsed().as_secs_f64();
         Ok(stats)
     }
@@ -262,7 +312,7 @@ impl Learner {
         self.shards.clear();
     }
 
-    /// Updates actor and critic from the last horizon.
+    /// Updates actor and critics from the last horizon, then the learned reward.
     pub fn update(&mut self, threads: usize) -> UpdateStats {
         self.prepare_workers(threads);
         if self.shards.is_empty() {
@@ -270,14 +320,19 @@ impl Learner {
         }
         self.iteration += 1;
         let ppo = PpoConfig { max_std: self.std_limit, ..self.config.ppo.clone() };
-        update(
+        let stats = update(
             &ppo,
-            (&mut self.actor, &mut self.critic),
+            (&mut self.actor, &mut self.critics),
             &mut self.schedule,
             &self.shards,
             &mut self.gradients,
             &mut self.workers,
-        )
+        );
+        if let Some(stream) = &mut self.learned {
+            let transitions: Vec<&Transitions> = self.shards.iter().map(|shard| &shard.transitions).collect();
+            stream.reward.train(&transitions, threads);
+        }
+        stats
     }
 
     /// The schedule at the start of training.
@@ -302,30 +357,43 @@ impl Learner {
     }
 
     /// How environments of a shard are cut into blocks.
-    pub(crate) fn plan(&self, envs: usize) -> Plan {
+    pub(crate) fn layout(&self, envs: usize) -> RolloutLayout {
         let ppo = &self.config.ppo;
-        let sequences = self.actor.net.is_recurrent() || self.critic.net.is_recurrent();
+        let sequences =
+            self.actor.net.is_recurrent() || self.critics.iter().any(|critic| critic.net.is_recurrent());
         let block = if sequences { ppo.sequence_block } else { ppo.block };
-        Plan::new(envs, ppo.horizon, block, sequences)
+        RolloutLayout::new(envs, ppo.horizon, block, sequences)
     }
 
     fn prepare_shards<E: VecEnv + ?Sized>(&mut self, envs: &[Box<E>]) -> Result<(), ShardError> {
         let sizes =
             |p: usize, c: usize, a: usize| format!("{p} policy features, {c} critic features, {a} actions");
-        let want = sizes(self.actor.net.input, self.critic.net.input, self.actor.net.output);
+        let want = sizes(self.actor.net.input, self.critics[0].net.input, self.actor.net.output);
         for (shard, env) in envs.iter().enumerate() {
             let found = sizes(env.policy_obs_dim(), env.critic_obs_dim(), env.action_dim());
             if found != want {
                 return Err(ShardError { shard, expected: want, found });
             }
         }
-        if self.shards.is_empty() {
-            for env in envs {
-                let plan = self.plan(env.num_envs());
-                self.shards.push(Shard::new(plan, &self.actor, &self.critic));
+        let further = |env: &E| env.observation_groups().split_off(2);
+        let first = envs.first().map(|env| further(env)).unwrap_or_default();
+        for (shard, env) in envs.iter().enumerate().skip(1) {
+            let found = further(env);
+            if found != first {
+                let text = |groups: &[ObservationGroup]| {
+                    let names: Vec<_> = groups.iter().map(|g| format!("{} [{}]", g.name, g.size)).collect();
+                    format!("further groups ({})", names.join(", "))
+                };
+                return Err(ShardError { shard, expected: text(&first), found: text(&found) });
             }
         }
-        let old: Vec<usize> = self.shards.iter().map(|shard| shard.rollout.plan.envs).collect();
+        if self.shards.is_empty() {
+            for env in envs {
+                let layout = self.layout(env.num_envs());
+                self.shards.push(Shard::new(layout, &self.actor, &self.critics));
+            }
+        }
+        let old: Vec<usize> = self.shards.iter().map(|shard| shard.rollout.layout.envs).collect();
         let new: Vec<usize> = envs.iter().map(|env| env.num_envs()).collect();
         if old != new {
             let shard = (0..old.len().max(new.len())).find(|&k| old.get(k) != new.get(k)).unwrap_or(0);
@@ -333,6 +401,9 @@ impl Learner {
                 sizes.get(shard).map_or("no such shard".to_owned(), |n| format!("{n} environments"))
             };
             return Err(ShardError { shard, expected: text(&old), found: text(&new) });
+        }
+        for shard in &mut self.shards {
+            shard.prepare(&first);
         }
         Ok(())
     }

@@ -11,18 +11,22 @@ mod checkpoint;
 pub mod config;
 pub mod gae;
 pub mod gaussian;
+pub mod learned_reward;
 pub mod learner;
 pub mod model;
 pub mod net;
 pub mod parallel;
 pub mod rollout;
 pub mod shard;
+pub mod transitions;
 pub mod update;
 pub mod value_loss;
 
 pub use config::{ConfigError, LearnConfig, PpoConfig};
+pub use learned_reward::{LearnedReward, RewardRole};
 pub use learner::{CollectStats, IterationStats, Learner, ShardError};
 pub use model::Model;
+pub use transitions::Transitions;
 pub use update::UpdateStats;
 
 // What the learner takes and gives, so that its callers need not name two crates.

@@ -10,7 +10,7 @@ use paid_policy::matrix::{Mat, MatMut};
 /// A *unit* is what minibatches are drawn from: one block at one step, or with memory one block over the whole horizon.
 /// Its samples are contiguous columns, so that a unit goes through the networks as it is stored.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Plan {
+pub struct RolloutLayout {
     /// Environments of the shard.
     pub envs: usize,
     /// Steps.
@@ -34,7 +34,7 @@ pub struct Place {
     pub width: usize,
 }
 
-impl Plan {
+impl RolloutLayout {
     /// Cuts `envs` environments into nearly equal blocks of at most `block`, widths multiples of 16 where possible.
     pub fn new(envs: usize, horizon: usize, block: usize, sequences: bool) -> Self {
         let count = envs.div_ceil(block.max(1)).max(1);
@@ -79,11 +79,11 @@ impl Plan {
     }
 }
 
-/// Samples of a shard, feature-major a unit (see [`Plan`]).
+/// Samples of a shard, feature-major a unit (see [`RolloutLayout`]).
 #[derive(Clone, Debug)]
 pub struct Rollout {
     /// Where things lie.
-    pub plan: Plan,
+    pub layout: RolloutLayout,
     /// Features of the policy's observation, the critic's, and actions.
     pub dims: [usize; 3],
     /// Normalized policy observations.
@@ -96,20 +96,39 @@ pub struct Rollout {
     pub mean: Vec<f32>,
     /// Log probability of the action.
     pub log_prob: Vec<f32>,
+    /// Bit 0: terminated, bit 1: truncated.
+    pub done: Vec<u8>,
+    /// 0 where the step is the first of an episode, else 1: factor on the recurrent state before it.
+    pub mask: Vec<f32>,
+    /// Advantages, summed over the streams.
+    pub advantage: Vec<f32>,
+    /// The task's reward and, with a second critic, the learned one.
+    pub streams: Vec<ValueStream>,
+}
+
+/// A reward and what its critic made of it.
+#[derive(Clone, Debug)]
+pub struct ValueStream {
     /// Value of the state before the step.
     pub value: Vec<f32>,
     /// Reward of the step.
     pub reward: Vec<f32>,
-    /// Bit 0: terminated, bit 1: truncated.
-    pub end: Vec<u8>,
-    /// 0 where the step is the first of an episode, else 1.
-    pub keep: Vec<f32>,
-    /// Advantages.
-    pub advantage: Vec<f32>,
-    /// Targets of the value: advantage plus value.
-    pub target: Vec<f32>,
+    /// Returns, the critic's targets: advantage plus value.
+    pub returns: Vec<f32>,
     /// Value after the last step, by environment.
     pub last_value: Vec<f32>,
+}
+
+impl ValueStream {
+    fn new(layout: &RolloutLayout) -> Self {
+        let zeros = vec![0.0; layout.samples()];
+        Self {
+            value: zeros.clone(),
+            reward: zeros.clone(),
+            returns: zeros,
+            last_value: vec![0.0; layout.envs],
+        }
+    }
 }
 
 /// The block of a matrix of `rows` features at a place.
@@ -138,50 +157,56 @@ impl Place {
 }
 
 impl Rollout {
-    /// Space for a horizon.
-    pub fn new(plan: Plan, policy_obs: usize, critic_obs: usize, actions: usize) -> Self {
-        let n = plan.samples();
+    /// Space for a horizon; `dims` as in [`Rollout::dims`], one stream per critic.
+    pub fn new(layout: RolloutLayout, dims: [usize; 3], streams: usize) -> Self {
+        let [policy_obs, critic_obs, actions] = dims;
+        let n = layout.samples();
         Self {
-            dims: [policy_obs, critic_obs, actions],
+            dims,
             policy_obs: vec![0.0; policy_obs * n],
             critic_obs: vec![0.0; critic_obs * n],
             action: vec![0.0; actions * n],
             mean: vec![0.0; actions * n],
             log_prob: vec![0.0; n],
-            value: vec![0.0; n],
-            reward: vec![0.0; n],
-            end: vec![0; n],
-            keep: vec![1.0; n],
+            done: vec![0; n],
+            mask: vec![1.0; n],
             advantage: vec![0.0; n],
-            target: vec![0.0; n],
-            last_value: vec![0.0; plan.envs],
-            plan,
+            streams: (0..streams).map(|_| ValueStream::new(&layout)).collect(),
+            layout,
         }
     }
 
-    /// Fills advantages and targets; returns sum and sum of squares of the advantages.
-    pub fn estimate_advantages(&mut self, config: GaeConfig) -> (f64, f64) {
+    /// Fills the returns of every stream and the advantages, the sum of the streams' with `weights`; returns sum and sum of
+    /// squares of the advantages.
+    pub fn estimate_advantages(&mut self, config: GaeConfig, weights: &[f32]) -> (f64, f64) {
         let (mut sum, mut squares) = (0.0, 0.0);
-        for b in 0..self.plan.blocks.len() {
-            let first = self.plan.blocks[b].start;
-            for i in 0..self.plan.blocks[b].len() {
-                let mut next_value = self.last_value[first + i];
-                let mut next = 0.0;
-                for t in (0..self.plan.horizon).rev() {
-                    let s = self.plan.place(t, b).range().start + i;
-                    let step = GaeStep {
-                        reward: self.reward[s],
-                        value: self.value[s],
-                        next_value,
-                        terminated: self.end[s] & 1 != 0,
-                        truncated: self.end[s] & 2 != 0,
-                    };
-                    next = advantage(config, step, next);
-                    next_value = step.value;
-                    self.advantage[s] = next;
-                    self.target[s] = next + step.value;
-                    sum += f64::from(next);
-                    squares += f64::from(next) * f64::from(next);
+        let last = self.streams.len() - 1;
+        for (k, (stream, weight)) in self.streams.iter_mut().zip(weights).enumerate() {
+            for b in 0..self.layout.blocks.len() {
+                let first = self.layout.blocks[b].start;
+                for i in 0..self.layout.blocks[b].len() {
+                    let mut next_value = stream.last_value[first + i];
+                    let mut next = 0.0;
+                    for t in (0..self.layout.horizon).rev() {
+                        let s = self.layout.place(t, b).range().start + i;
+                        let step = GaeStep {
+                            reward: stream.reward[s],
+                            value: stream.value[s],
+                            next_value,
+                            terminated: self.done[s] & 1 != 0,
+                            truncated: self.done[s] & 2 != 0,
+                        };
+                        next = advantage(config, step, next);
+                        next_value = step.value;
+                        stream.returns[s] = next + step.value;
+                        let share = weight * next;
+                        let total = if k == 0 { share } else { self.advantage[s] + share };
+                        self.advantage[s] = total;
+                        if k == last {
+                            sum += f64::from(total);
+                            squares += f64::from(total) * f64::from(total);
+                        }
+                    }
                 }
             }
         }
@@ -197,18 +222,18 @@ mod tests {
     fn places_cover_every_sample_once() {
         for sequences in [false, true] {
             for envs in [1, 16, 40, 600] {
-                let plan = Plan::new(envs, 5, 256, sequences);
-                let mut seen = vec![0; plan.samples()];
+                let layout = RolloutLayout::new(envs, 5, 256, sequences);
+                let mut seen = vec![0; layout.samples()];
                 for t in 0..5 {
-                    for b in 0..plan.blocks.len() {
-                        for s in plan.place(t, b).range() {
+                    for b in 0..layout.blocks.len() {
+                        for s in layout.place(t, b).range() {
                             seen[s] += 1;
                         }
                     }
                 }
                 assert!(seen.iter().all(|&n| n == 1), "{envs} environments, sequences {sequences}");
-                let samples: usize = (0..plan.units()).map(|u| plan.unit(u).1.stride).sum();
-                assert_eq!(samples, plan.samples());
+                let samples: usize = (0..layout.units()).map(|u| layout.unit(u).1.stride).sum();
+                assert_eq!(samples, layout.samples());
             }
         }
     }

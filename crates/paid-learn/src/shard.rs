@@ -4,26 +4,30 @@ use std::time::Instant;
 
 use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, sample};
+use crate::learned_reward::{RewardRole, RewardStream};
 use crate::model::Model;
-use crate::rollout::{Plan, Rollout, block_mut, unit_ref};
+use crate::rollout::{Rollout, RolloutLayout, block_mut, unit_ref};
+use crate::transitions::Transitions;
 use paid_policy::matrix::{Mat, MatMut};
 use paid_policy::net::{State, StepWorkspace};
 use paid_policy::normalizer::{Normalizer, NormalizerBatch};
-use paid_policy::{StepBuffers, VecEnv};
+use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
 
 /// What a shard keeps between horizons, and its scratch.
 #[derive(Clone, Debug)]
 pub struct Shard {
     /// Samples of the last horizon.
     pub rollout: Rollout,
-    /// Recurrent states of the actor now, a block.
+    /// Recurrent states of the actor now, per block.
     pub actor_state: Vec<State<f32>>,
-    /// Recurrent states of the critic now, a block.
-    pub critic_state: Vec<State<f32>>,
+    /// Recurrent states of each critic now, per block.
+    pub critic_states: Vec<Vec<State<f32>>>,
     /// The actor's at the start of the horizon.
     pub actor_start: Vec<State<f32>>,
-    /// The critic's at the start of the horizon.
-    pub critic_start: Vec<State<f32>>,
+    /// The critics' at the start of the horizon.
+    pub critic_starts: Vec<Vec<State<f32>>>,
+    /// Further observation groups, rewards and ends of the last horizon.
+    pub transitions: Transitions,
     /// What the policy's normalizer saw.
     pub policy_seen: NormalizerBatch,
     /// What the critic's normalizer saw.
@@ -34,6 +38,7 @@ pub struct Shard {
     raw_critic: Vec<f32>,
     action: Vec<f32>,
     reward: Vec<f32>,
+    learned_reward: Vec<f32>,
     terminated: Vec<u8>,
     truncated: Vec<u8>,
 }
@@ -41,8 +46,10 @@ pub struct Shard {
 /// Counts and times of one shard's horizon.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ShardStats {
-    /// Sum of the rewards.
+    /// Sum of the task's rewards.
     pub reward: f64,
+    /// Sum of the learned rewards, before any weight.
+    pub learned_reward: f64,
     /// Episodes that failed.
     pub terminated: u64,
     /// Episodes that were cut.
@@ -64,8 +71,10 @@ pub struct ShardStats {
 pub struct Collect<'a> {
     /// Policy.
     pub actor: &'a Model,
-    /// Value function.
-    pub critic: &'a Model,
+    /// Value functions: the task's, then that of the learned reward if it has its own.
+    pub critics: &'a [Model],
+    /// A reward that the learner computes.
+    pub learned: Option<&'a RewardStream>,
     /// Normalizer of the policy's observation.
     pub policy_normalizer: &'a Normalizer,
     /// Normalizer of the critic's observation.
@@ -78,27 +87,39 @@ pub struct Collect<'a> {
 
 impl Shard {
     /// A shard of `envs` environments, at the start of episodes.
-    pub fn new(plan: Plan, actor: &Model, critic: &Model) -> Self {
-        let (n, actions) = (plan.envs, actor.net.output);
+    pub fn new(layout: RolloutLayout, actor: &Model, critics: &[Model]) -> Self {
+        let (n, actions) = (layout.envs, actor.net.output);
         let states = |model: &Model| -> Vec<State<f32>> {
-            plan.blocks.iter().map(|block| model.net.initial_state(block.len())).collect()
+            layout.blocks.iter().map(|block| model.net.initial_state(block.len())).collect()
         };
-        let (actor_state, critic_state) = (states(actor), states(critic));
+        let critic_states: Vec<_> = critics.iter().map(&states).collect();
+        let actor_state = states(actor);
+        let critic_obs = critics[0].net.input;
         Self {
             actor_start: actor_state.clone(),
-            critic_start: critic_state.clone(),
+            critic_starts: critic_states.clone(),
             actor_state,
-            critic_state,
+            critic_states,
+            transitions: Transitions::new(n, layout.horizon, &[]),
             policy_seen: NormalizerBatch::default(),
             critic_seen: NormalizerBatch::default(),
             stats: ShardStats::default(),
             raw_policy: vec![0.0; actor.net.input * n],
-            raw_critic: vec![0.0; critic.net.input * n],
+            raw_critic: vec![0.0; critic_obs * n],
             action: vec![0.0; actions * n],
             reward: vec![0.0; n],
+            learned_reward: Vec::new(),
             terminated: vec![0; n],
             truncated: vec![0; n],
-            rollout: Rollout::new(plan, actor.net.input, critic.net.input, actions),
+            rollout: Rollout::new(layout, [actor.net.input, critic_obs, actions], critics.len()),
+        }
+    }
+
+    /// Makes space for the environment's further observation groups.
+    pub fn prepare(&mut self, further: &[ObservationGroup]) {
+        if self.transitions.groups() != further {
+            let layout = &self.rollout.layout;
+            self.transitions = Transitions::new(layout.envs, layout.horizon, further);
         }
     }
 
@@ -110,13 +131,13 @@ impl Shard {
         work: &mut StepWorkspace<f32>,
     ) {
         self.policy_seen = NormalizerBatch::new(shared.actor.net.input);
-        self.critic_seen = NormalizerBatch::new(shared.critic.net.input);
+        self.critic_seen = NormalizerBatch::new(self.rollout.dims[1]);
         self.stats = ShardStats::default();
         self.actor_start.clone_from(&self.actor_state);
-        self.critic_start.clone_from(&self.critic_state);
-        for t in 0..self.rollout.plan.horizon {
-            self.stats.env_s += timed(|| env.observe(&mut [&mut self.raw_policy, &mut self.raw_critic]));
-            for b in 0..self.rollout.plan.blocks.len() {
+        self.critic_starts.clone_from(&self.critic_states);
+        for t in 0..self.rollout.layout.horizon {
+            self.observe(t, env);
+            for b in 0..self.rollout.layout.blocks.len() {
                 self.act(shared, t, b, work);
             }
             let out = StepBuffers {
@@ -127,19 +148,66 @@ impl Shard {
             self.stats.env_s += timed(|| env.step(&self.action, out));
             self.record(t);
         }
-        self.stats.env_s += timed(|| env.observe(&mut [&mut self.raw_policy, &mut self.raw_critic]));
+        self.observe(self.rollout.layout.horizon, env);
         self.bootstrap(shared, work);
-        self.stats.advantage = self.rollout.estimate_advantages(shared.gae);
+        let weights = match shared.learned {
+            Some(stream) => {
+                self.compute_reward(stream);
+                stream.role.advantage_weights()
+            }
+            None => vec![1.0],
+        };
+        self.stats.advantage = self.rollout.estimate_advantages(shared.gae, &weights);
         self.stats.non_finite += self.policy_seen.non_finite + self.critic_seen.non_finite;
     }
 
-    /// Normalizes, evaluates both networks and draws actions for block `b` at step `t`.
+    /// Takes the observations before step `t`.
+    fn observe(&mut self, t: usize, env: &mut (impl VecEnv + ?Sized)) {
+        let mut groups: Vec<&mut [f32]> = vec![&mut self.raw_policy, &mut self.raw_critic];
+        groups.extend(self.transitions.observations_mut(t));
+        self.stats.env_s += timed(|| env.observe(&mut groups));
+        for x in groups.into_iter().skip(2).flatten() {
+            if !x.is_finite() {
+                *x = 0.0;
+                self.stats.non_finite += 1;
+            }
+        }
+    }
+
+    /// Computes the learned reward of the horizon and puts it where its role says.
+    fn compute_reward(&mut self, stream: &RewardStream) {
+        let r = &mut self.rollout;
+        self.learned_reward.resize(r.layout.samples(), 0.0);
+        stream.reward.reward(&self.transitions, &mut self.learned_reward);
+        for t in 0..r.layout.horizon {
+            for (b, block) in r.layout.blocks.iter().enumerate() {
+                let first = r.layout.place(t, b).range().start;
+                for i in 0..block.len() {
+                    let mut learned = self.learned_reward[t * r.layout.envs + block.start + i];
+                    if !learned.is_finite() {
+                        learned = 0.0;
+                        self.stats.non_finite += 1;
+                    }
+                    self.stats.learned_reward += f64::from(learned);
+                    match stream.role {
+                        RewardRole::Mixed { task, learned: factor } => {
+                            let reward = &mut r.streams[0].reward[first + i];
+                            *reward = task * *reward + factor * learned;
+                        }
+                        RewardRole::OwnCritic { .. } => r.streams[1].reward[first + i] = learned,
+                    }
+                }
+            }
+        }
+    }
+
+    /// Normalizes, evaluates all networks and draws actions for block `b` at step `t`.
     fn act(&mut self, shared: Collect<'_>, t: usize, b: usize, work: &mut StepWorkspace<f32>) {
         let r = &mut self.rollout;
         let [policy_obs, critic_obs, actions] = r.dims;
-        let n = r.plan.envs;
-        let place = r.plan.place(t, b);
-        let first = r.plan.blocks[b].start;
+        let n = r.layout.envs;
+        let place = r.layout.place(t, b);
+        let first = r.layout.blocks[b].start;
         let start = Instant::now();
         let raw = Mat::new(&self.raw_policy, policy_obs, n, n).columns(first, place.width);
         let out = block_mut(&mut r.policy_obs, policy_obs, place);
@@ -151,13 +219,15 @@ impl Shard {
         self.stats.normalize_s += (normalized - start).as_secs_f64();
 
         let columns = |data, rows| unit_ref(data, rows, place).columns(place.column, place.width);
-        let (actor, critic) = (shared.actor, shared.critic);
+        let actor = shared.actor;
         let mean = block_mut(&mut r.mean, actions, place);
         let x = columns(&r.policy_obs, policy_obs);
         actor.net.step(&actor.params, x, &mut self.actor_state[b], mean, work);
-        let value = MatMut::new(&mut r.value[place.range()], 1, place.width, place.width);
-        let x = columns(&r.critic_obs, critic_obs);
-        critic.net.step(&critic.params, x, &mut self.critic_state[b], value, work);
+        for (k, critic) in shared.critics.iter().enumerate() {
+            let value = MatMut::new(&mut r.streams[k].value[place.range()], 1, place.width, place.width);
+            let x = columns(&r.critic_obs, critic_obs);
+            critic.net.step(&critic.params, x, &mut self.critic_states[k][b], value, work);
+        }
         let key = NoiseKey {
             first_env: shared.noise.first_env + first as u32,
             step: shared.noise.step + t as u64,
@@ -176,48 +246,55 @@ impl Shard {
     /// Stores what step `t` returned and clears the memory of environments whose episode ended.
     fn record(&mut self, t: usize) {
         let r = &mut self.rollout;
-        for b in 0..r.plan.blocks.len() {
-            let first = r.plan.blocks[b].start;
-            let place = r.plan.place(t, b);
+        for b in 0..r.layout.blocks.len() {
+            let first = r.layout.blocks[b].start;
+            let place = r.layout.place(t, b);
             for i in 0..place.width {
                 let (e, s) = (first + i, place.range().start + i);
                 let reward = self.reward[e];
                 let finite = reward.is_finite();
-                r.reward[s] = if finite { reward } else { 0.0 };
+                let reward = if finite { reward } else { 0.0 };
+                r.streams[0].reward[s] = reward;
                 self.stats.non_finite += u64::from(!finite);
-                self.stats.reward += f64::from(r.reward[s]);
+                self.stats.reward += f64::from(reward);
                 let (terminated, truncated) = (self.terminated[e] != 0, self.truncated[e] != 0);
-                r.end[s] = u8::from(terminated) | u8::from(truncated) << 1;
+                r.done[s] = u8::from(terminated) | u8::from(truncated) << 1;
+                self.transitions.record(t, e, reward, r.done[s]);
                 let ended = terminated || truncated;
-                if t + 1 < r.plan.horizon {
-                    r.keep[r.plan.place(t + 1, b).range().start + i] = if ended { 0.0 } else { 1.0 };
+                if t + 1 < r.layout.horizon {
+                    r.mask[r.layout.place(t + 1, b).range().start + i] = if ended { 0.0 } else { 1.0 };
                 }
                 if ended {
                     self.stats.terminated += u64::from(terminated);
                     self.stats.truncated += u64::from(!terminated);
                     self.actor_state[b].reset(i);
-                    self.critic_state[b].reset(i);
+                    for states in &mut self.critic_states {
+                        states[b].reset(i);
+                    }
                 }
             }
         }
     }
 
-    /// Values after the last step. The critic's memory does not move: the next horizon starts from this observation.
+    /// Values after the last step. The critics' memory does not move: the next horizon starts from this observation.
     fn bootstrap(&mut self, shared: Collect<'_>, work: &mut StepWorkspace<f32>) {
         let start = Instant::now();
-        let n = self.rollout.plan.envs;
-        let rows = shared.critic.net.input;
+        let n = self.rollout.layout.envs;
+        let rows = self.rollout.dims[1];
         let mut normalized = vec![0.0; rows * n];
         shared.critic_normalizer.apply(
             Mat::new(&self.raw_critic, rows, n, n),
             MatMut::new(&mut normalized, rows, n, n),
             None,
         );
-        for (b, block) in self.rollout.plan.blocks.iter().enumerate() {
-            let mut state = self.critic_state[b].clone();
-            let x = Mat::new(&normalized, rows, n, n).columns(block.start, block.len());
-            let out = MatMut::new(&mut self.rollout.last_value[block.clone()], 1, block.len(), block.len());
-            shared.critic.net.step(&shared.critic.params, x, &mut state, out, work);
+        for (b, block) in self.rollout.layout.blocks.iter().enumerate() {
+            for (k, critic) in shared.critics.iter().enumerate() {
+                let mut state = self.critic_states[k][b].clone();
+                let x = Mat::new(&normalized, rows, n, n).columns(block.start, block.len());
+                let last_value = &mut self.rollout.streams[k].last_value[block.clone()];
+                let out = MatMut::new(last_value, 1, block.len(), block.len());
+                critic.net.step(&critic.params, x, &mut state, out, work);
+            }
         }
         self.stats.forward_s += start.elapsed().as_secs_f64();
     }

@@ -26,13 +26,27 @@ pub struct Worker {
     pub step: paid_policy::net::StepWorkspace<f32>,
 }
 
-/// Gradients of the slices and their sums; kept so that updates allocate nothing.
+/// Gradients of the slices and their sums; kept so that updates need not allocate them.
 #[derive(Clone, Debug, Default)]
 pub struct Gradients {
-    actor: Vec<Vec<f32>>,
-    critic: Vec<Vec<f32>>,
-    actor_total: Vec<f32>,
-    critic_total: Vec<f32>,
+    actor: NetworkGradient,
+    critics: Vec<NetworkGradient>,
+}
+
+/// Gradient of one network.
+#[derive(Clone, Debug, Default)]
+struct NetworkGradient {
+    /// One per slice.
+    slices: Vec<Vec<f32>>,
+    /// Their sum.
+    total: Vec<f32>,
+}
+
+impl Gradients {
+    /// The actor's, then the critics'.
+    fn networks_mut(&mut self) -> impl Iterator<Item = &mut NetworkGradient> {
+        core::iter::once(&mut self.actor).chain(&mut self.critics)
+    }
 }
 
 /// Means over the gradient steps of an update.
@@ -40,8 +54,10 @@ pub struct Gradients {
 pub struct UpdateStats {
     /// Clipped surrogate loss.
     pub surrogate_loss: f64,
-    /// Value loss, before its weight.
+    /// Value loss of the task's critic, before its weight.
     pub value_loss: f64,
+    /// Value loss of the learned reward's critic, before its weight; 0 if there is none.
+    pub learned_value_loss: f64,
     /// Divergence from the policy that collected.
     pub kl: f64,
     /// Share of samples outside the clip range.
@@ -65,27 +81,24 @@ pub struct Schedule {
     pub shuffle: Rng,
 }
 
-/// Which network a task trains.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Role {
-    Actor,
-    Critic,
+/// Which network a slice trains, and where its loss goes.
+enum Target<'a> {
+    Actor(&'a mut ActorLoss),
+    Critic(usize, &'a mut f64),
 }
 
 /// One slice of a minibatch for one network.
-struct Task<'a> {
-    role: Role,
+struct Slice<'a> {
+    target: Target<'a>,
     units: &'a [(usize, usize)],
     grads: &'a mut [f32],
-    sums: &'a mut ActorLoss,
-    value: &'a mut f64,
 }
 
-/// What the tasks of an update read.
+/// What the slices of an update read.
 struct Shared<'a> {
     config: &'a PpoConfig,
     actor: &'a Model,
-    critic: &'a Model,
+    critics: &'a [Model],
     old_log_std: &'a [f32],
     shards: &'a [Shard],
     advantage: (f64, f64),
@@ -94,7 +107,7 @@ struct Shared<'a> {
 /// Runs epochs and minibatches over what the shards collected.
 pub fn update(
     config: &PpoConfig,
-    (actor, critic): (&mut Model, &mut Model),
+    (actor, critics): (&mut Model, &mut [Model]),
     schedule: &mut Schedule,
     shards: &[Shard],
     gradients: &mut Gradients,
@@ -102,7 +115,7 @@ pub fn update(
 ) -> UpdateStats {
     let mut units: Vec<(usize, usize)> = Vec::new();
     for (k, shard) in shards.iter().enumerate() {
-        units.extend((0..shard.rollout.plan.units()).map(|unit| (k, unit)));
+        units.extend((0..shard.rollout.layout.units()).map(|unit| (k, unit)));
     }
     let advantage = advantage_moments(shards);
     let old_log_std = actor.log_std().to_vec();
@@ -114,15 +127,16 @@ pub fn update(
         }
         for part in 0..minibatches {
             let batch = &units[part * units.len() / minibatches..(part + 1) * units.len() / minibatches];
-            let shared = Shared { config, actor, critic, old_log_std: &old_log_std, shards, advantage };
+            let shared = Shared { config, actor, critics, old_log_std: &old_log_std, shards, advantage };
             let losses = minibatch_gradient(&shared, batch, gradients, workers);
             if config.adaptive_learning_rate && losses.kl.is_finite() {
                 schedule.learning_rate = adapted(config, schedule.learning_rate, losses.kl);
             }
             let slices = config.slices.min(batch.len());
-            step(config, (actor, critic), schedule, gradients, slices, workers, &mut totals);
+            step(config, (actor, critics), schedule, gradients, slices, workers, &mut totals);
             totals.surrogate_loss += losses.surrogate_loss;
             totals.value_loss += losses.value_loss;
+            totals.learned_value_loss += losses.learned_value_loss;
             totals.kl += losses.kl;
             totals.clip_fraction += losses.clip_fraction;
         }
@@ -132,6 +146,7 @@ pub fn update(
     UpdateStats {
         surrogate_loss: totals.surrogate_loss / count,
         value_loss: totals.value_loss / count,
+        learned_value_loss: totals.learned_value_loss / count,
         kl: totals.kl / count,
         clip_fraction: totals.clip_fraction / count,
         grad_norm: totals.grad_norm / taken,
@@ -156,7 +171,7 @@ fn advantage_moments(shards: &[Shard]) -> (f64, f64) {
     for shard in shards {
         sum += shard.stats.advantage.0;
         squares += shard.stats.advantage.1;
-        count += shard.rollout.plan.samples() as f64;
+        count += shard.rollout.layout.samples() as f64;
     }
     let mean = sum / count;
     let variance = (squares / count - mean * mean).max(0.0);
@@ -172,31 +187,32 @@ fn minibatch_gradient(
 ) -> UpdateStats {
     let slices = shared.config.slices.min(units.len());
     let samples: usize =
-        units.iter().map(|&(k, unit)| shared.shards[k].rollout.plan.unit(unit).1.stride).sum();
+        units.iter().map(|&(k, unit)| shared.shards[k].rollout.layout.unit(unit).1.stride).sum();
     let weight = 1.0 / samples as f64;
-    for (grads, model) in [(&mut gradients.actor, shared.actor), (&mut gradients.critic, shared.critic)] {
-        grads.resize_with(slices.max(grads.len()), Vec::new);
-        for slice in grads {
+    gradients.critics.resize_with(shared.critics.len(), NetworkGradient::default);
+    let models = core::iter::once(shared.actor).chain(shared.critics);
+    for (gradient, model) in gradients.networks_mut().zip(models) {
+        gradient.slices.resize_with(slices.max(gradient.slices.len()), Vec::new);
+        for slice in &mut gradient.slices {
             slice.resize(model.layout.len(), 0.0);
         }
     }
     let mut sums = vec![ActorLoss::default(); slices];
-    let mut values = vec![0.0; slices];
-    let mut unused = (vec![ActorLoss::default(); slices], vec![0.0; slices]);
-    let mut tasks = Vec::new();
-    // The critic is the larger network: its tasks go first, so that the small ones even out the ends.
+    let mut values = vec![vec![0.0; slices]; shared.critics.len()];
+    let mut jobs = Vec::new();
+    // The critic is the larger network: its slices go first, so that the small ones even out the ends.
     let part = |s: usize| &units[s * units.len() / slices..(s + 1) * units.len() / slices];
-    let critic = gradients.critic.iter_mut().zip(&mut values).zip(&mut unused.0);
-    for (s, ((grads, value), sums)) in critic.take(slices).enumerate() {
-        tasks.push(Task { role: Role::Critic, units: part(s), grads, sums, value });
+    for (k, (gradient, values)) in gradients.critics.iter_mut().zip(&mut values).enumerate() {
+        for (s, (grads, value)) in gradient.slices.iter_mut().zip(values).enumerate() {
+            jobs.push(Slice { target: Target::Critic(k, value), units: part(s), grads });
+        }
     }
-    let actor = gradients.actor.iter_mut().zip(&mut sums).zip(&mut unused.1);
-    for (s, ((grads, sums), value)) in actor.take(slices).enumerate() {
-        tasks.push(Task { role: Role::Actor, units: part(s), grads, sums, value });
+    for (s, (grads, sums)) in gradients.actor.slices.iter_mut().zip(&mut sums).enumerate() {
+        jobs.push(Slice { target: Target::Actor(sums), units: part(s), grads });
     }
-    for_each(workers, tasks, |worker, task| run_task(shared, weight, worker, task));
+    for_each(workers, jobs, |worker, slice| train_slice(shared, weight, worker, slice));
     let entropy_gradient = shared.config.entropy as f32;
-    for g in &mut gradients.actor[0][shared.actor.net.layout().len()..] {
+    for g in &mut gradients.actor.slices[0][shared.actor.net.layout().len()..] {
         *g -= entropy_gradient;
     }
     let mut losses = UpdateStats::default();
@@ -204,24 +220,27 @@ fn minibatch_gradient(
         losses.surrogate_loss += sums[s].surrogate * weight;
         losses.kl += sums[s].kl * weight;
         losses.clip_fraction += sums[s].clipped * weight;
-        losses.value_loss += values[s] * weight;
+        losses.value_loss += values[0][s] * weight;
+        losses.learned_value_loss += values.get(1).map_or(0.0, |values| values[s] * weight);
     }
     losses
 }
 
-fn run_task(shared: &Shared<'_>, weight: f64, worker: &mut Worker, task: Task<'_>) {
-    let Task { role, units, grads, sums, value } = task;
+fn train_slice(shared: &Shared<'_>, weight: f64, worker: &mut Worker, slice: Slice<'_>) {
+    let Slice { mut target, units, grads } = slice;
     grads.fill(0.0);
     for &(k, unit) in units {
         let shard = &shared.shards[k];
-        match role {
-            Role::Actor => {
+        match &mut target {
+            Target::Actor(sums) => {
                 let loss = train_actor(shared, weight, shard, unit, grads, worker);
                 sums.surrogate += loss.surrogate;
                 sums.kl += loss.kl;
                 sums.clipped += loss.clipped;
             }
-            Role::Critic => *value += train_critic(shared, weight, shard, unit, grads, worker),
+            Target::Critic(critic, value) => {
+                **value += train_critic(shared, *critic, weight, (shard, unit), grads, worker);
+            }
         }
     }
 }
@@ -235,9 +254,9 @@ fn sequence<'a>(
     starts: &'a [State<f32>],
 ) -> Sequence<'a, f32> {
     let r = &shard.rollout;
-    let (block, place) = r.plan.unit(unit);
+    let (block, place) = r.layout.unit(unit);
     let steps =
-        Steps { steps: place.stride / place.width, width: place.width, keep: &r.keep[place.unit_range()] };
+        Steps { steps: place.stride / place.width, width: place.width, mask: &r.mask[place.unit_range()] };
     Sequence { input: unit_ref(obs, rows, place), steps, state: &starts[block] }
 }
 
@@ -251,7 +270,7 @@ fn train_actor(
 ) -> ActorLoss {
     let r = &shard.rollout;
     let [rows, _, actions] = r.dims;
-    let (_, place) = r.plan.unit(unit);
+    let (_, place) = r.layout.unit(unit);
     let config = ActorLossConfig {
         clip: shared.config.clip,
         advantage_mean: shared.advantage.0,
@@ -283,45 +302,48 @@ fn train_actor(
 
 fn train_critic(
     shared: &Shared<'_>,
+    critic: usize,
     weight: f64,
-    shard: &Shard,
-    unit: usize,
+    (shard, unit): (&Shard, usize),
     grads: &mut [f32],
     worker: &mut Worker,
 ) -> f64 {
     let r = &shard.rollout;
-    let (_, place) = r.plan.unit(unit);
+    let (_, place) = r.layout.unit(unit);
     let clip = shared.config.clip_value_loss.then_some(shared.config.clip);
     let weight = weight * shared.config.value_loss;
     let mut total = 0.0;
-    let sequence = sequence(shard, &r.critic_obs, r.dims[1], unit, &shard.critic_start);
-    let model = shared.critic;
+    let sequence = sequence(shard, &r.critic_obs, r.dims[1], unit, &shard.critic_starts[critic]);
+    let (model, stream) = (&shared.critics[critic], &r.streams[critic]);
     model.net.train(&model.params, grads, sequence, &mut worker.train, &mut |columns, value, mut dvalue| {
         let samples = place.unit + columns.start..place.unit + columns.end;
-        let batch = ValueBatch { old_value: &r.value[samples.clone()], target: &r.target[samples] };
+        let batch =
+            ValueBatch { old_value: &stream.value[samples.clone()], returns: &stream.returns[samples] };
         total += value_loss(clip, weight, value.row(0), batch, dvalue.row(0));
     });
     total
 }
 
-/// Sums the slices, clips the norm over both networks and takes one step of Adam.
+/// Sums the slices, clips the norm over all networks and takes one step of Adam.
 fn step(
     config: &PpoConfig,
-    (actor, critic): (&mut Model, &mut Model),
+    (actor, critics): (&mut Model, &mut [Model]),
     schedule: &mut Schedule,
     gradients: &mut Gradients,
     slices: usize,
     workers: &mut [Worker],
     totals: &mut UpdateStats,
 ) {
-    let Gradients { actor: actor_parts, critic: critic_parts, actor_total, critic_total } = gradients;
-    actor_total.resize(actor.layout.len(), 0.0);
-    critic_total.resize(critic.layout.len(), 0.0);
-    let ranges = actor_total.len().div_ceil(RANGE) + critic_total.len().div_ceil(RANGE);
+    let mut ranges = 0;
+    let models = core::iter::once(&*actor).chain(&*critics);
+    for (gradient, model) in gradients.networks_mut().zip(models) {
+        gradient.total.resize(model.layout.len(), 0.0);
+        ranges += gradient.total.len().div_ceil(RANGE);
+    }
     let mut squares = vec![0.0; ranges];
     let mut items = Vec::new();
     let mut places = squares.iter_mut();
-    for (total, parts) in [(&mut *actor_total, &*actor_parts), (&mut *critic_total, &*critic_parts)] {
+    for NetworkGradient { slices: parts, total } in gradients.networks_mut() {
         for (k, total) in total.chunks_mut(RANGE).enumerate() {
             let parts: Vec<&[f32]> =
                 parts[..slices].iter().map(|part| &part[k * RANGE..k * RANGE + total.len()]).collect();
@@ -342,10 +364,11 @@ fn step(
     // As in PyTorch's clip_grad_norm_, including its small constant.
     let gradient_scale = (config.max_grad_norm / (norm + 1e-6)).min(1.0);
     let mut items = Vec::new();
-    for (model, total) in [(&mut *actor, &*actor_total), (&mut *critic, &*critic_total)] {
+    let models = core::iter::once(&mut *actor).chain(&mut *critics);
+    for (model, gradient) in models.zip(gradients.networks_mut()) {
         let params = model.params.chunks_mut(RANGE);
         let moments = model.m.chunks_mut(RANGE).zip(model.v.chunks_mut(RANGE));
-        for ((params, (m, v)), gradient) in params.zip(moments).zip(total.chunks(RANGE)) {
+        for ((params, (m, v)), gradient) in params.zip(moments).zip(gradient.total.chunks(RANGE)) {
             items.push(AdamStep {
                 params,
                 m,

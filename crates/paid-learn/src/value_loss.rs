@@ -9,8 +9,8 @@ use paid_policy::element::{Element, Lanewise, load, store, sum_valid};
 pub struct ValueBatch<'a, S> {
     /// Values when the samples were collected, `[n]`.
     pub old_value: &'a [S],
-    /// Wanted values, `[n]`.
-    pub target: &'a [S],
+    /// Returns: the wanted values, `[n]`.
+    pub returns: &'a [S],
 }
 
 /// `max((v - R)^2, (v_clip - R)^2)` with `v_clip` within `clip` of the old value (plain `(v - R)^2` without a clip).
@@ -26,7 +26,7 @@ pub fn value_loss<S: Element>(
     dvalue: &mut [S],
 ) -> f64 {
     let n = value.len();
-    assert!(batch.old_value.len() == n && batch.target.len() == n && dvalue.len() == n, "equal batch sizes");
+    assert!(batch.old_value.len() == n && batch.returns.len() == n && dvalue.len() == n, "equal batch sizes");
     S::launch(ValueKernel { clip, weight, value, batch, dvalue })
 }
 
@@ -49,11 +49,11 @@ impl<S: Element> Lanewise<S> for ValueKernel<'_, S> {
         while i < n {
             let value = load::<V>(self.value, i);
             let old = load::<V>(self.batch.old_value, i);
-            let target = load::<V>(self.batch.target, i);
+            let returns = load::<V>(self.batch.returns, i);
             let change = value - old;
             let inside = change.abs().le(clip);
-            let error = value - target;
-            let clipped_error = old + change.clamp(-clip, clip) - target;
+            let error = value - returns;
+            let clipped_error = old + change.clamp(-clip, clip) - returns;
             let (plain, clipped) = (error * error, clipped_error * clipped_error);
             let clipped = V::select(inside, plain, clipped);
             let gradient = V::select(plain.lt(clipped), V::zero(), error * V::c(2.0 * self.weight));

@@ -21,7 +21,7 @@ struct Case {
     net: Network,
     params: Vec<f64>,
     input: Vec<f64>,
-    keep: Vec<f64>,
+    mask: Vec<f64>,
     state: State<f64>,
     target: Vec<f64>,
     steps: usize,
@@ -40,9 +40,9 @@ impl Case {
             *layer = normals(layer.len());
         }
         // Episodes begin in the middle of some sequences.
-        let keep = (0..cols).map(|k| if k >= width && k % 7 == 3 { 0.0 } else { 1.0 }).collect();
+        let mask = (0..cols).map(|k| if k >= width && k % 7 == 3 { 0.0 } else { 1.0 }).collect();
         let params = net.initialize(&mut Rng::new(6, 0, 0));
-        Self { net, params, input, keep, state, target, steps, width }
+        Self { net, params, input, mask, state, target, steps, width }
     }
 
     /// Sum of `(y - target)^2 / 2`, and its gradient.
@@ -50,7 +50,7 @@ impl Case {
         let cols = self.steps * self.width;
         let sequence = Sequence {
             input: Mat::new(&self.input, self.net.input, cols, cols),
-            steps: Steps { steps: self.steps, width: self.width, keep: &self.keep },
+            steps: Steps { steps: self.steps, width: self.width, mask: &self.mask },
             state: &self.state,
         };
         let mut total = 0.0;
@@ -120,7 +120,7 @@ fn a_sequence_and_single_steps_give_the_same_outputs() {
     let mut outputs = vec![0.0; 2 * cols];
     let sequence = Sequence {
         input: Mat::new(&case.input, 3, cols, cols),
-        steps: Steps { steps, width, keep: &case.keep },
+        steps: Steps { steps, width, mask: &case.mask },
         state: &case.state,
     };
     let mut grads = vec![0.0; case.params.len()];
@@ -140,7 +140,7 @@ fn a_sequence_and_single_steps_give_the_same_outputs() {
     let mut work = StepWorkspace::default();
     for t in 0..steps {
         for i in 0..width {
-            if case.keep[t * width + i] == 0.0 {
+            if case.mask[t * width + i] == 0.0 {
                 state.reset(i);
             }
         }
@@ -244,13 +244,13 @@ fn actor_loss_reports_the_divergence_of_the_formula() {
 
 #[test]
 fn value_loss_gradients_match_differences_inside_and_outside_the_clip_range() {
-    // value, old value, target: inside; outside toward the target (clipped branch wins, no gradient); outside away.
+    // value, old value, returns: inside; outside toward the returns (clipped branch wins, no gradient); outside away.
     let cases = [(1.1, 1.0, 3.0), (1.5, 1.0, 3.0), (0.5, 1.0, 3.0), (1.5, 1.0, 1.0), (0.9, 1.0, 0.0)];
     let clip = 0.2;
     let run = |value: &[f64], clip, gradient: &mut [f64]| {
         let old: Vec<f64> = cases.iter().map(|c| c.1).collect();
-        let target: Vec<f64> = cases.iter().map(|c| c.2).collect();
-        value_loss(clip, 0.5, value, ValueBatch { old_value: &old, target: &target }, gradient)
+        let returns: Vec<f64> = cases.iter().map(|c| c.2).collect();
+        value_loss(clip, 0.5, value, ValueBatch { old_value: &old, returns: &returns }, gradient)
     };
     let value: Vec<f64> = cases.iter().map(|c| c.0).collect();
     for clip in [Some(clip), None] {
@@ -275,15 +275,15 @@ fn value_gradients_survive_rounding_inside_the_clip_range() {
     for _ in 0..1000 {
         let old = rng.normal() as f32 * 30.0;
         let value = old + rng.uniform(-0.19, 0.19) as f32;
-        let target = rng.normal() as f32 * 30.0;
+        let returns = rng.normal() as f32 * 30.0;
         let mut gradient = [0.0];
         value_loss(
             Some(0.2),
             1.0,
             &[value],
-            ValueBatch { old_value: &[old], target: &[target] },
+            ValueBatch { old_value: &[old], returns: &[returns] },
             &mut gradient,
         );
-        assert_eq!(gradient[0], (value - target) * 2.0);
+        assert_eq!(gradient[0], (value - returns) * 2.0);
     }
 }

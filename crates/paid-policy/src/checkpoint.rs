@@ -3,7 +3,8 @@
 //!
 //! Tensors: `actor.*`, `critic.*` (weights, `actor.log_std`), `adam.m.*`, `adam.v.*`, `normalizer.{policy,critic}.{mean,m2,count}`
 //! (`f64`), `learner.*` (rates and counters), `carry.<shard>.{actor,critic}` (recurrent state, `[2 * layers * size, envs]`: `h` then
-//! `c` a layer) and `blob.<name>` (bytes that the caller added). The metadata hold the shape of the networks as JSON.
+//! `c` a layer) and `blob.<name>` (bytes that the caller added). A reward that the learner computes adds `reward.<name>` (its state, bytes)
+//! and, if it has a critic of its own, `critic_<name>.*` with moments and carry. The metadata hold the shape of the networks as JSON.
 
 use std::path::{Path, PathBuf};
 
@@ -56,8 +57,8 @@ pub enum CheckpointError {
     },
 }
 
-/// Beginnings of the names of what a policy and its critic are; the rest is for resuming.
-const WEIGHTS: [&str; 3] = ["actor.", "critic.", "normalizer."];
+/// Beginnings of the names of what a policy and its critics are; the rest is for resuming.
+const WEIGHTS: [&str; 4] = ["actor.", "critic.", "critic_", "normalizer."];
 
 /// Shape of the learner that wrote a checkpoint.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -56,7 +56,7 @@ pub struct Steps<'a, S> {
     /// Environments a step.
     pub width: usize,
     /// `[steps * width]`: 0 where an episode began at that step (the state is cleared before it), else 1.
-    pub keep: &'a [S],
+    pub mask: &'a [S],
 }
 
 /// Runs `layer` over a whole sequence `x` `[input, steps * width]` from the states `h0`, `c0` `[size, width]`.
@@ -69,19 +69,19 @@ pub fn forward<S: Element>(
     c0: &[S],
     cache: &mut LstmCache<S>,
 ) {
-    let Steps { steps, width, keep } = steps;
+    let Steps { steps, width, mask } = steps;
     let (size, cols) = (layer.size, steps * width);
     cache.resize(size, cols, width);
     multiply(MatMut::new(&mut cache.gates, 4 * size, cols, cols), layer.w_ih(params), x, false);
     cache.c.copy_from_slice(&c0[..size * width]);
     for t in 0..steps {
         let first = t * width;
-        let keep = &keep[first..first + width];
+        let mask = &mask[first..first + width];
         for r in 0..size {
             let row = r * cols + first;
             for i in 0..width {
                 let h = if t == 0 { h0[r * width + i] } else { cache.h[row - width + i] };
-                let alive = keep[i] > S::default();
+                let alive = mask[i] > S::default();
                 let c = &mut cache.c[r * width + i];
                 if !alive {
                     *c = S::default();
@@ -114,7 +114,7 @@ pub fn backward<S: Element>(
     cache: &mut LstmCache<S>,
     dx: Option<MatMut<'_, S>>,
 ) {
-    let Steps { steps, width, keep } = steps;
+    let Steps { steps, width, mask } = steps;
     let (size, cols) = (layer.size, steps * width);
     cache.c.fill(S::default());
     for t in (0..steps).rev() {
@@ -126,7 +126,7 @@ pub fn backward<S: Element>(
             c_prev: view(&cache.c_prev, size),
             tanh_c: view(&cache.tanh_c, size),
             dh: view(&cache.dh, size),
-            keep: &keep[first..first + width],
+            mask: &mask[first..first + width],
             dc: MatMut::new(&mut cache.c, size, width, width),
             dbias: &mut grads[layer.bias.clone()],
         });
@@ -139,7 +139,7 @@ pub fn backward<S: Element>(
             for r in 0..size {
                 let row = dh.row(r);
                 for i in 0..width {
-                    if keep[first + i] > S::default() {
+                    if mask[first + i] > S::default() {
                         let carried = row[first + i].to_f64();
                         let place = &mut row[first - width + i];
                         *place = S::from_f64(place.to_f64() + carried);
@@ -165,7 +165,7 @@ struct CellBackward<'a, S> {
     c_prev: Mat<'a, S>,
     tanh_c: Mat<'a, S>,
     dh: Mat<'a, S>,
-    keep: &'a [S],
+    mask: &'a [S],
     dc: MatMut<'a, S>,
     dbias: &'a mut [S],
 }
@@ -175,7 +175,7 @@ impl<S: Scalar + Element> Lanewise<S> for CellBackward<'_, S> {
     #[inline(always)]
     fn run<V: Real<Scalar = S>>(mut self) {
         let size = self.dbias.len() / 4;
-        let n = self.keep.len();
+        let n = self.mask.len();
         let one = V::one();
         for r in 0..size {
             let mut totals = [V::zero(); 4];
@@ -198,7 +198,7 @@ impl<S: Scalar + Element> Lanewise<S> for CellBackward<'_, S> {
                     store(d[gate], self.gates.row(gate * size + r), k);
                     totals[gate] += d[gate];
                 }
-                store(dc * f * load::<V>(self.keep, k), self.dc.row(r), k);
+                store(dc * f * load::<V>(self.mask, k), self.dc.row(r), k);
                 k += V::LANES;
             }
             for gate in 0..4 {

@@ -154,3 +154,36 @@ impl VecEnv for Recall {
         Ok(())
     }
 }
+
+/// [`PointMass`] with a further observation group `motion`: position and velocity.
+pub struct WithMotion(pub PointMass);
+
+impl VecEnv for WithMotion {
+    fn num_envs(&self) -> usize {
+        self.0.num_envs()
+    }
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        let mut groups = self.0.observation_groups();
+        groups.push(ObservationGroup::new("motion", 2));
+        groups
+    }
+    fn action_dim(&self) -> usize {
+        self.0.action_dim()
+    }
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
+        let (known, further) = groups.split_at_mut(2);
+        self.0.observe(known);
+        for group in further {
+            group.copy_from_slice(known[0]);
+        }
+    }
+    fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        self.0.step(actions, out);
+    }
+    fn save(&self) -> Vec<u8> {
+        self.0.save()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.0.restore(bytes)
+    }
+}
