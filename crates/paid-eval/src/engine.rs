@@ -31,7 +31,7 @@ pub struct EngineFacts {
     /// Surfaces and shapes in words.
     pub surfaces: String,
     /// True: the policy sees a rolling ball, and its motion is chosen, where the ball will be when the motion strikes.
-    pub lead_ball: bool,
+    pub predicts_ball: bool,
 }
 
 impl Engine {
@@ -46,21 +46,21 @@ impl Engine {
     /// What to say about it beside figures.
     pub fn facts(&self, preset: &TaskPreset) -> EngineFacts {
         let ball_mass_kg = preset.scene.ball.then_some(preset.ball_params.mass_kg);
-        let lead_ball = preset.observations.lead_ball;
+        let predicts_ball = preset.predicts_ball();
         match self {
             Self::Builtin => EngineFacts {
                 name: "built-in".to_owned(),
                 physics_dt_s: preset.scene.physics_dt_s,
                 ball_mass_kg,
                 surfaces: materials(preset),
-                lead_ball,
+                predicts_ball,
             },
             Self::Mujoco(scene) => EngineFacts {
                 name: format!("MuJoCo {}", paid_mujoco::MUJOCO_VERSION),
                 physics_dt_s: scene.physics_dt_s,
                 ball_mass_kg,
                 surfaces: surfaces(scene, preset),
-                lead_ball,
+                predicts_ball,
             },
         }
     }

@@ -11,8 +11,9 @@ use paid_motion::MotionLibrary;
 use paid_mujoco::{Library, SceneOptions};
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
 use paid_physics::Terrain;
+use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::{BALL_AT_STRIKE, ReferenceLibrary, TaskPreset};
+use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::task_contract;
 use paid_train::setup::load_robot;
@@ -131,7 +132,9 @@ impl Source {
         if policy.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx")) {
             let file = OnnxFile::read(policy).map_err(Failure::input)?;
             let mut task = TaskPreset::builtin(usual_task).map_err(Failure::input)?;
-            task.observations.lead_ball = leads(&file);
+            if let Some(terms) = observed_terms(&file) {
+                task.observations.policy = terms;
+            }
             return Ok(Self {
                 name: policy.display().to_string(),
                 robot: robot.to_owned(),
@@ -190,7 +193,7 @@ impl Subject {
                 let peer = Twist2::new(*file, Arc::clone(&library), &robot, &spec).map_err(Failure::input)?;
                 Box::new(move || Ok(Box::new(peer.clone()) as Box<dyn Policy>))
             }
-            Kind::Onnx(file) => onnx(*file, &mut robot, &mut spec, task.control_dt_s())?,
+            Kind::Onnx(file) => onnx(*file, &mut robot, &mut spec, &task)?,
         };
         let setup = EvalSetup {
             engine: engine_of(setting.engine, &scene),
@@ -231,9 +234,9 @@ impl Subject {
     }
 }
 
-/// True if the policy sees a rolling ball where it will be.
-fn leads(file: &OnnxFile) -> bool {
-    file.metadata("observation_names").is_some_and(|names| names.split(',').any(|n| n == BALL_AT_STRIKE))
+/// The terms that the file says it observes, if this project knows them all.
+fn observed_terms(file: &OnnxFile) -> Option<Vec<ObservationId>> {
+    file.metadata("observation_names")?.split(',').map(|name| ObservationId::from_name(name.trim())).collect()
 }
 
 /// An ONNX file with this project's contract, or with the released interface; robot and spec get its gains if they are others.
@@ -241,11 +244,12 @@ fn onnx(
     file: OnnxFile,
     robot: &mut RobotModel,
     spec: &mut RobotSpec,
-    dt_s: f64,
+    task: &TaskPreset,
 ) -> Result<Box<PolicyMaker<'static>>, Failure> {
     let path = file.path().to_owned();
-    let lead_ball = leads(&file);
-    let template = task_contract(robot, spec, dt_s, lead_ball).map_err(Failure::input)?;
+    let terms = observed_terms(&file).unwrap_or_else(|| task.observations.policy.clone());
+    let dt_s = task.control_dt_s();
+    let template = task_contract(robot, spec, dt_s, &terms).map_err(Failure::input)?;
     let policy = if file.metadata(CONTRACT_KEY).is_some() {
         let policy = OnnxPolicy::from_file(file).map_err(Failure::input)?;
         let found = policy.contract();
@@ -263,7 +267,7 @@ fn onnx(
         gains.apply(robot, spec);
     }
     // The task's action scales follow from its gains.
-    let task = task_contract(robot, spec, dt_s, lead_ball).map_err(Failure::input)?;
+    let task = task_contract(robot, spec, dt_s, &terms).map_err(Failure::input)?;
     let driver = OnnxDriver::new(Arc::new(policy), &task).map_err(Failure::input)?;
     Ok(Box::new(move || Ok(Box::new(driver.clone()) as Box<dyn Policy>)))
 }

@@ -65,7 +65,7 @@ impl ShootingReport {
             None => "static ball".to_owned(),
             Some([lo, hi]) => format!("ball rolling at {lo} to {hi} m/s"),
         };
-        let seen = match (o.rolling, self.engine.lead_ball) {
+        let seen = match (o.rolling, self.engine.predicts_ball) {
             (None, _) => "",
             (_, false) => " and seen where it is",
             (_, true) => " and seen where it will be at the strike",
