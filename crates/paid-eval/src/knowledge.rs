@@ -37,12 +37,12 @@ impl Knowledge {
     /// use paid_eval::knowledge::Knowledge;
     /// use paid_task::TaskPreset;
     ///
-    /// let task = TaskPreset::builtin("stage2")?;
+    /// let task = TaskPreset::builtin("paper_stage2")?;
     /// assert_eq!(Knowledge::of(&task).name(), "truth");
     /// # Ok::<(), paid_task::TaskError>(())
     /// ```
     pub fn of(task: &TaskPreset) -> Self {
-        let ball_velocity = task.observations.lead_ball;
+        let ball_velocity = task.predicts_ball();
         let perception = &task.observations.perception;
         let errors = if perception.in_evaluation { errors(perception, ball_velocity) } else { Vec::new() };
         if errors.is_empty() { Self::Truth { ball_velocity } } else { Self::Noisy { ball_velocity, errors } }
@@ -115,15 +115,26 @@ fn errors(perception: &PerceptionPreset, ball_velocity: bool) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use paid_policy::observation::ObservationId;
+
     use super::*;
+
+    /// Shows the policy the ball where it will be at the strike.
+    fn predict(task: &mut TaskPreset) {
+        for term in &mut task.observations.policy {
+            if *term == ObservationId::BallPos {
+                *term = ObservationId::BallAtStrike;
+            }
+        }
+        assert!(task.predicts_ball());
+    }
 
     #[test]
     fn truth_is_the_usual_knowledge_and_says_whether_the_velocity_is_known() {
-        let mut task = TaskPreset::builtin("stage2").expect("built in");
-        task.observations.lead_ball = false;
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
         let text = Knowledge::of(&task).to_string();
         assert_eq!(text, "truth (the simulator's ball position, no velocity)");
-        task.observations.lead_ball = true;
+        predict(&mut task);
         let text = Knowledge::of(&task).to_string();
         assert_eq!(text, "truth (the simulator's ball position and velocity)");
         // Errors that end with training are no part of an evaluation.
@@ -134,8 +145,8 @@ mod tests {
 
     #[test]
     fn errors_in_an_evaluation_are_all_named() {
-        let mut task = TaskPreset::builtin("stage2").expect("built in");
-        task.observations.lead_ball = true;
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
+        predict(&mut task);
         let p = &mut task.observations.perception;
         (p.in_evaluation, p.gaussian, p.blind_zone) = (true, false, false);
         (p.latency_s, p.frame_s, p.dropout, p.visible_band) = ([0.06; 2], 0.033, 0.1, true);

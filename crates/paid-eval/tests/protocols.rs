@@ -13,7 +13,7 @@ use paid_eval::{EvalError, picture};
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{ObservationLayout, ReferenceLibrary, TaskPreset};
+use paid_task::{ReferenceLibrary, TaskPreset};
 
 /// The folder of the standard kicks, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<PathBuf> {
@@ -38,8 +38,7 @@ fn setup(folder: &Path, task: &str, threads: usize) -> EvalSetup {
 }
 
 fn zero(setup: &EvalSetup) -> impl Fn() -> Result<Box<dyn Driver>, EvalError> + Sync {
-    let layout = ObservationLayout::new(&setup.spec, false);
-    let obs_dim = layout.policy.iter().map(|t| t.size).sum();
+    let obs_dim = setup.preset.observations.layout(&setup.spec).expect("terms").policy_dim();
     let action_dim = setup.spec.policy_joint_order.len();
     move || Ok(Box::new(ZeroDriver { obs_dim, action_dim }) as Box<dyn Driver>)
 }

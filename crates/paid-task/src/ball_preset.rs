@@ -5,11 +5,10 @@ use serde::{Deserialize, Serialize};
 use crate::preset::Range;
 
 /// Which balls belong to which motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BallRule {
     /// The motion's torso displacement, turned and stretched (paper, appendix A).
-    #[default]
     Arc,
     /// Uniform in a rectangle ahead of the robot, kicked with the motion whose torso displacement is nearest, as in the
     /// evaluation. Episodes from the first frame draw the ball first; others draw motion and phase first and then a ball that
@@ -22,13 +21,11 @@ pub enum BallRule {
 #[serde(deny_unknown_fields)]
 pub struct BallPlacement {
     /// Which balls belong to which motion.
-    #[serde(default)]
     pub rule: BallRule,
-    /// `workspace`: range ahead of the first frame's anchor, along its heading [m].
-    #[serde(default = "workspace_ahead")]
+    /// `workspace`: range ahead of the first frame's anchor, along its heading [m]. The evaluation's effective workspace and a quarter of
+    /// a meter around it is 0.25 to 2.25, and -1.25 to 1.25 to the left.
     pub ahead_m: Range,
     /// `workspace`: range to its left [m].
-    #[serde(default = "workspace_left")]
     pub left_m: Range,
     /// `arc`: half-width of the uniform angle offset [degrees].
     pub angle_deg: f64,
@@ -37,13 +34,10 @@ pub struct BallPlacement {
     /// `workspace`: share of a ball's way from its motion's nominal place that it is moved at first; 1 puts it where it was
     /// drawn from the beginning. The share grows to 1 while the robot hits (below): a policy that can only follow its motion
     /// meets few balls elsewhere, and learns to avoid them.
-    #[serde(default = "one")]
     pub spread_from: f64,
     /// The share of the episodes of an iteration that must have sent the ball toward the goal for the balls to spread.
-    #[serde(default = "spread_at")]
     pub spread_at: f64,
     /// Iterations with that success from the first share to 1.
-    #[serde(default = "spread_iterations")]
     pub spread_iterations: u32,
     /// Half-width of the uniform initial velocity in x and in y [m/s].
     pub velocity: f64,
@@ -51,27 +45,6 @@ pub struct BallPlacement {
     pub rolling_share: f64,
     /// Placements nearer than this to a foot (ankle to ball center, horizontally) are redrawn [m].
     pub clearance_m: f64,
-}
-
-/// The evaluation's effective workspace and a quarter of a meter around it.
-fn workspace_ahead() -> Range {
-    [0.25, 2.25]
-}
-
-fn workspace_left() -> Range {
-    [-1.25, 1.25]
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-fn spread_at() -> f64 {
-    0.25
-}
-
-fn spread_iterations() -> u32 {
-    300
 }
 
 /// Where the goal is: uniform in a rectangle ahead of the motion's first frame (paper, section III-A).

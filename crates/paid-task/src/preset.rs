@@ -1,4 +1,5 @@
-//! Every constant of a task, as typed TOML. Unknown keys are refused and none may be left out.
+//! Every constant of a task, as typed TOML. Unknown keys are refused. Reward and termination terms, their parameters and the noise of
+//! observation terms may be left out; every other key must be there.
 
 use std::path::Path;
 
@@ -152,14 +153,11 @@ pub struct SamplingPreset {
     /// What an episode that ends without a shot on target counts as, against 1 for a failure; it counts in the bin of the strike.
     /// More than 0 draws episodes to the motions whose shots miss: by the workspace rule half of the episodes from the first
     /// frame then take their motion from the sampler instead of from a uniform ball.
-    #[serde(default)]
     pub miss_sampling_weight: f64,
     /// Time after the first contact with the ball at which an episode times out [s]; 0: never. The outcome is decided by
     /// then, and almost half of a clip is follow-through and recovery.
-    #[serde(default)]
     pub stop_after_kick_s: f64,
     /// Share of the environments in which it does; the others go on, so that the recovery stays in training.
-    #[serde(default)]
     pub stop_share: f64,
 }
 

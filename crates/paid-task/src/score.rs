@@ -41,12 +41,6 @@ pub(crate) struct Score<V> {
     pub right: u32,
 }
 
-/// Gravity's direction in a frame with rotation `rot`.
-#[inline(always)]
-pub(crate) fn projected_gravity<V: Real>(rot: &paid_lanes::Mat3<V>) -> Vec3<V> {
-    Vec3([-rot.0[2][0], -rot.0[2][1], -rot.0[2][2]])
-}
-
 /// Scores the state against the group's reference and advances the kick.
 #[inline(always)]
 pub(crate) fn score<V: Real>(

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use paid_motion::Clip;
 use paid_onnx::{
-    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, Normalizer, ObservationTerm, PolicyWeights,
-    RecurrentContract, Reference,
+    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, Normalizer, PolicyWeights, RecurrentContract,
+    Reference,
 };
-use paid_policy::{Checkpoint, Policy};
+use paid_policy::observation::ObservationId;
+use paid_policy::{Checkpoint, Dimensions, ObservationTerms, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::ObservationLayout;
 
 use crate::policy_weights::load_weights;
 use crate::setup::load_robot;
@@ -25,7 +25,7 @@ pub const LICENSE: &str = "the terms of the motions that the policy was trained 
 pub const COMMAND: &str = "motion";
 
 /// The contract of any policy of this robot in this project's task: joints, gains, observation. Its license is empty, and it has
-/// no memory. `lead_ball` is the task's ([`paid_task::ObservationPreset::lead_ball`]).
+/// no memory. `observation` is the task's list of the policy's terms.
 ///
 /// # Errors
 /// If the robot's gains cannot be resolved.
@@ -33,7 +33,7 @@ pub fn task_contract(
     model: &RobotModel,
     spec: &RobotSpec,
     control_period_s: f64,
-    lead_ball: bool,
+    observation: &[ObservationId],
 ) -> Result<Contract, TrainError> {
     let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
     let control = spec.resolve(model).map_err(|e| setup(&e))?;
@@ -46,14 +46,6 @@ pub fn task_contract(
         damping: control.damping[j],
         action_scale: control.action_scale[j],
     };
-    let term = |t: paid_task::ObservationTerm| ObservationTerm {
-        name: t.name,
-        size: t.size,
-        order: t.order,
-        frame: t.frame,
-        unit: t.unit,
-        scale: t.scale,
-    };
     Ok(Contract {
         format: FORMAT,
         robot: spec.name.clone(),
@@ -63,7 +55,7 @@ pub fn task_contract(
         joints: order.indices().iter().map(joint).collect(),
         anchor_body: spec.anchor_body.clone(),
         bodies: spec.tracked_bodies.clone(),
-        observation: ObservationLayout::new(spec, lead_ball).policy.into_iter().map(term).collect(),
+        observation: ObservationTerms::new(observation, Dimensions::of(spec)).terms().to_vec(),
         commands: vec![COMMAND.to_owned()],
         recurrent: None,
         reference: None,
@@ -104,8 +96,8 @@ impl TrainedPolicy {
         let preset = RunPreset::of_checkpoint(checkpoint)?;
         let (model, spec) = load_robot(&preset.robot)?;
         let policy = checkpoint.policy()?;
-        let lead_ball = preset.task.observations.lead_ball;
-        let expected = (ObservationLayout::new(&spec, lead_ball).policy_dim(), spec.policy_joint_order.len());
+        let terms = ObservationTerms::new(&preset.task.observations.policy, Dimensions::of(&spec));
+        let expected = (terms.dim(), spec.policy_joint_order.len());
         let found = (policy.obs_dim(), policy.action_dim());
         if expected != found {
             return Err(fail(format!(
@@ -126,7 +118,7 @@ impl TrainedPolicy {
         Ok(Contract {
             license: license.to_owned(),
             recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
-            ..task_contract(&self.model, &self.spec, task.control_dt_s(), task.observations.lead_ball)?
+            ..task_contract(&self.model, &self.spec, task.control_dt_s(), &task.observations.policy)?
         })
     }
 
@@ -226,7 +218,9 @@ mod tests {
     fn trained(kind: NetworkKind) -> TrainedPolicy {
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
         let mut rng = Rng::new(5, 0, 0);
-        let features = ObservationLayout::new(&spec, false).policy_dim();
+        let preset = RunPreset::resolve("stage1", &[]).expect("built in");
+        let terms = ObservationTerms::new(&preset.task.observations.policy, Dimensions::of(&spec));
+        let features = terms.dim();
         let mut draw = |lo: f64, hi: f64| (0..features).map(|_| rng.uniform(lo, hi)).collect::<Vec<_>>();
         let moments = Moments { count: 50.0, mean: draw(-1.0, 1.0), m2: draw(1.0, 99.0) };
         let config = NetworkConfig {
@@ -239,7 +233,6 @@ mod tests {
         let params = net.initialize(&mut Rng::new(6, 0, 0));
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
-        let preset = RunPreset::resolve("stage1", &[]).expect("built in");
         TrainedPolicy {
             checkpoint: "/home/someone/runs/x/model_10.safetensors".into(),
             preset,

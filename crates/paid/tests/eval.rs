@@ -124,7 +124,8 @@ fn both_engines_run_the_same_trials() {
     let args = ["eval", "shooting", "--policy", "run", "--task", "stage2", "--trials", "2", "--limit", "0.1"];
     // Thirteen kicks, so that there is a choice.
     succeeds(&paid(folder.path(), &["motion", "generate", "--out", "kicks"]));
-    let rolling = ["--motions", "kicks", "--ball", "rolling", "--set", "observations.lead_ball=true"];
+    let terms = r#"observations.policy=["reference_joint_pos", "reference_joint_vel", "projected_gravity", "reference_anchor_ang_vel", "base_ang_vel", "joint_pos_rel", "joint_vel", "last_action", "ball_at_strike", "goal_pos"]"#;
+    let rolling = ["--motions", "kicks", "--ball", "rolling", "--set", terms];
     let args = [&args[..], &rolling, &["--engine", "both", "--effective", "--json"]].concat();
     let report = json(&succeeds(&paid(folder.path(), &args)));
     let trials = |engine: &str| -> Vec<Value> {

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
+use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::{BALL_AT_STRIKE, ReferenceLibrary, TaskPreset};
+use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::task_contract;
 
@@ -79,7 +80,9 @@ impl PolicySource {
             Self::Network(trained) => Ok(trained.preset.task.clone()),
             Self::Onnx(file) | Self::Released(file) | Self::Twist2(file) => {
                 let mut task = TaskPreset::builtin(fallback)?;
-                task.observations.lead_ball = predicts_ball(file);
+                if let Some(terms) = observed_terms(file) {
+                    task.observations.policy = terms;
+                }
                 Ok(task)
             }
         }
@@ -112,8 +115,8 @@ impl PolicySource {
                 Ok(Box::new(move || Ok(Box::new(peer.clone()) as Box<dyn Driver>)))
             }
             Self::Onnx(file) => {
-                let ball = predicts_ball(&file);
-                let template = task_contract(robot, spec, task.control_dt_s(), ball)?;
+                let terms = observed_terms(&file).unwrap_or_else(|| task.observations.policy.clone());
+                let template = task_contract(robot, spec, task.control_dt_s(), &terms)?;
                 let path = file.path().to_owned();
                 let policy = OnnxPolicy::from_file(*file)?;
                 let found = policy.contract();
@@ -122,27 +125,27 @@ impl PolicySource {
                 if !differences.is_empty() {
                     return Err(OnnxError::ContractDiffers { path, differences }.into());
                 }
-                onnx_driver(policy, ball, robot, spec, task)
+                onnx_driver(policy, &terms, robot, spec, task)
             }
             Self::Released(file) => {
-                let ball = predicts_ball(&file);
-                let template = task_contract(robot, spec, task.control_dt_s(), ball)?;
+                let terms = observed_terms(&file).unwrap_or_else(|| task.observations.policy.clone());
+                let template = task_contract(robot, spec, task.control_dt_s(), &terms)?;
                 let policy = released_policy(*file, &template)?;
-                onnx_driver(policy, ball, robot, spec, task)
+                onnx_driver(policy, &terms, robot, spec, task)
             }
         }
     }
 }
 
-/// True if the policy sees a rolling ball where it will be at the strike.
-fn predicts_ball(file: &OnnxFile) -> bool {
-    file.metadata("observation_names").is_some_and(|names| names.split(',').any(|n| n == BALL_AT_STRIKE))
+/// The terms that a file names, if all of them are this project's.
+fn observed_terms(file: &OnnxFile) -> Option<Vec<ObservationId>> {
+    file.metadata("observation_names")?.split(',').map(|name| ObservationId::from_name(name.trim())).collect()
 }
 
 /// Drivers of an ONNX policy in the task's conventions, after its joint control has been taken over.
 fn onnx_driver(
     policy: OnnxPolicy,
-    predicts_ball: bool,
+    terms: &[ObservationId],
     robot: &mut RobotModel,
     spec: &mut RobotSpec,
     task: &TaskPreset,
@@ -152,7 +155,7 @@ fn onnx_driver(
         gains.apply(robot, spec);
     }
     // The task's action scales follow from its gains.
-    let contract = task_contract(robot, spec, task.control_dt_s(), predicts_ball)?;
+    let contract = task_contract(robot, spec, task.control_dt_s(), terms)?;
     let driver = OnnxDriver::new(Arc::new(policy), &contract)?;
     Ok(Box::new(move || Ok(Box::new(driver.clone()) as Box<dyn Driver>)))
 }

@@ -26,6 +26,11 @@ macro_rules! observations {
                 }
             }
 
+            /// The term of a name.
+            pub fn from_name(name: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|id| id.name() == name)
+            }
+
             /// What the term is.
             pub fn info(&self) -> ObservationInfo {
                 match self {

@@ -159,6 +159,7 @@ mod tests {
         for id in ObservationId::ALL {
             let text = serde_json::to_string(&id).expect("a name");
             assert_eq!(text, format!("\"{}\"", id.name()));
+            assert_eq!(ObservationId::from_name(id.name()), Some(id));
         }
         let noise: ObservationNoise = serde_json::from_str(r#"{"joint_vel": 0.5}"#).expect("noise");
         assert_eq!(noise.half_width(ObservationId::JointVel), 0.5);

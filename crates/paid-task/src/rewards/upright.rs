@@ -1,10 +1,10 @@
 //! Tilt of the base.
 
 use paid_lanes::Real;
+use paid_policy::projected_gravity;
 
 use super::{RewardInput, RewardTerm, reward_term};
 use crate::parameters::Need;
-use crate::score::projected_gravity;
 
 reward_term! {
     /// Squared horizontal part of gravity's direction in the base frame: 0 upright, 1 lying.

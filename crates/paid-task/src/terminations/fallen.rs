@@ -1,10 +1,10 @@
 //! A fall, without a reference.
 
 use paid_lanes::{Mask, Real};
+use paid_policy::projected_gravity;
 
 use super::{TerminationInput, TerminationTerm};
 use crate::parameters::{Need, parameters};
-use crate::score::projected_gravity;
 
 parameters! {
     /// Base below a height or tilted beyond an angle: for tasks without a reference.

@@ -1,10 +1,10 @@
 //! Tilt of the anchor.
 
 use paid_lanes::Real;
+use paid_policy::projected_gravity;
 
 use super::{TerminationInput, TerminationTerm};
 use crate::parameters::{Need, parameters};
-use crate::score::projected_gravity;
 
 parameters! {
     /// Difference of the z component of gravity in the anchor's frame from the reference's.

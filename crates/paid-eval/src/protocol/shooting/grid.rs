@@ -51,7 +51,7 @@ impl<'a> Placement<'a> {
     /// The motion for a ball at `place` [m] with `velocity` [m/s], in the start frame.
     pub fn motion(&self, place: [f64; 2], velocity: [f64; 2]) -> usize {
         let (facts, preset) = (self.setup.library.facts(), &self.setup.preset);
-        if !preset.observations.lead_ball {
+        if !preset.predicts_ball() {
             return nearest_motion(facts, place);
         }
         motion_for(facts, &RollingBall { place, velocity, decay: self.decay }, preset.control_dt_s())
