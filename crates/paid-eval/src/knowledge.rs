@@ -37,7 +37,7 @@ impl Knowledge {
     /// use paid_eval::knowledge::Knowledge;
     /// use paid_task::TaskPreset;
     ///
-    /// let task = TaskPreset::builtin("stage2")?;
+    /// let task = TaskPreset::builtin("paper_stage2")?;
     /// assert_eq!(Knowledge::of(&task).name(), "truth");
     /// # Ok::<(), paid_task::TaskError>(())
     /// ```
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn truth_is_the_usual_knowledge_and_says_whether_the_velocity_is_known() {
-        let mut task = TaskPreset::builtin("stage2").expect("built in");
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
         task.observations.lead_ball = false;
         let text = Knowledge::of(&task).to_string();
         assert_eq!(text, "truth (the simulator's ball position, no velocity)");
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn errors_in_an_evaluation_are_all_named() {
-        let mut task = TaskPreset::builtin("stage2").expect("built in");
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
         task.observations.lead_ball = true;
         let p = &mut task.observations.perception;
         (p.in_evaluation, p.gaussian, p.blind_zone) = (true, false, false);
