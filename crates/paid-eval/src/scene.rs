@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn changes_apply_on_top_of_the_named_set_and_the_ball_is_the_same_in_both_engines() {
-        let mut task = TaskPreset::builtin("stage2").expect("built in");
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
         let spec = SceneSpec {
             preset: Some(ScenePreset::Public),
             floor_friction: Some(0.55),
@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_step_that_does_not_divide_the_control_period_is_refused() {
-        let mut task = TaskPreset::builtin("stage2").expect("built in");
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
         let spec = SceneSpec { physics_dt_s: Some(0.003), ..SceneSpec::default() };
         let error = spec.resolve(&mut task, ScenePreset::Paper).expect_err("0.02 / 0.003").to_string();
         assert_eq!(error, "physics step: expected a whole part of the control period of 0.02 s, found 0.003");

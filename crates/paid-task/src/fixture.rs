@@ -23,10 +23,11 @@ pub(crate) struct Fixture {
 }
 
 impl Fixture {
-    /// The built-in robot under the preset `stage2`.
+    /// The built-in robot under the preset `paper_stage2`, with the release's kernels.
     pub(crate) fn new() -> Self {
         let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let preset = TaskPreset::builtin("paper_stage2").expect("valid");
+        let sets = ["rewards.body_kernel=exp_of_mean", "rewards.ball_prox.from=anchor"].map(str::to_owned);
+        let preset = TaskPreset::builtin_with("paper_stage2", &sets).expect("valid");
         let (joints, bodies) = (robot.joints.len(), robot.bodies.len());
         let clip = ReferenceClip {
             name: "rest".into(),

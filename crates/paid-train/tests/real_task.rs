@@ -61,6 +61,18 @@ fn threads_and_interruptions_do_not_change_the_weights() {
 }
 
 #[test]
+fn the_papers_presets_train_as_they_stand() {
+    let folder = tempfile::tempdir().expect("folder");
+    for name in ["paper_stage1", "paper_stage2"] {
+        // Smaller, and on the built-in kicks.
+        let sets = ["run.envs=64", "run.shards=4", "run.iterations=1"].map(str::to_owned);
+        let preset = RunPreset::resolve(name, &sets).expect("resolves");
+        let outcome = run(folder.path().join(name), &preset, Start::Fresh, 2, u64::MAX);
+        assert_eq!((outcome.end, outcome.samples), (End::Done, 64 * 24));
+    }
+}
+
+#[test]
 fn stage_two_starts_from_the_networks_of_stage_one() {
     let Some(motions) = motions("stage_two_starts_from_the_networks_of_stage_one") else { return };
     let folder = tempfile::tempdir().expect("folder");

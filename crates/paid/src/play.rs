@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 fn episode(args: &Args, policy: &std::path::Path) -> Result<Footage, Failure> {
     let EpisodeArgs { shot, setting, .. } = &args.policy;
     setting.one_engine()?;
-    let subject = Subject::load(&setting.spec(policy, "stage2")?)?;
+    let subject = Subject::load(&setting.spec(policy, "paper_stage2")?)?;
     let setup = &subject.setup;
     let names: Vec<&str> = setup.library.facts().iter().map(|f| f.name.as_str()).collect();
     let motion = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;

@@ -7,7 +7,6 @@ use std::process::ExitCode;
 
 use paid_physics::{BallParams, SceneConfig};
 use paid_sysid::options::{PARAMETERS, Parameters};
-use paid_task::TaskPreset;
 
 use crate::failure::Failure;
 
@@ -39,8 +38,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
 /// Which task's ground and ball are meant.
 #[derive(Debug, clap::Args)]
 struct World {
-    /// Built-in task or task preset file: its ground is held, its ball gives mass, radius, inertia and what cannot be seen.
-    #[arg(long, value_name = "NAME|FILE", default_value = "stage2")]
+    /// Run preset, built in or a file: its task's ground is held, its ball gives mass, radius, inertia and what cannot be seen.
+    #[arg(long, value_name = "NAME|FILE", default_value = "paper_stage2")]
     task: String,
     /// Change a value of the task, such as scene.ground.restitution=1 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -52,13 +51,7 @@ struct World {
 
 impl World {
     fn load(&self) -> Result<(SceneConfig, BallParams), Failure> {
-        let text = if self.task.ends_with(".toml") {
-            std::fs::read_to_string(&self.task).map_err(|e| Failure::input(format!("{}: {e}", self.task)))?
-        } else {
-            let preset = TaskPreset::builtin(&self.task).map_err(Failure::input)?;
-            toml::to_string(&preset).map_err(Failure::input)?
-        };
-        let preset = TaskPreset::parse(&self.task, &text, &self.sets).map_err(Failure::input)?;
+        let preset = paid_train::task_preset(&self.task, &self.sets).map_err(Failure::input)?;
         Ok((preset.scene, preset.ball_params))
     }
 }

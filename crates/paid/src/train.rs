@@ -9,7 +9,7 @@ use clap::ValueEnum;
 use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_train::folder::PRESET_FILE;
-use paid_train::{End, Limits, Outcome, Record, RunPreset, StageJob, Start, train_stage};
+use paid_train::{End, Explanation, Limits, Outcome, Record, Resolved, StageJob, Start, train_stage};
 
 use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
@@ -57,7 +57,10 @@ pub struct Args {
     /// Change a preset value, such as learn.ppo.epochs=5 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Print every iteration as a line of JSON.
+    /// Print every preset value and where it comes from (file and line, --set, default), with what phases make of it; train nothing.
+    #[arg(long, conflicts_with = "quiet")]
+    explain: bool,
+    /// Print every iteration, or the explanation, as a line of JSON.
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
     /// Print nothing but errors.
@@ -98,7 +101,7 @@ impl Args {
     }
 
     /// The values of a run of `stage` in `out`.
-    fn resolve(&self, stage: Stage, start: &Start, out: &Path) -> Result<RunPreset, Failure> {
+    fn resolve(&self, stage: Stage, start: &Start, out: &Path) -> Result<Resolved, Failure> {
         let mut sets = self.sets.clone();
         if let Some(motions) = &self.motions {
             sets.push(motions_value(motions));
@@ -109,7 +112,7 @@ impl Args {
         let asked = self.preset_of(stage);
         if matches!(start, Start::Resume) {
             return match asked {
-                None => RunPreset::of_run(out, &sets).map_err(Failure::input),
+                None => Resolved::of_run(out, &sets).map_err(Failure::input),
                 Some((option, name)) => Err(Failure::input(format!(
                     "{option} {name}: the run in {} has its preset; change its values with --set",
                     out.display()
@@ -117,13 +120,25 @@ impl Args {
             };
         }
         let (option, name) = asked.unwrap_or(("--preset", stage.name()));
-        let preset = RunPreset::resolve(name, &sets).map_err(Failure::input)?;
-        if stage == Stage::Stage2 && !preset.task.scene.ball {
+        let resolved = Resolved::load(name, &sets, "").map_err(Failure::input)?;
+        if stage == Stage::Stage2 && !resolved.preset.task.scene.ball {
             return Err(Failure::input(format!(
                 "{option} {name}: Stage II kicks a ball; expected task.scene.ball = true, found false"
             )));
         }
-        Ok(preset)
+        Ok(resolved)
+    }
+
+    /// Prints every value of a stage and where it comes from.
+    fn explain(&self, stage: Stage, start: &Start, out: &Path) -> Result<(), Failure> {
+        let resolved = self.resolve(stage, start, out)?;
+        let explanation = Explanation::of(&resolved).map_err(Failure::input)?;
+        if self.json {
+            println!("{}", serde_json::to_string(&explanation).map_err(Failure::input)?);
+        } else {
+            print!("{explanation}");
+        }
+        Ok(())
     }
 }
 
@@ -144,6 +159,10 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
             (Some(from), _) => Start::From(from.clone()),
             (None, false) => Start::Fresh,
         };
+        if args.explain {
+            args.explain(stage, &start, &out)?;
+            return Ok(ExitCode::SUCCESS);
+        }
         let outcome = run_stage(&args, stage, start, out, args.minutes, &stop)?;
         return Ok(exit_code(&outcome));
     }
@@ -155,6 +174,13 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     } else {
         &[(Stage::Stage1, STAGE1_SHARE), (Stage::Stage2, 1.0)]
     };
+    if args.explain {
+        for &(stage, _) in stages {
+            let start = if args.resume && begun(stage) { Start::Resume } else { Start::Fresh };
+            args.explain(stage, &start, &out.join(stage.name()))?;
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
     if !begun(Stage::Stage2) {
         // A mistake in it is told now and not after Stage I.
         args.resolve(Stage::Stage2, &Start::Fresh, &out)?;
@@ -224,7 +250,7 @@ fn run_stage(
     minutes: Option<f64>,
     stop: &AtomicBool,
 ) -> Result<Outcome, Failure> {
-    let preset = args.resolve(stage, &start, &out)?;
+    let preset = args.resolve(stage, &start, &out)?.preset;
     let threads = thread_count(args.threads)?;
     let job = StageJob { preset, out, start, limits: Limits { minutes }, threads };
     let mut printer = Printer { json: args.json, quiet: args.quiet, last: None };

@@ -9,7 +9,7 @@ use common::{folder, paid, refuses, succeeds};
 
 /// Plays half a second of `run` with a ball.
 fn play(folder: &Path, more: &[&str]) -> std::process::Output {
-    let args = ["play", "--policy", "run", "--task", "stage2", "--limit", "0.5", "--size", "96x64"];
+    let args = ["play", "--policy", "run", "--task", "paper_stage2", "--limit", "0.5", "--size", "96x64"];
     paid(folder, &[&args[..], &["--pictures", "10"], more].concat())
 }
 

@@ -61,13 +61,12 @@ fn a_filmed_surface_comes_back_with_its_pictures() {
     let again = json(&film(folder.path(), &["--surface", "yard.toml", "--json"]));
     let back = again["truth"][4].as_f64().expect("a number");
     assert!((back - found).abs() < 1e-5, "{back} {found}");
-    // ... and its table is the task preset's.
-    let table: toml::Table =
-        toml::from_str(&fs::read_to_string(folder.path().join("yard.toml")).expect("file")).expect("TOML");
-    let stage2: toml::Table = toml::from_str(include_str!("../../../configs/stage2.toml")).expect("TOML");
-    let keys =
-        |t: &toml::Table| t["ball_params"].as_table().expect("a table").keys().cloned().collect::<Vec<_>>();
-    assert_eq!(keys(&table), keys(&stage2));
+    // ... and a ball that a run can train with.
+    let args = ["train", "stage2", "--explain", "--json", "--set", "task.ball_params=yard.toml"];
+    let explained = json(&succeeds(&paid(folder.path(), &args)));
+    let rows = explained["values"].as_array().expect("rows");
+    let row = rows.iter().find(|row| row["key"] == "task.ball_params.angular_damping").expect("a row");
+    assert_eq!(row["value"].as_f64().expect("a number"), back);
 }
 
 #[test]

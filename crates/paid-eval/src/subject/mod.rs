@@ -40,9 +40,9 @@ pub struct SubjectSpec {
     pub robot: String,
     /// Folder of the motion files; `None`: those that the policy was trained on, the built-in kicks if it does not say.
     pub motions: Option<PathBuf>,
-    /// Built-in task or task preset file; `None`: the one that the policy was trained in.
+    /// Run preset, built in or a file, whose task to score in; `None`: the one that the policy was trained in.
     pub task: Option<String>,
-    /// The built-in task for a policy that does not name its own.
+    /// The built-in preset whose task stands in for a policy that does not name its own: `paper_stage1` or `paper_stage2`.
     pub fallback_task: String,
     /// Changed values of the task, each `KEY=VALUE`.
     pub overrides: Vec<String>,
@@ -66,7 +66,7 @@ impl SubjectSpec {
             robot: "g1".to_owned(),
             motions: None,
             task: None,
-            fallback_task: "stage2".to_owned(),
+            fallback_task: "paper_stage2".to_owned(),
             overrides: Vec::new(),
             engines: Engines::default(),
             scene: SceneSpec::default(),
@@ -79,21 +79,10 @@ impl SubjectSpec {
     /// The task with the asked changes. It is scored on flat ground, as in the paper's evaluation, also where training was on rough
     /// ground.
     fn task(&self, source: &PolicySource) -> Result<TaskPreset, EvalError> {
-        let write = |preset: &TaskPreset| {
-            toml::to_string(preset).map_err(|error| EvalError::Serialize(error.to_string()))
+        let mut task = match &self.task {
+            None => source.task(&self.fallback_task)?.with_overrides(&self.overrides)?,
+            Some(name) => paid_train::task_preset(name, &self.overrides)?,
         };
-        let (name, text) = match &self.task {
-            None => {
-                let trained = source.task(&self.fallback_task)?;
-                (trained.name.clone(), write(&trained)?)
-            }
-            Some(file) if file.ends_with(".toml") => {
-                let path = Path::new(file);
-                (file.clone(), std::fs::read_to_string(path).map_err(EvalError::read(path))?)
-            }
-            Some(name) => (name.clone(), write(&TaskPreset::builtin(name)?)?),
-        };
-        let mut task = TaskPreset::parse(&name, &text, &self.overrides)?;
         task.scene.terrain = Terrain::Plane;
         Ok(task)
     }

@@ -30,7 +30,7 @@ pub struct Args {
 /// Plays the episode and writes the pictures.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.common.setting.one_engine()?;
-    let subject = Subject::load(&args.common.spec("stage2")?)?;
+    let subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     let setup = &subject.setup;
     let watched = args.shot.shot(args.motion).watch(&subject, |_| Film::default())?;
     let (film, half_width, dt) = (&watched.kept, watched.goal_half_width_m, setup.preset.control_dt_s());

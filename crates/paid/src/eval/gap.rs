@@ -31,7 +31,7 @@ pub struct Args {
 
 /// Runs every row, for each kind of ball; both engines run, whatever --engine says.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common.spec("stage2")?)?;
+    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
     Engines::Both.check()?;
     for options in args.protocol.options(args.trials, Grid::EFFECTIVE)? {

@@ -31,7 +31,7 @@ pub struct Args {
 
 /// Scores in one engine, or in both with a comparison, for each kind of ball.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common.spec("stage2")?)?;
+    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
     let kinds = args.protocol.options(args.trials, Grid::WHOLE)?;
     score(&mut subject, &kinds, &args.output)

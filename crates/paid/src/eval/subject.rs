@@ -35,8 +35,8 @@ pub struct Setting {
     /// Folder of motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
     #[arg(long, value_name = "DIR", requires = "policy")]
     motions: Option<PathBuf>,
-    /// Task to score in: built in, or a task preset file [default: the one that the policy was trained in; for an ONNX file stage2
-    /// with a ball, stage1 without].
+    /// Run preset, built in or a file, whose task to score in [default: the one that the policy was trained in; for an ONNX file
+    /// paper_stage2 with a ball, paper_stage1 without].
     #[arg(long, value_name = "NAME|FILE", requires = "policy")]
     task: Option<String>,
     /// Change a value of the task, such as scene.ground.restitution=0 (repeatable).

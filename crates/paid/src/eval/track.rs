@@ -34,7 +34,7 @@ pub struct Args {
 
 /// Scores in one engine, or in both with a comparison.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common.spec("stage1")?)?;
+    let mut subject = Subject::load(&args.common.spec("paper_stage1")?)?;
     score(&mut subject, args.starts, !args.no_limits, &args.output)
 }
 
