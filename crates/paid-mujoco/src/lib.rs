@@ -8,6 +8,19 @@
 //! with and without MuJoCo, and a missing library is an error that names the command that fetches it. (The bindings of
 //! the crate `mujoco-rs` 7.0 link at build time: with them the workspace would not build, and the binary not start, where
 //! the library is missing.)
+//!
+//! ```
+//! use paid_mujoco::{SceneOptions, mjcf_scene};
+//! use paid_physics::{BallParams, SceneConfig};
+//! use paid_robot::{RobotModel, RobotSpec};
+//!
+//! // The scene of `paid eval`, with a ball that bounces and rolls as in training.
+//! let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+//! let scene = SceneOptions::default().with_builtin_ball(BallParams::default(), &SceneConfig::default());
+//! let xml = mjcf_scene(&model, &spec.resolve(&model)?, &scene);
+//! assert!(xml.contains(r#"<geom name="ball" type="sphere" size="0.11""#));
+//! # Ok::<(), paid_robot::SpecError>(())
+//! ```
 
 pub mod contact;
 pub mod mjcf;

@@ -15,7 +15,7 @@ pub enum FootShapes {
     Referee,
     /// As in the built-in engine: `sole` meets the floor alone, `collision` everything.
     Sole,
-    /// Four spheres of 5 mm a foot, as in the Unitree G1's older public description. For that robot only: they replace the shapes of bodies
+    /// Four spheres of 5 mm per foot, as in the Unitree G1's older public description. For that robot only: they replace the shapes of bodies
     /// that have the vendor's capsules.
     Spheres,
 }
@@ -76,12 +76,12 @@ pub struct GoalMarker {
     pub height: f64,
 }
 
-/// What surrounds the robot and how it is solved.
+/// What surrounds the robot, and how contacts and joints are solved.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneOptions {
     /// Physics step `[s]`.
     pub physics_dt_s: f64,
-    /// Physics steps a control step.
+    /// Physics steps per control step.
     pub substeps: usize,
     /// Gravity along z `[m/s^2]`.
     pub gravity: f64,
@@ -157,7 +157,7 @@ impl SceneOptions {
     }
 
     /// The scene that the TWIST2 tracker is published with: MuJoCo's default surfaces (friction 1, time constant 20 ms), four
-    /// small spheres a foot, joints without dry friction, 1 ms steps.
+    /// small spheres per foot, joints without dry friction, 1 ms steps.
     pub fn twist2() -> Self {
         Self {
             physics_dt_s: 0.001,

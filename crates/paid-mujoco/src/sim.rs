@@ -1,4 +1,4 @@
-//! MuJoCo behind the simulator border.
+//! MuJoCo behind the [`Simulator`] interface.
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, Simulator};
@@ -15,7 +15,7 @@ pub(crate) const FREE_NV: usize = 6;
 /// Position coordinates of a free joint.
 const FREE_NQ: usize = 7;
 
-/// Environments that run in MuJoCo, one a group.
+/// Environments that run in MuJoCo, one per group.
 ///
 /// Joint targets are followed by PD control, by default explicit and clipped to the effort limits at every physics step, as
 /// the public evaluation does (release facts). Forces are those of MuJoCo's solver. [`Simulator::set_params`] applies masses, inertias,
@@ -131,12 +131,12 @@ impl MujocoSim {
         Ok(sim)
     }
 
-    /// The MuJoCo world of an environment: contacts, distances, whatever the border does not show.
+    /// The MuJoCo world of an environment: contacts, distances, whatever the interface does not show.
     pub fn world(&self, group: usize) -> &World {
         &self.lanes[group].world
     }
 
-    /// The same for changes that the border does not offer. Sizes must stay; the state reports follow at the next `refresh`.
+    /// The same for changes that the interface does not offer. Sizes must stay; the state reports follow at the next `refresh`.
     pub fn world_mut(&mut self, group: usize) -> &mut World {
         &mut self.lanes[group].world
     }
@@ -151,7 +151,7 @@ impl MujocoSim {
         (FREE_NQ + self.model.joints.len(), FREE_NV + self.model.joints.len())
     }
 
-    /// The dynamic state as the border has it, without warm start.
+    /// The dynamic state as the interface has it, without warm start.
     fn public_state(&self, lane: &Lane) -> LaneState {
         let (q, v) = (lane.world.qpos(), lane.world.qvel());
         let joints = self.model.joints.len();
@@ -220,7 +220,7 @@ impl Simulator<f64> for MujocoSim {
     }
 
     fn reset_lane(&mut self, group: usize, lane: usize, state: &LaneState) {
-        assert_eq!(lane, 0, "MuJoCo has one lane a group");
+        assert_eq!(lane, 0, "MuJoCo has one lane per group");
         let joints = self.model.joints.len();
         let (bq, bv) = self.ball_at();
         let has_ball = self.ball_body.is_some();
@@ -292,7 +292,7 @@ impl Simulator<f64> for MujocoSim {
     }
 
     fn save_lane(&self, group: usize, lane: usize) -> LaneState {
-        assert_eq!(lane, 0, "MuJoCo has one lane a group");
+        assert_eq!(lane, 0, "MuJoCo has one lane per group");
         let lane = &self.lanes[group];
         let w = &lane.world;
         let warm_start = [w.qpos(), w.qvel(), w.qacc_warmstart()].concat();
@@ -300,7 +300,7 @@ impl Simulator<f64> for MujocoSim {
     }
 
     fn set_params(&mut self, group: usize, lane: usize, params: &EnvParams) {
-        assert_eq!(lane, 0, "MuJoCo has one lane a group");
+        assert_eq!(lane, 0, "MuJoCo has one lane per group");
         let ball_at = self.ball_at().1;
         let lane = &mut self.lanes[group];
         for (index, body) in self.model.bodies.iter().enumerate() {
@@ -341,7 +341,7 @@ impl Simulator<f64> for MujocoSim {
     }
 
     fn push_lane(&mut self, group: usize, lane: usize, lin_vel: [f64; 3], ang_vel: [f64; 3]) {
-        assert_eq!(lane, 0, "MuJoCo has one lane a group");
+        assert_eq!(lane, 0, "MuJoCo has one lane per group");
         let world = &mut self.lanes[group].world;
         let local = to_local(array(&world.qpos()[3..]), ang_vel);
         let v = world.qvel_mut();

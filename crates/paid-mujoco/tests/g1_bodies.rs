@@ -19,7 +19,7 @@ fn numbers(value: &Value) -> String {
     list.iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
 }
 
-/// Writes a body of the table and its children, without going through the project's own reader.
+/// Writes a body of the table and its children, without the project's own reader.
 fn write_body(out: &mut String, table: &[Value], index: usize) {
     let body = &table[index];
     let name = body["name"].as_str().unwrap();

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Combine, Material};
 
-/// The ball: a solid-shell sphere with measured contact behavior.
+/// The ball: a sphere with measured contact behavior.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BallParams {
@@ -36,7 +36,7 @@ pub enum Terrain {
         step_m: f64,
         /// Grid spacing `[m]`.
         cell_m: f64,
-        /// Grid points a side.
+        /// Grid points per side.
         size: usize,
         /// Seed of the heights.
         seed: u64,
@@ -49,7 +49,7 @@ pub enum Terrain {
 pub struct SceneConfig {
     /// Physics step `[s]`.
     pub physics_dt_s: f64,
-    /// Physics steps a control step.
+    /// Physics steps per control step.
     pub substeps: usize,
     /// Gravity along z `[m/s^2]`, negative.
     pub gravity: f64,
@@ -67,7 +67,7 @@ pub struct SceneConfig {
     pub ball: bool,
     /// True if legs, and hands against thighs, push each other apart.
     pub self_collision: bool,
-    /// Sweeps of the contact solver a physics step.
+    /// Sweeps of the contact solver per physics step.
     pub solver_sweeps: usize,
     /// Joint speeds are limited to this `[rad/s]` to keep diverging states finite.
     pub max_joint_speed: f64,

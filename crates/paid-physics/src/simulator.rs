@@ -1,11 +1,11 @@
-//! The border between the task and any engine.
+//! The interface between the task and any engine.
 
 use paid_lanes::{Mat3, Real, Vec3};
 use paid_robot::RobotModel;
 
 use crate::EnvParams;
 
-/// Pose and velocity of a body, world axes, one environment a lane.
+/// Pose and velocity of a body, world axes, one environment per lane.
 #[derive(Clone, Copy, Debug)]
 pub struct BodyState<V> {
     /// Origin of the body frame `[m]`.

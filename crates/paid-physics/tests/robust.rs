@@ -167,7 +167,7 @@ fn a_push_adds_to_the_base_velocity() {
     assert_eq!(other.base_lin_vel, [0.0; 3]);
 }
 
-/// Random targets of up to 1.5 rad a joint, on this CPU's widest lanes, reset every 100 control steps to random states.
+/// Random targets of up to 1.5 rad per joint, on this CPU's widest lanes, reset every 100 control steps to random states.
 struct RandomActions {
     control_steps: usize,
 }

@@ -76,7 +76,7 @@ impl RobotSpec {
         Ok(control)
     }
 
-    /// One entry a joint of `model`; the last pattern that matches holds.
+    /// One entry per joint of `model`; the last pattern that matches holds.
     fn per_joint(
         &self,
         model: &RobotModel,

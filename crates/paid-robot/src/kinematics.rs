@@ -1,6 +1,6 @@
 //! Forward kinematics: where every body is, and how it moves.
 //!
-//! Written over [`Real`]: exact in `f64`, or one environment a lane.
+//! Written over [`Real`]: exact in `f64`, or one environment per lane.
 
 use paid_lanes::{Mat3, Quat, Real, Vec3};
 
@@ -43,14 +43,14 @@ impl<V: Real> BodyPose<V> {
 /// Poses of all bodies, model order, from the base's pose (`base_quat` of unit norm) and the joint angles `[rad]`, model order.
 ///
 /// # Panics
-/// If `joint_pos` has not one angle a joint.
+/// If `joint_pos` does not have one angle per joint.
 pub fn forward<V: Real>(
     model: &RobotModel,
     base_pos: Vec3<V>,
     base_quat: Quat<V>,
     joint_pos: &[V],
 ) -> Vec<BodyPose<V>> {
-    assert_eq!(joint_pos.len(), model.joints.len(), "one angle a joint");
+    assert_eq!(joint_pos.len(), model.joints.len(), "one angle per joint");
     let mut poses = Vec::with_capacity(model.bodies.len());
     poses.push(BodyPose { pos: base_pos, quat: base_quat });
     for (joint, &angle) in model.joints.iter().zip(joint_pos) {
@@ -76,7 +76,7 @@ pub fn forward_velocity<V: Real>(
     joint_vel: &[V],
 ) -> Vec<BodyVelocity<V>> {
     assert_eq!(poses.len(), model.bodies.len(), "one pose a body");
-    assert_eq!(joint_vel.len(), model.joints.len(), "one velocity a joint");
+    assert_eq!(joint_vel.len(), model.joints.len(), "one velocity per joint");
     let with_com = |body: usize, origin: Vec3<V>, ang: Vec3<V>| {
         let arm = poses[body].quat.rotate(Vec3::c(model.bodies[body].com));
         BodyVelocity { origin, com: ang.cross_add(arm, origin), ang: WorldAngVel(ang) }

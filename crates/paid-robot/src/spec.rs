@@ -29,7 +29,8 @@ pub struct RobotSpec {
     pub end_effectors: Vec<String>,
     /// Bodies that may touch the ground or the robot without penalty.
     pub allowed_contacts: Vec<String>,
-    /// Joints whose action rate is penalized separately.
+    /// Joints whose action rate is penalized separately; a robot without a waist leaves them out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub waist_joints: Vec<String>,
     /// Default joint angles `[rad]`; joints without an entry are zero.
     pub default_pos: Vec<JointValue>,

@@ -49,6 +49,14 @@ fn gains_and_scales_are_those_computed_by_hand() {
 }
 
 #[test]
+fn a_robot_without_a_waist_leaves_its_joints_out() {
+    let line = TOML.lines().find(|l| l.starts_with("waist_joints")).unwrap();
+    let spec = read_changed(line, "").unwrap();
+    assert!(spec.waist_joints.is_empty());
+    assert!(spec.indices(&RobotModel::g1()).unwrap().waist_joints.is_empty());
+}
+
+#[test]
 fn all_names_are_found_and_orders_lead_back() {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let at = spec.indices(&model).unwrap();

@@ -48,7 +48,7 @@ pub trait Lab {
 pub struct EngineLab<V: Real> {
     engine: Engine<V>,
     lane: LaneState,
-    /// Height of the ball's center and its distance after every physics step of the launches under way.
+    /// Height of the ball's center and its distance after every physics step of the current launches.
     trace: Vec<[V; 2]>,
     rollouts: u64,
 }

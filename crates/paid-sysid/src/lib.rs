@@ -4,6 +4,21 @@
 //! conditions, [`lab`] repeats them in the batched engine, one ball per SIMD lane, [`search`] adjusts five parameters by
 //! [`cmaes`] until both agree, [`confidence`] says which of the five the experiments have seen at all. [`simulate`] makes
 //! measurements where the truth is known.
+//!
+//! ```
+//! use paid_lanes::Isa;
+//! use paid_physics::SceneConfig;
+//! use paid_sysid::Surface;
+//! use paid_sysid::lab::{Launch, Start, engine_lab};
+//!
+//! // How far does the paper's ball roll on grass within a second, at 2 m/s?
+//! let ball = Surface::load("grass")?.ball_params;
+//! let mut lab = engine_lab(Isa::detect(), &SceneConfig::default())?;
+//! let start = Start::Roll { speed: 2.0, offset_m: 0.0, spin: 1.0 };
+//! let distance = lab.run(&[Launch { ball, start, times: &[0.0, 1.0] }])[0][1]; // `[m]`
+//! assert!((0.5..2.0).contains(&distance));
+//! # Ok::<(), paid_sysid::SysidError>(())
+//! ```
 
 pub mod cmaes;
 pub mod confidence;

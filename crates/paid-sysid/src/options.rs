@@ -11,7 +11,7 @@ pub const PARAMETERS: usize = 5;
 pub const NAMES: [&str; PARAMETERS] =
     ["static_friction", "dynamic_friction", "restitution", "linear_damping", "angular_damping"];
 
-/// One value a parameter, in the order of [`NAMES`]: two Coulomb coefficients, restitution, two dampings `[1/s]`.
+/// One value per parameter, in the order of [`NAMES`]: two Coulomb coefficients, restitution, two dampings `[1/s]`.
 pub type Parameters = [f64; PARAMETERS];
 
 /// The ball with the parameters put in; mass, radius and inertia stay.

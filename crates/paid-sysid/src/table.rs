@@ -11,7 +11,7 @@ use crate::search::Stop;
 const STRONG: f64 = 0.8;
 
 const ROUGH_STARTS: &str = "The rolls fit much worse than the drops: the first samples give a rough initial speed. --starts refined \
-                            corrects it, or film with more frames a second.";
+                            corrects it, or film with more frames per second.";
 
 impl Identification {
     /// Parameters, correlations and remarks. `truth`, if known, is set beside the values.

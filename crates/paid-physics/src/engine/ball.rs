@@ -11,7 +11,7 @@ use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
 use super::step::Constants;
 
-/// The ball's velocity under way to the end of the step, and its ground contact.
+/// The ball's velocity, on its way to the end of the step, and its ground contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BallWork<V> {
     pub vel: Vec3<V>,

@@ -25,7 +25,7 @@ pub(crate) struct Foot<V> {
     pub vel: Motion<V>,
     /// Sum of the contact impulses.
     pub impulse: Force<V>,
-    /// Coefficient of friction of the sole under way: static or dynamic.
+    /// Coefficient of friction of the current sole: static or dynamic.
     pub friction: V,
 }
 

@@ -11,7 +11,7 @@ pub(crate) struct BodyForces<V: Real> {
 }
 
 impl<V: Real> BodyForces<V> {
-    /// No forces on `bodies` bodies.
+    /// No force on any of `bodies` bodies.
     pub fn new(bodies: usize) -> Self {
         Self { force: vec![Vec3::zero(); bodies], touched: vec![false; bodies] }
     }
@@ -33,7 +33,7 @@ impl<V: Real> BodyForces<V> {
         self.force[b] = force.scale_add(share, self.force[b]);
     }
 
-    /// The force on body `b` where a lane's has been touched.
+    /// The force on body `b` in the lanes in which it has been touched.
     #[inline(always)]
     pub fn on(&self, b: usize) -> Option<Vec3<V>> {
         self.touched[b].then(|| self.force[b])

@@ -30,7 +30,7 @@ pub(crate) struct Group<V: Real> {
     pub warm: Vec<[[V; 3]; 2]>,
     pub params: GroupParams<V>,
     pub state: GroupState<V>,
-    /// Bit a lane: reset since the last step.
+    /// One bit per lane: reset since the last step.
     pub reset: u32,
 }
 
@@ -59,7 +59,7 @@ pub(crate) struct Work<V: Real> {
     /// Of each chain's last link.
     pub kin: Vec<Kin<V>>,
     pub joints: Vec<JointWork<V>>,
-    /// Of the links on the path under way, by the number of joints before theirs.
+    /// Of the links on the current path, by the number of joints before theirs.
     pub rigid: Vec<Rigid<V>>,
     /// Sine and cosine of each joint angle.
     pub trig: Vec<[V; 2]>,
@@ -86,9 +86,9 @@ pub(crate) struct Work<V: Real> {
     /// Velocity of foot 1 (columns) per impulse on foot 0 (rows).
     pub cross: [[V; 6]; 6],
     pub soles: Vec<[Sole<V>; 2]>,
-    /// The ball's velocity under way to the end of the step.
+    /// The ball's velocity, on its way to the end of the step.
     pub ball: BallWork<V>,
-    /// Contacts of the ball with the base, then one a chain.
+    /// Contacts of the ball with the base, then one per chain.
     pub touches: Vec<BallTouch<V>>,
     pub pairs: Vec<PairTouch<V>>,
     /// Net contact forces over the physics step.

@@ -1,4 +1,4 @@
-//! The robot as the engine's inner loops want it: links in chains, constants in the lane's element type.
+//! The robot in the form that the engine's inner loops need: links in chains, constants in the lane's element type.
 
 use paid_lanes::{Mat3, Quat, Scalar, Vec3};
 use paid_robot::{Body, RobotModel, Shape};

@@ -6,8 +6,8 @@
 //! 3. `feet`, `ball`, `pairs`: contacts at velocity level by projected Gauss-Seidel, warm-started at the soles.
 //! 4. `step`: new velocities and positions, semi-implicit Euler.
 //!
-//! Everything spatial is in world axes about the base's origin. A lane never influences another one: where a branch
-//! skips work, the work would have added exact zeros.
+//! Everything spatial is in world axes about the base's origin. Lanes never influence one another: a branch
+//! skips work only if that work would have added exact zeros.
 
 mod articulated;
 mod ball;
@@ -53,7 +53,7 @@ use params::GroupParams;
 
 use crate::{EnvParams, GroupState, LaneState, SceneConfig, Simulator};
 
-/// A batch of environments on the built-in engine, `V::LANES` a group.
+/// A batch of environments on the built-in engine, `V::LANES` per group.
 pub struct Engine<V: Real> {
     model: RobotModel,
     scene: SceneConfig,
@@ -161,7 +161,7 @@ impl<V: Real> Simulator<V> for Engine<V> {
 
     fn step(&mut self, group: usize, joint_target: &[V]) {
         let joints = self.layout.links.len();
-        assert_eq!(joint_target.len(), joints, "one target a joint");
+        assert_eq!(joint_target.len(), joints, "one target per joint");
         self.groups[group].reset = 0;
         (self.kernels.step)(self, group, joint_target);
     }
@@ -172,8 +172,8 @@ impl<V: Real> Simulator<V> for Engine<V> {
 
     fn reset_lane(&mut self, group: usize, lane: usize, state: &LaneState) {
         let g = &mut self.groups[group];
-        assert_eq!(state.joint_pos.len(), g.q.len(), "one angle a joint");
-        assert_eq!(state.joint_vel.len(), g.q.len(), "one velocity a joint");
+        assert_eq!(state.joint_pos.len(), g.q.len(), "one angle per joint");
+        assert_eq!(state.joint_vel.len(), g.q.len(), "one velocity per joint");
         let warm = g.warm.len() * 6;
         assert!(
             state.warm_start.is_empty() || state.warm_start.len() == warm,

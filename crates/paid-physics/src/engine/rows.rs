@@ -1,6 +1,6 @@
 //! Contact rows of any link, in factored coordinates.
 //!
-//! With `M = L D L^T` (the articulated-body factorization), an impulse `J^T x` is kept as `s = L^-1 J^T x`, one number a
+//! With `M = L D L^T` (the articulated-body factorization), an impulse `J^T x` is kept as `s = L^-1 J^T x`, one number per
 //! joint on the path to the base and six at the base. Then the velocity of row `J` is `free + y . D^-1 s` with
 //! `y = L^-1 J^T`, so any two rows are coupled exactly at the cost of one path each.
 

@@ -52,7 +52,7 @@ fn block() -> (RobotModel, EngineSpec) {
     (model, EngineSpec { feet: vec![1, 2], stiffness: vec![2000.0; 2], damping: vec![50.0; 2] })
 }
 
-/// The block and the ball at rest on a slope that rises along x by `tan` a meter, for `seconds`.
+/// The block and the ball at rest on a slope that rises along x by `tan` per meter, for `seconds`.
 fn slide(tan: f64, static_friction: f64, dynamic_friction: f64, seconds: f64) -> Engine<f64> {
     let (model, spec) = block();
     let material = Material { static_friction, dynamic_friction, restitution: 0.0 };

@@ -70,7 +70,7 @@ impl<V: Real> Engine<V> {
 
     /// [`Engine::accelerations`] with a force at the base's origin (3) `[N]` and a moment on the base (3) `[N m]`, world axes.
     pub fn accelerations_under(&mut self, group: usize, base_wrench: [V; 6], torques: &[V]) -> Vec<V> {
-        assert_eq!(torques.len(), self.layout.links.len(), "one torque a joint");
+        assert_eq!(torques.len(), self.layout.links.len(), "one torque per joint");
         (self.kernels.accelerations)(self, group, base_wrench, torques)
     }
 

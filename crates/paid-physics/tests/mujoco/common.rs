@@ -11,7 +11,7 @@ pub fn engine<V: Real>(scene: &SceneConfig, groups: usize) -> Engine<V> {
     Engine::new(&model, EngineSpec::for_robot(&model, &spec).unwrap(), scene, groups).unwrap()
 }
 
-/// Accelerations of states by the engine, as many a group as it has lanes.
+/// Accelerations of states by the engine, as many per group as it has lanes.
 pub fn accelerations<V: Real>(states: &[TorqueState]) -> Vec<Vec<f64>> {
     let mut engine = engine::<V>(&SceneConfig::default(), 1);
     let mut out = Vec::new();

@@ -48,7 +48,7 @@ pub struct Experiment {
     pub spin: f64,
     /// Length of a run `[s]` (paper: 2 s).
     pub duration_s: f64,
-    /// Camera frames a second (paper: a sample every 0.1 s).
+    /// Camera frames per second (paper: a sample every 0.1 s).
     pub rate_hz: f64,
     /// Standard deviation of the camera's error on a position `[m]`.
     pub noise_m: f64,
