@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 use crate::score::projected_gravity;
 
 reward_term! {
@@ -14,7 +14,7 @@ reward_term! {
 impl RewardTerm for Upright {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "base";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

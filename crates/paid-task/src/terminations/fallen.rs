@@ -3,7 +3,7 @@
 use paid_lanes::{Mask, Real};
 
 use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Need, parameters};
+use crate::parameters::{Requirement, parameters};
 use crate::score::projected_gravity;
 
 parameters! {
@@ -19,7 +19,7 @@ parameters! {
 impl TerminationTerm for Fallen {
     const UNIT: &'static str = "m, deg";
     const FRAME: &'static str = "world, vertical";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     fn is_on(&self) -> bool {
         self.height_m > 0.0 || self.tilt_deg > 0.0

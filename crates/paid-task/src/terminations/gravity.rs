@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Need, parameters};
+use crate::parameters::{Requirement, parameters};
 use crate::score::projected_gravity;
 
 parameters! {
@@ -17,7 +17,7 @@ parameters! {
 impl TerminationTerm for Gravity {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "anchor";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     fn is_on(&self) -> bool {
         self.limit > 0.0
