@@ -2,7 +2,7 @@
 
 use paid_mujoco::{Cone, FootShapes, MujocoSim, PdControl, SceneOptions};
 use paid_physics::BallParams;
-use paid_task::{Task, TaskPreset, TaskShard, build_shard};
+use paid_task::{ShardSetup, Task, TaskPreset, TaskSetup, TaskShard, build_shard};
 use serde::Serialize;
 
 use crate::EvalError;
@@ -150,20 +150,16 @@ impl EvalSetup {
 
     /// Environments `first_env..first_env + num_envs` of the task on the setup's engine.
     pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
+        let task = TaskSetup {
+            robot: &self.robot,
+            spec: &self.spec,
+            library: &self.library,
+            preset: &self.preset,
+            first_env,
+            seed: self.seed,
+        };
         let scene = match &self.engine {
-            EngineChoice::Builtin => {
-                let shard = build_shard(
-                    self.isa,
-                    &self.robot,
-                    &self.spec,
-                    &self.library,
-                    &self.preset,
-                    num_envs,
-                    first_env,
-                    self.seed,
-                )?;
-                return Ok(shard);
-            }
+            EngineChoice::Builtin => return Ok(build_shard(&ShardSetup { task, isa: self.isa, num_envs })?),
             EngineChoice::Mujoco(scene) => scene,
         };
         let preset = TaskPreset { ball_params: self.ball(), ..self.preset.clone() };
@@ -180,7 +176,7 @@ impl EvalSetup {
         let control =
             self.spec.resolve(&self.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
         let sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
-        let task = Task::new(sim, &self.robot, &self.spec, &self.library, &preset, first_env, self.seed)?;
+        let task = Task::new(sim, &TaskSetup { preset: &preset, ..task })?;
         Ok(Box::new(task))
     }
 }

@@ -11,7 +11,9 @@ use std::time::Instant;
 use paid_lanes::Isa;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EnvSample, EvalControl, EvalOptions, InitialState, ReferenceLibrary, TaskPreset, TaskShard};
+use paid_task::{
+    EnvSample, EpisodeRules, EvalControl, InitialState, ReferenceLibrary, TaskPreset, TaskShard,
+};
 
 use crate::EvalError;
 use crate::engine::EngineChoice;
@@ -71,11 +73,11 @@ pub fn run_episodes<O: Observer>(
     setup: &EvalSetup,
     policy: &DriverMaker,
     starts: &[InitialState],
-    options: EvalOptions,
+    rules: EpisodeRules,
     max_steps: usize,
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
-    let run = Run { setup, policy, starts, options, max_steps, observer: &observer };
+    let run = Run { setup, policy, starts, rules, max_steps, observer: &observer };
     let batches = starts.len().div_ceil(run.width());
     let next = AtomicUsize::new(0);
     let results = Mutex::new(Vec::new());
@@ -115,7 +117,7 @@ struct Run<'a, F> {
     setup: &'a EvalSetup,
     policy: &'a DriverMaker<'a>,
     starts: &'a [InitialState],
-    options: EvalOptions,
+    rules: EpisodeRules,
     max_steps: usize,
     observer: &'a F,
 }
@@ -138,7 +140,7 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
         let mut observers: Vec<O> = trials.clone().map(self.observer).collect();
 
         let control = shard.eval();
-        control.set_eval(Some(self.options));
+        control.set_rules(self.rules);
         for env in 0..envs {
             // Environments beyond the last trial fill the lane group with copies of it.
             control.force_start(env, &starts[(trials.start + env).min(trials.end - 1)])?;

@@ -1,6 +1,6 @@
 //! One episode of a policy, to look at.
 
-use paid_task::{EvalOptions, InitialState};
+use paid_task::{EpisodeRules, InitialState, RewardTermsInSamples};
 
 use crate::EvalError;
 use crate::episodes::{Observer, run_episodes};
@@ -61,9 +61,11 @@ impl Shot {
             ..InitialState::nominal(motion)
         };
         let limits = ShootingOptions { limit_s: self.limit_s, ..ShootingOptions::default() };
-        let (control, steps) = shooting::control_of(&limits, setup.preset.control_dt_s());
-        let control = EvalOptions { reward_terms: self.reward_terms, ..control };
-        let mut kept = run_episodes(setup, &*subject.maker, &[start], control, steps, |_| observer(motion))?;
+        let (rules, steps) = shooting::rules_of(&limits, setup.preset.control_dt_s());
+        let reward_terms =
+            if self.reward_terms { RewardTermsInSamples::Kept } else { RewardTermsInSamples::Dropped };
+        let rules = EpisodeRules { reward_terms, ..rules };
+        let mut kept = run_episodes(setup, &*subject.maker, &[start], rules, steps, |_| observer(motion))?;
         let (_, kept) = kept.pop().ok_or(EvalError::Stopped)?;
         Ok(Watched { kept, motion, goal_half_width_m: limits.goal_half_width_m })
     }

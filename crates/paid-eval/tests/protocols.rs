@@ -131,9 +131,9 @@ fn a_policy_of_another_size_is_refused() {
 fn a_film_shows_the_robot() {
     let Some(folder) = motions("a_film_shows_the_robot") else { return };
     let setup = setup(&folder, "paper_stage2", 1);
-    let (control, _) = shooting::control_of(&ShootingOptions::default(), 0.02);
+    let (rules, _) = shooting::rules_of(&ShootingOptions::default(), 0.02);
     let start = paid_task::InitialState::nominal(0);
-    let films = paid_eval::episodes::run_episodes(&setup, &zero(&setup), &[start], control, 10, |_| {
+    let films = paid_eval::episodes::run_episodes(&setup, &zero(&setup), &[start], rules, 10, |_| {
         picture::Film::default()
     })
     .expect("runs");

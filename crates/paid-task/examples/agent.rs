@@ -10,7 +10,7 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{Agent, ReferenceLibrary, TaskPreset, build_shard, run_agent};
+use paid_task::{Agent, ReferenceLibrary, ShardSetup, TaskPreset, TaskSetup, build_shard, run_agent};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -24,14 +24,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let motions = MotionLibrary::load(Path::new(dir), &robot, &spec, 1.0 / preset.control_dt_s())?;
     let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec)?);
     let isa = Isa::detect();
+    let task =
+        TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 1 };
+    let setup = ShardSetup { task, isa, num_envs: envs };
     for agent in [Agent::Zero, Agent::Random] {
-        let mut shard = build_shard(isa, &robot, &spec, &library, &preset, envs, 0, 1)?;
+        let mut shard = build_shard(&setup)?;
         println!("{name}, {agent:?} agent, {envs} environments, {steps} steps");
         for (figure, value) in run_agent(shard.as_mut(), agent, steps, 1)?.summary() {
             println!("  {figure:36} {value:12.6}");
         }
     }
-    let mut shard = build_shard(isa, &robot, &spec, &library, &preset, envs, 0, 1)?;
+    let mut shard = build_shard(&setup)?;
     let mut policy = vec![0.0; shard.policy_obs_dim() * envs];
     let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
     let actions = vec![0.0; shard.action_dim() * envs];

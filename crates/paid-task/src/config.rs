@@ -6,6 +6,7 @@ use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
 use crate::library::{body_index, followed_bodies};
 use crate::observe::ObservationConfig;
+use crate::preset::ReferenceSource;
 use crate::{ReferenceLibrary, TaskError, TaskPreset};
 
 /// What every environment of a task shares. "Followed" indices are positions in [`ReferenceLibrary::followed`].
@@ -35,6 +36,8 @@ pub(crate) struct TaskConfig {
     pub waist: Vec<usize>,
     /// Center of mass of the base in its frame [m].
     pub base_com: [f64; 3],
+    /// True if episodes follow a reference motion.
+    pub has_reference: bool,
     /// Control period [s].
     pub dt_s: f64,
     /// Time limit [control steps].
@@ -51,6 +54,16 @@ impl TaskConfig {
     ) -> Result<Self, TaskError> {
         preset.validate()?;
         let followed = followed_bodies(robot, spec)?;
+        if library.is_standing() != (preset.reference == ReferenceSource::None) {
+            return Err(TaskError::Library(match preset.reference {
+                ReferenceSource::Motions => {
+                    "the preset follows reference motions, the library only stands".into()
+                }
+                ReferenceSource::None => {
+                    "the preset has no reference: expected the standing library, found motions".into()
+                }
+            }));
+        }
         if followed != library.followed() || library.layout().joints != robot.joints.len() {
             return Err(TaskError::Library("it was packed for another robot".into()));
         }
@@ -96,6 +109,7 @@ impl TaskConfig {
             waist,
             bodies: robot.bodies.len(),
             base_com: robot.bodies[0].com,
+            has_reference: preset.reference == ReferenceSource::Motions,
             dt_s,
             max_steps: (preset.episode_length_s / dt_s).round() as u32,
             followed,

@@ -32,6 +32,14 @@ pub enum TaskError {
         /// What is wrong with it.
         error: ObservationError,
     },
+    /// A term needs a reference motion and the preset has none.
+    #[error("preset: {kind} term '{name}' needs a reference motion, but reference is \"none\"")]
+    NeedsReference {
+        /// `observation`, `reward` or `termination`.
+        kind: &'static str,
+        /// Name of the term.
+        name: &'static str,
+    },
     /// The robot description lacks a name that the task needs.
     #[error("robot: {role} '{name}' is not in the model")]
     Name {

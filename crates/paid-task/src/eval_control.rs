@@ -1,6 +1,6 @@
 //! Deterministic episodes for evaluation, without a second implementation of the task.
 
-use crate::TaskError;
+use crate::{EpisodeRules, TaskError};
 
 /// How an environment's next episodes begin.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,37 +33,6 @@ impl InitialState {
             goal_xy: None,
             displacement: [0.0; 2],
             noise: false,
-        }
-    }
-}
-
-/// What differs between evaluation and training.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EvalOptions {
-    /// Beyond the motion's end the reference holds its last pose at rest, instead of ending the episode.
-    pub hold_last_frame: bool,
-    /// Failed tracking ends the episode (as in training); else only the time limit and non-finite states do.
-    pub end_on_failure: bool,
-    /// Time limit [control steps]; `None`: the preset's.
-    pub max_steps: Option<u32>,
-    /// Environments whose episode ended begin a new one at once; else they go on and keep reporting their end.
-    pub auto_reset: bool,
-    /// Observation noise, perception errors, pushes and randomization stay as in the preset; else all are off.
-    pub disturbances: bool,
-    /// Samples carry the reward terms of their step ([`EnvSample::rewards`]).
-    pub reward_terms: bool,
-}
-
-impl Default for EvalOptions {
-    /// An undisturbed episode that goes on after the motion and after failures, for the evaluator to judge.
-    fn default() -> Self {
-        Self {
-            hold_last_frame: true,
-            end_on_failure: false,
-            max_steps: None,
-            auto_reset: false,
-            disturbances: false,
-            reward_terms: false,
         }
     }
 }
@@ -133,14 +102,14 @@ pub struct EnvSample {
     /// The first kick of the episode.
     pub kick: Option<KickEvent>,
     /// Term x weight x control period of the last step, order of [`crate::REWARD_NAMES`]; their sum is the step's reward. Empty unless
-    /// [`EvalOptions::reward_terms`] asks for them.
+    /// [`EpisodeRules::reward_terms`] keeps them.
     pub rewards: Vec<f64>,
 }
 
 /// Control of single environments. Environments are indexed within their shard.
 pub trait EvalControl {
-    /// Switches evaluation on (and the given disturbances off) for the whole shard, or back to training with `None`.
-    fn set_eval(&mut self, options: Option<EvalOptions>);
+    /// From now on the episodes of the whole shard run by these rules. [`EpisodeRules::TRAINING`] also forgets all forced starts.
+    fn set_rules(&mut self, rules: EpisodeRules);
     /// Resets environment `env` to `start` now; later resets of it begin there too, until another start is forced.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use crate::KickPreset;
 /// Kick state of a group. Flags are 0 or 1.
 #[derive(Clone, Debug)]
 pub(crate) struct KickState<V> {
-    /// Labeled foot: -1 left, +1 right.
+    /// Labeled foot: -1 left, +1 right, 0 either.
     pub label: V,
     /// The robot has touched the ball.
     pub touched: V,
@@ -128,12 +128,13 @@ impl<V: Real> KickState<V> {
         ]
     }
 
-    /// Begins an episode in one lane; no contact counts as a kick for the first `wait` control steps.
-    pub(crate) fn reset_lane(&mut self, lane: usize, kick_foot: usize, ball: [f64; 3], wait: usize) {
+    /// Begins an episode in one lane, to be kicked with the given foot (0 left, 1 right) or with either. No contact counts as a kick
+    /// for the first `wait` control steps.
+    pub(crate) fn reset_lane(&mut self, lane: usize, kick_foot: Option<usize>, ball: [f64; 3], wait: usize) {
         for field in self.fields() {
             field.set_lane(lane, 0.0);
         }
-        self.label.set_lane(lane, if kick_foot == 0 { -1.0 } else { 1.0 });
+        self.label.set_lane(lane, kick_foot.map_or(0.0, |foot| [-1.0, 1.0][foot]));
         self.before.set_lane(lane, ball);
         self.wait.set_lane(lane, wait as f64);
     }
@@ -154,7 +155,7 @@ impl<V: Real> KickState<V> {
         let side = V::select(right, one, -one);
         let in_time = self.wait.lt(V::c(0.5));
         self.wait = (self.wait - one).max(V::zero());
-        let correct = first.and((side * self.label).gt(V::zero())).and(in_time);
+        let correct = first.and((side * self.label).ge(V::zero())).and(in_time);
         self.since = V::select(untouched, V::zero(), self.since + one);
         self.touched = V::select(first, one, self.touched);
         self.correct = V::select(correct, one, self.correct);
@@ -262,7 +263,7 @@ mod tests {
     #[test]
     fn the_first_hard_contact_with_the_labeled_foot_pays_once() {
         let mut kick = KickState::<f64>::new();
-        kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
+        kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 0);
         let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, POINTS, &preset());
         assert!(!soft.first && !soft.window);
         let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], -0.01), FEET, POINTS, &preset());
@@ -282,7 +283,7 @@ mod tests {
     fn a_touch_before_its_time_is_no_kick_and_spoils_the_later_one() {
         for (soft_steps, pays) in [(1, false), (2, true)] {
             let mut kick = KickState::<f64>::new();
-            kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 2);
+            kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 2);
             for _ in 0..soft_steps {
                 kick.advance(&ball(0.0, [0.0; 3], 0.0), FEET, POINTS, &preset());
             }
@@ -296,16 +297,27 @@ mod tests {
     #[test]
     fn the_wrong_foot_touches_but_does_not_pay() {
         let mut kick = KickState::<f64>::new();
-        kick.reset_lane(0, 0, [0.0, 0.0, 0.11], 0);
+        kick.reset_lane(0, Some(0), [0.0, 0.0, 0.11], 0);
         let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset());
         assert!(hit.first && !hit.correct && !hit.window && kick.touched == 1.0 && kick.correct == 0.0);
+    }
+
+    #[test]
+    fn either_foot_pays_where_none_is_labeled() {
+        for ball_y in [0.1, -0.1] {
+            let mut kick = KickState::<f64>::new();
+            kick.reset_lane(0, None, [0.0, 0.0, 0.11], 0);
+            let feet = [Vec3([0.0, 0.2, 0.0]), Vec3([0.0, -0.2, 0.0])];
+            let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], ball_y), feet, POINTS, &preset());
+            assert!(hit.correct && hit.window && hit.right == (ball_y < 0.0), "{ball_y}");
+        }
     }
 
     #[test]
     fn outcome_keeps_the_best_speed_and_the_goal() {
         let (goal, heading) = (Vec3([0.0, -5.0, 0.11]), [0.0, -1.0]);
         let mut kick = KickState::<f64>::new();
-        kick.reset_lane(0, 1, [0.0, 0.0, 0.11], 0);
+        kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 0);
         let hit = ball(50.0, [0.3, -3.0, 0.0], -0.01);
         kick.advance(&hit, FEET, POINTS, &preset());
         kick.observe_outcome(&hit, goal, heading, 5, 1.0);

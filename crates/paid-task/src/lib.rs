@@ -9,6 +9,7 @@ mod ball_preset;
 mod camera;
 mod config;
 mod delay;
+mod episode_rules;
 mod error;
 mod eval_control;
 #[cfg(test)]
@@ -42,17 +43,21 @@ mod tracking;
 mod words;
 
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
+pub use episode_rules::{
+    AfterEnd, AfterKick, AtMotionEnd, Disturbances, EpisodeRules, OnFailure, RewardTermsInSamples,
+    SamplingStatistics, TimeLimit,
+};
 pub use error::TaskError;
-pub use eval_control::{BodySample, EnvSample, EvalControl, EvalOptions, InitialState, KickEvent};
-pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary};
+pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent};
+pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
-pub use parameters::{Need, ParameterInfo};
+pub use parameters::{ParameterInfo, Requirement};
 pub use placement::{RollingBall, motion_for, nearest_motion};
 pub use preset::TaskPreset;
 pub use rewards::{BodyKernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset};
 pub use rolling::roll_decay;
 pub use sampler::SamplerState;
-pub use shard::{TaskShard, TrainShard, build_engine, build_shard};
+pub use shard::{ShardSetup, TaskSetup, TaskShard, TrainShard, build_engine, build_shard};
 pub use task::Task;
 pub use terminations::{
     END_CAUSES, END_NAMES, EndCause, TERMINATION_NAMES, TERMINATION_TERMS, TerminationPreset,

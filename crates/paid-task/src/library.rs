@@ -1,6 +1,8 @@
 //! Reference motions, packed for gathering one frame a lane.
 
+use paid_lanes::{Quat, Vec3};
 use paid_motion::MotionLibrary;
+use paid_robot::kinematics::forward;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::TaskError;
@@ -86,7 +88,11 @@ pub struct ReferenceLibrary {
     followed: Vec<usize>,
     first_frame: Vec<usize>,
     packed: Vec<f32>,
+    standing: bool,
 }
+
+/// Nominal place of the ball ahead of a robot without a reference: within the paper's workspace [m].
+pub const STANDING_BALL_M: f64 = 1.0;
 
 /// Model index of a body.
 pub(crate) fn body_index(robot: &RobotModel, role: &'static str, name: &str) -> Result<usize, TaskError> {
@@ -133,6 +139,7 @@ impl ReferenceLibrary {
             followed,
             first_frame: Vec::new(),
             packed: Vec::new(),
+            standing: false,
             clips: Vec::new(),
         };
         for clip in clips {
@@ -169,6 +176,42 @@ impl ReferenceLibrary {
             body_ang_vel: clip.body_ang_vel.clone(),
         });
         Self::new(clips.collect(), robot, spec)
+    }
+
+    /// The library of a task without a reference: the robot stands in its default pose, heading along x, with the nominal ball
+    /// [`STANDING_BALL_M`] ahead. `dt_s` is the control period.
+    ///
+    /// # Errors
+    /// If robot and specification do not fit.
+    pub fn standing(robot: &RobotModel, spec: &RobotSpec, dt_s: f64) -> Result<Self, TaskError> {
+        let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
+        let base = Vec3([0.0, 0.0, spec.nominal_height_m]);
+        let poses = forward(robot, base, Quat([1.0, 0.0, 0.0, 0.0]), &control.default_pos);
+        // Two frames: an episode begins in the first one and leaves one to go to.
+        let frames = 2;
+        let clip = ReferenceClip {
+            name: "standing".into(),
+            fps: 1.0 / dt_s,
+            kick_foot: 0,
+            frames,
+            joint_pos: control.default_pos.repeat(frames),
+            joint_vel: vec![0.0; frames * robot.joints.len()],
+            body_pos: poses.iter().map(|pose| pose.pos.0).collect::<Vec<_>>().repeat(frames),
+            body_quat: poses.iter().map(|pose| pose.quat.0).collect::<Vec<_>>().repeat(frames),
+            body_com_vel: vec![[0.0; 3]; frames * robot.bodies.len()],
+            body_ang_vel: vec![[0.0; 3]; frames * robot.bodies.len()],
+        };
+        let mut library = Self::new(vec![clip], robot, spec)?;
+        library.standing = true;
+        let [facts] = &mut library.facts[..] else { unreachable!("one clip") };
+        let (sin, cos) = facts.heading.sin_cos();
+        facts.displacement = [STANDING_BALL_M * cos, STANDING_BALL_M * sin];
+        Ok(library)
+    }
+
+    /// True for [`ReferenceLibrary::standing`].
+    pub fn is_standing(&self) -> bool {
+        self.standing
     }
 
     fn pack(&mut self, clip: &ReferenceClip, t: usize, at_rest: bool, to_policy: &[usize]) {

@@ -1,18 +1,28 @@
 //! Typed parameters of a reward or termination term: default, unit, range and reason stand in one place.
 
+use core::fmt;
+
 use serde::Serialize;
 
 use crate::TaskError;
 use crate::preset::value_error;
 
 /// What a term needs of its task. Without a ball in the scene a term that needs one pays nothing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Need {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Requirement {
     /// A reference motion.
     Reference,
     /// A physical ball.
     Ball,
+}
+
+impl fmt::Display for Requirement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Reference => "a reference motion",
+            Self::Ball => "a ball",
+        })
+    }
 }
 
 /// A parameter of a term, for a table.

@@ -13,7 +13,7 @@ pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
 use crate::layers::{LayerError, Tree};
 pub use crate::perception_preset::{CameraPreset, MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
-use crate::{RewardPreset, TaskError, TerminationPreset};
+use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
 pub type Range = [f64; 2];
@@ -24,6 +24,9 @@ pub type Range = [f64; 2];
 pub struct TaskPreset {
     /// Name for logs.
     pub name: String,
+    /// What the robot follows.
+    #[serde(default)]
+    pub reference: ReferenceSource,
     /// Time limit of an episode [s]; reaching it is a truncation.
     pub episode_length_s: f64,
     /// Ground, solver and control period.
@@ -52,6 +55,18 @@ pub struct TaskPreset {
     pub randomization: RandomizationPreset,
 }
 
+/// What the robot follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceSource {
+    /// The motions of the library. Episodes begin in one of their frames.
+    #[default]
+    Motions,
+    /// Nothing: episodes begin in the robot's default standing pose, either foot may kick, and terms that need a reference are
+    /// refused.
+    None,
+}
+
 /// What is observed, and how wrongly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -73,17 +88,21 @@ impl ObservationPreset {
     /// # Errors
     /// If a list is empty or has a term twice.
     pub fn layout(&self, spec: &RobotSpec) -> Result<ObservationLayout, TaskError> {
-        self.check()?;
+        self.check(ReferenceSource::Motions)?;
         let dimensions = Dimensions::of(spec);
         ObservationLayout::new(&self.policy, &self.critic, dimensions)
             .map_err(|error| TaskError::Observations { list: "policy, critic", error })
     }
 
-    /// The policy must do without what only a simulator knows.
-    fn check(&self) -> Result<(), TaskError> {
-        let critic = [Need::Reference, Need::Scene, Need::Privileged];
+    /// The policy must do without what only a simulator knows, and both without the reference if there is none.
+    fn check(&self, reference: ReferenceSource) -> Result<(), TaskError> {
+        let critic: &[Need] = match reference {
+            ReferenceSource::Motions => &[Need::Scene, Need::Privileged, Need::Reference],
+            ReferenceSource::None => &[Need::Scene, Need::Privileged],
+        };
+        let policy: Vec<Need> = critic.iter().copied().filter(|need| *need != Need::Privileged).collect();
         for (list, ids, available) in
-            [("policy", &self.policy, &critic[..2]), ("critic", &self.critic, &critic[..])]
+            [("policy", &self.policy, &policy[..]), ("critic", &self.critic, critic)]
         {
             observation::check(ids, available).map_err(|error| TaskError::Observations { list, error })?;
         }
@@ -249,7 +268,7 @@ impl TaskPreset {
             ("pushes.interval_s", self.pushes.interval_s),
         ];
         check_ranges(&ranges)?;
-        self.observations.check()?;
+        self.observations.check(self.reference)?;
         self.randomization.check(self.control_dt_s())?;
         let positive = [
             ("episode_length_s", self.episode_length_s),
@@ -281,7 +300,21 @@ impl TaskPreset {
             return Err(value_error("sampling.kernel_size, scene.substeps", "at least 1", "0".into()));
         }
         self.rewards.validate()?;
-        self.terminations.validate()
+        self.terminations.validate()?;
+        if self.reference == ReferenceSource::None {
+            self.check_without_reference()?;
+        }
+        Ok(())
+    }
+
+    /// Refuses terms that need the reference that there is not.
+    fn check_without_reference(&self) -> Result<(), TaskError> {
+        let rewards = self.rewards.active().map(|(name, needs)| ("reward", name, needs));
+        let terminations = self.terminations.active().map(|(name, needs)| ("termination", name, needs));
+        match rewards.chain(terminations).find(|(.., needs)| needs.contains(&Requirement::Reference)) {
+            Some((kind, name, _)) => Err(TaskError::NeedsReference { kind, name }),
+            None => Ok(()),
+        }
     }
 
     /// True if the policy sees a rolling ball where it will be when the reference strikes; motions are chosen by that place then.

@@ -51,8 +51,11 @@ pub(crate) fn score<V: Real>(
     sums: &mut Sums<V>,
 ) -> Score<V> {
     let preset = &config.preset.rewards;
-    tracking.update(config, state, &group.reference);
-    let errors = tracking.logged(config, state, &group.reference);
+    let mut errors = [V::zero(); TRACKING_NAMES.len()];
+    if config.has_reference {
+        tracking.update(config, state, &group.reference);
+        errors = tracking.logged(config, state, &group.reference);
+    }
     foot_peaks(config, state, group);
     let kick = if config.preset.scene.ball {
         let robot_points = [state.bodies[config.followed[config.anchor]].pos, state.bodies[0].pos];
@@ -91,9 +94,15 @@ pub(crate) fn score<V: Real>(
     }
 }
 
-/// Largest speeds of the labeled foot and of its reference.
+/// Largest speeds of the labeled foot and of its reference; without a reference of the faster foot.
 #[inline(always)]
 fn foot_peaks<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &mut GroupTask<V>) {
+    if !config.has_reference {
+        for side in 0..2 {
+            group.foot_peak = config.foot(state, side).com_vel.norm().max(group.foot_peak);
+        }
+        return;
+    }
     let is_right = group.kick.label.gt(V::zero());
     let [left, right] = config.feet.map(|i| group.reference.com_vel(i));
     let kicking = Vec3::select(is_right, config.foot(state, 1).com_vel, config.foot(state, 0).com_vel);

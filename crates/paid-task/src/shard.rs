@@ -31,28 +31,45 @@ pub trait TaskShard: TrainShard {
     fn eval(&mut self) -> &mut dyn EvalControl;
 }
 
-/// Builds a shard on the built-in engine with the lane type of `isa`. Environments are numbered from `first_env` over all shards;
-/// an environment's random numbers depend on `seed` and its number only.
+/// What a task is built from.
+#[derive(Clone, Copy, Debug)]
+pub struct TaskSetup<'a> {
+    /// The robot.
+    pub robot: &'a RobotModel,
+    /// Its control and the names that the task refers to.
+    pub spec: &'a RobotSpec,
+    /// The reference motions; [`ReferenceLibrary::standing`] for a preset without a reference.
+    pub library: &'a Arc<ReferenceLibrary>,
+    /// Every constant.
+    pub preset: &'a TaskPreset,
+    /// Number of the first environment over all shards. An environment's random numbers depend on `seed` and its number only.
+    pub first_env: usize,
+    /// Seed of everything random.
+    pub seed: u64,
+}
+
+/// What a shard on the built-in engine is built from.
+#[derive(Clone, Copy, Debug)]
+pub struct ShardSetup<'a> {
+    /// The task.
+    pub task: TaskSetup<'a>,
+    /// Instruction set, which gives the lane type.
+    pub isa: Isa,
+    /// Environments; a multiple of the lanes.
+    pub num_envs: usize,
+}
+
+/// Builds a shard on the built-in engine.
 ///
 /// # Errors
-/// If `num_envs` does not fill lane groups, or preset, robot and library do not fit together.
-#[allow(clippy::too_many_arguments)]
-pub fn build_shard(
-    isa: Isa,
-    robot: &RobotModel,
-    spec: &RobotSpec,
-    library: &Arc<ReferenceLibrary>,
-    preset: &TaskPreset,
-    num_envs: usize,
-    first_env: usize,
-    seed: u64,
-) -> Result<Box<dyn TaskShard>, TaskError> {
-    preset.validate()?;
-    let lanes = isa.lanes();
+/// If the environments do not fill lane groups, or preset, robot and library do not fit together.
+pub fn build_shard(setup: &ShardSetup<'_>) -> Result<Box<dyn TaskShard>, TaskError> {
+    setup.task.preset.validate()?;
+    let (num_envs, lanes) = (setup.num_envs, setup.isa.lanes());
     if num_envs == 0 || !num_envs.is_multiple_of(lanes) {
         return Err(TaskError::Lanes { num_envs, lanes });
     }
-    isa.dispatch(Build { robot, spec, library, preset, groups: num_envs / lanes, first_env, seed })
+    setup.isa.dispatch(Build { task: &setup.task, groups: num_envs / lanes })
 }
 
 /// The built-in engine for a robot and a preset's scene, `groups` lane groups.
@@ -73,21 +90,15 @@ pub fn build_engine<V: Real>(
 }
 
 struct Build<'a> {
-    robot: &'a RobotModel,
-    spec: &'a RobotSpec,
-    library: &'a Arc<ReferenceLibrary>,
-    preset: &'a TaskPreset,
+    task: &'a TaskSetup<'a>,
     groups: usize,
-    first_env: usize,
-    seed: u64,
 }
 
 impl IsaVisitor for Build<'_> {
     type Output = Result<Box<dyn TaskShard>, TaskError>;
     fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
-        let engine = build_engine::<V>(self.robot, self.spec, self.preset, self.groups)?;
-        let task =
-            Task::new(engine, self.robot, self.spec, self.library, self.preset, self.first_env, self.seed)?;
-        Ok(Box::new(task))
+        let TaskSetup { robot, spec, preset, .. } = *self.task;
+        let engine = build_engine::<V>(robot, spec, preset, self.groups)?;
+        Ok(Box::new(Task::new(engine, self.task)?))
     }
 }

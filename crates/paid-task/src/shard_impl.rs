@@ -6,8 +6,8 @@ use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::score::Sums;
 use crate::{
-    BodySample, EnvSample, EvalControl, EvalOptions, InitialState, REWARD_TERMS, SamplerState,
-    TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
+    BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, REWARD_TERMS, RewardTermsInSamples,
+    SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
@@ -90,15 +90,15 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 }
 
 impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
-    fn set_eval(&mut self, options: Option<EvalOptions>) {
-        self.eval = options;
-        let keep = options.is_some_and(|o| o.reward_terms);
+    fn set_rules(&mut self, rules: EpisodeRules) {
+        self.rules = rules;
+        let keep = rules.reward_terms == RewardTermsInSamples::Kept;
         for group in &mut self.groups {
             group.terms = keep.then(|| Box::new([V::zero(); REWARD_TERMS]));
         }
         for env in &mut self.envs {
             env.ended = None;
-            if options.is_none() {
+            if rules == EpisodeRules::TRAINING {
                 env.forced = None;
             }
         }
@@ -144,7 +144,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             motion: info.motion,
             frame: (info.frame - 1).min(facts.frames - 1),
             step: info.step,
-            motion_ended: info.frame >= facts.frames,
+            motion_ended: self.config.has_reference && info.frame >= facts.frames,
             bodies: bodies.collect(),
             joint_pos: numbers(&state.joint_pos),
             joint_vel: numbers(&state.joint_vel),

@@ -2,13 +2,15 @@
 
 use serde::Serialize;
 
-use crate::parameters::{Need, ParameterInfo, Parameters};
+use paid_policy::observation::{ObservationId, ObservationInfo};
+
+use crate::parameters::{ParameterInfo, Parameters, Requirement};
 use crate::{RewardPreset, TerminationPreset};
 
 /// A term as a row of the table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TermInfo {
-    /// `reward` or `termination`.
+    /// `observation`, `reward` or `termination`.
     pub kind: &'static str,
     /// Key in the preset.
     pub name: &'static str,
@@ -19,8 +21,8 @@ pub struct TermInfo {
     /// Frame in which it measures.
     pub frame: &'static str,
     /// What it needs of the task.
-    pub needs: &'static [Need],
-    /// Parameters; a reward term has a weight besides.
+    pub needs: Vec<String>,
+    /// Parameters; a reward term has a weight besides. An observation term has the half-width of its noise.
     pub parameters: Vec<ParameterInfo>,
 }
 
@@ -29,15 +31,39 @@ impl TermInfo {
         kind: &'static str,
         name: &'static str,
         [unit, frame]: [&'static str; 2],
-        needs: &'static [Need],
+        needs: &'static [Requirement],
     ) -> Self {
+        let needs = needs.iter().map(ToString::to_string).collect();
         Self { kind, name, summary: T::SUMMARY.trim(), unit, frame, needs, parameters: T::parameters() }
+    }
+
+    fn of_observation(info: &ObservationInfo) -> Self {
+        let noise = ParameterInfo {
+            name: "noise",
+            summary:
+                "Half-width of uniform noise on each number of the policy's copy, under `observations.noise`."
+                    .into(),
+            default: format!("{:?}", info.noise.half_width),
+            unit: info.unit,
+            reason: if info.noise.reason.is_empty() { "none" } else { info.noise.reason },
+        };
+        Self {
+            kind: "observation",
+            name: info.name,
+            summary: info.summary,
+            unit: info.unit,
+            frame: info.frame,
+            needs: info.needs.iter().map(ToString::to_string).collect(),
+            parameters: vec![noise],
+        }
     }
 }
 
-/// Every reward and termination term, in the order in which they are evaluated.
+/// Every observation, reward and termination term.
 pub fn terms_table() -> Vec<TermInfo> {
-    let mut table = RewardPreset::table();
+    let mut table: Vec<TermInfo> =
+        ObservationId::ALL.iter().map(|id| TermInfo::of_observation(&id.info())).collect();
+    table.extend(RewardPreset::table());
     table.extend(TerminationPreset::table());
     table
 }
@@ -51,11 +77,12 @@ mod tests {
     fn every_term_has_a_row_with_its_summary_and_parameters() {
         let table = terms_table();
         let names = |kind| table.iter().filter(|t| t.kind == kind).map(|t| t.name).collect::<Vec<_>>();
+        assert_eq!(names("observation"), ObservationId::ALL.map(|id| id.name()));
         assert_eq!(names("reward"), REWARD_NAMES);
         assert_eq!(names("termination"), TERMINATION_NAMES);
         assert!(table.iter().all(|t| t.summary.ends_with('.') && !t.frame.is_empty()), "{table:?}");
         let prox = table.iter().find(|t| t.name == "ball_prox").expect("a term");
-        assert_eq!(prox.needs, [Need::Ball]);
+        assert_eq!(prox.needs, ["a ball"]);
         let keys: Vec<_> = prox.parameters.iter().map(|p| (p.name, p.default.as_str(), p.unit)).collect();
         assert_eq!(keys, [("sigma", "4.0", "m"), ("from", "\"anchor\"", "")]);
     }

@@ -7,8 +7,8 @@ use paid_motion::MotionLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EndCause, EvalOptions, InitialState, ReferenceLibrary, TaskMetrics, TaskPreset, TaskShard,
-    build_shard, run_agent,
+    Agent, Disturbances, EndCause, EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskMetrics,
+    TaskPreset, TaskSetup, TaskShard, build_shard, run_agent,
 };
 
 /// The paper's motions, or `None` (the test is skipped).
@@ -24,7 +24,9 @@ fn shard(name: &str, overrides: &[&str], envs: usize, test: &str) -> Option<Box<
     let (robot, spec, library) = library(test)?;
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
-    Some(build_shard(Isa::detect(), &robot, &spec, &library, &preset, envs, 0, 7).expect("builds"))
+    let task =
+        TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
+    Some(build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds"))
 }
 
 fn get(metrics: &TaskMetrics, name: &str) -> f64 {
@@ -76,7 +78,7 @@ fn an_undisturbed_start_matches_its_reference() {
         return;
     };
     let Some((_, spec, library)) = library("an_undisturbed_start") else { return };
-    shard.eval().set_eval(Some(EvalOptions::default()));
+    shard.eval().set_rules(EpisodeRules::evaluation());
     for env in 0..16 {
         let motion = env % 13;
         let frame = 10 * env;
@@ -182,7 +184,7 @@ fn observed(shard: &mut dyn TaskShard, action: f32) -> Vec<f32> {
 fn looking(more: &[&str], test: &str) -> Option<Box<dyn TaskShard>> {
     let options = [&["observations.perception.in_evaluation=true"], more].concat();
     let mut shard = shard("stage2", &options, 16, test)?;
-    shard.eval().set_eval(Some(EvalOptions::default()));
+    shard.eval().set_rules(EpisodeRules::evaluation());
     for env in 0..16 {
         shard.eval().force_start(env, &InitialState::nominal(0)).expect("exists");
     }
@@ -246,7 +248,9 @@ fn delays_are_up_to_one_control_step() {
     let Some(mut late) = with(&["randomization.observation_delay_s=[0.02, 0.02]"]) else { return };
     let Some(mut slack) = with(&["randomization.action_delay_s=[0.02, 0.02]"]) else { return };
     for shard in [&mut now, &mut late, &mut slack] {
-        shard.eval().set_eval(Some(EvalOptions { disturbances: true, ..EvalOptions::default() }));
+        shard
+            .eval()
+            .set_rules(EpisodeRules { disturbances: Disturbances::AsPreset, ..EpisodeRules::evaluation() });
         for env in 0..16 {
             shard.eval().force_start(env, &InitialState::nominal(0)).expect("exists");
         }
@@ -328,7 +332,15 @@ fn lane_types_agree() {
     let preset = TaskPreset::builtin("paper_stage2").expect("valid");
     let mut results = Vec::new();
     for isa in [Isa::Portable, Isa::detect()] {
-        let mut shard = build_shard(isa, &robot, &spec, &library, &preset, 16, 0, 7).expect("builds");
+        let task = TaskSetup {
+            robot: &robot,
+            spec: &spec,
+            library: &library,
+            preset: &preset,
+            first_env: 0,
+            seed: 7,
+        };
+        let mut shard = build_shard(&ShardSetup { task, isa, num_envs: 16 }).expect("builds");
         let mut policy = vec![0.0; shard.policy_obs_dim() * 16];
         let mut critic = vec![0.0; shard.critic_obs_dim() * 16];
         let (mut reward, mut terminated, mut truncated) = (vec![0.0; 16], vec![0; 16], vec![0; 16]);

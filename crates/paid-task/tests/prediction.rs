@@ -8,8 +8,8 @@ use paid_motion::MotionLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EvalOptions, InitialState, ReferenceLibrary, RollingBall, TaskPreset, TaskShard, build_shard, motion_for,
-    roll_decay,
+    EpisodeRules, InitialState, ReferenceLibrary, RollingBall, ShardSetup, TaskPreset, TaskSetup, TaskShard,
+    build_shard, motion_for, roll_decay,
 };
 
 const DT: f64 = 0.02;
@@ -24,7 +24,9 @@ fn shard(overrides: &[&str], envs: usize) -> (Box<dyn TaskShard>, Arc<ReferenceL
     let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit"));
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with("paper_stage2", &overrides).expect("valid");
-    let shard = build_shard(Isa::detect(), &robot, &spec, &library, &preset, envs, 0, 7).expect("builds");
+    let task =
+        TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
+    let shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds");
     (shard, library, preset)
 }
 
@@ -50,7 +52,7 @@ fn a_rolling_ball_is_seen_where_it_will_be_at_the_strike() {
     for damping in ["0", "4.28"] {
         let damping = format!("ball_params.angular_damping={damping}");
         let (mut shard, library, _) = shard(&[AT_STRIKE, &damping], ENVS);
-        shard.eval().set_eval(Some(EvalOptions::default()));
+        shard.eval().set_rules(EpisodeRules::evaluation());
         let motions: Vec<usize> = (0..ENVS).map(|env| env % library.len()).collect();
         for (env, &motion) in motions.iter().enumerate() {
             // Aside of the robot, which falls over in the default pose without meeting it.

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{ReferenceLibrary, TaskShard, build_shard};
+use paid_task::preset::ReferenceSource;
+use paid_task::{ReferenceLibrary, ShardSetup, TaskSetup, TaskShard, build_shard};
 
 use crate::{RunPreset, TrainError};
 
@@ -52,9 +53,15 @@ impl Scene {
         let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
         let (model, spec) = load_robot(&preset.robot)?;
         let rate = 1.0 / preset.task.control_dt_s();
-        let motions = MotionLibrary::open(Path::new(&preset.run.motions), &model, &spec, rate)
-            .map_err(|e| setup(&e))?;
-        let library = ReferenceLibrary::from_motions(&motions, &model, &spec).map_err(|e| setup(&e))?;
+        let library = match preset.task.reference {
+            ReferenceSource::Motions => {
+                let motions = MotionLibrary::open(Path::new(&preset.run.motions), &model, &spec, rate)
+                    .map_err(|e| setup(&e))?;
+                ReferenceLibrary::from_motions(&motions, &model, &spec)
+            }
+            ReferenceSource::None => ReferenceLibrary::standing(&model, &spec, preset.task.control_dt_s()),
+        }
+        .map_err(|e| setup(&e))?;
         Ok(Self { model, spec, library: Arc::new(library) })
     }
 
@@ -72,17 +79,16 @@ impl Scene {
         let envs = preset.run.envs / preset.run.shards;
         (0..preset.run.shards)
             .map(|shard| {
-                build_shard(
-                    isa,
-                    &self.model,
-                    &self.spec,
-                    &self.library,
-                    &preset.task,
-                    envs,
-                    shard * envs,
-                    preset.run.seed,
-                )
-                .map_err(|error| TrainError::Setup(error.to_string()))
+                let task = TaskSetup {
+                    robot: &self.model,
+                    spec: &self.spec,
+                    library: &self.library,
+                    preset: &preset.task,
+                    first_env: shard * envs,
+                    seed: preset.run.seed,
+                };
+                build_shard(&ShardSetup { task, isa, num_envs: envs })
+                    .map_err(|error| TrainError::Setup(error.to_string()))
             })
             .collect()
     }

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use paid_task::{Need, TermInfo, terms_table};
+use paid_task::{TermInfo, terms_table};
 
 use crate::failure::Failure;
 
@@ -41,22 +41,17 @@ fn print(table: &[TermInfo]) {
             println!("{}{} terms", if kind.is_empty() { "" } else { "\n" }, term.kind);
             kind = term.kind;
         }
-        let needs: Vec<&str> = term.needs.iter().map(|need| name(*need)).collect();
-        let needs =
-            if needs.is_empty() { String::new() } else { format!(", needs a {}", needs.join(" and a ")) };
+        let needs = if term.needs.is_empty() {
+            String::new()
+        } else {
+            format!(", needs {}", term.needs.join(" and "))
+        };
         println!("  {} {}, frame: {}{needs}", term.name, bracketed(term.unit), term.frame);
         println!("      {}", term.summary);
         for p in &term.parameters {
             let unit = bracketed(p.unit);
             println!("      {} = {} {unit}: {} Default: {}.", p.name, p.default, p.summary, p.reason);
         }
-    }
-}
-
-fn name(need: Need) -> &'static str {
-    match need {
-        Need::Reference => "reference",
-        Need::Ball => "ball",
     }
 }
 

@@ -185,7 +185,7 @@ mod tests {
 
     struct Nothing;
     impl paid_task::EvalControl for Nothing {
-        fn set_eval(&mut self, _: Option<paid_task::EvalOptions>) {}
+        fn set_rules(&mut self, _: paid_task::EpisodeRules) {}
         fn force_start(&mut self, _: usize, _: &paid_task::InitialState) -> Result<(), paid_task::TaskError> {
             Ok(())
         }

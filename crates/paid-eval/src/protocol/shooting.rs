@@ -6,7 +6,7 @@ mod observer;
 mod report;
 mod score;
 
-use paid_task::{EvalOptions, InitialState};
+use paid_task::{EpisodeRules, InitialState, TimeLimit};
 use serde::Serialize;
 
 use crate::EvalError;
@@ -139,9 +139,10 @@ pub fn start_of(trial: &Trial) -> InitialState {
 }
 
 /// How evaluation episodes differ from training: after the motion its last pose is held, and nothing but time ends them.
-pub fn control_of(options: &ShootingOptions, control_dt_s: f64) -> (EvalOptions, usize) {
+pub fn rules_of(options: &ShootingOptions, control_dt_s: f64) -> (EpisodeRules, usize) {
     let steps = (options.limit_s / control_dt_s).round() as usize;
-    (EvalOptions { max_steps: u32::try_from(steps).ok(), ..EvalOptions::default() }, steps)
+    let time_limit = TimeLimit::Steps(u32::try_from(steps).unwrap_or(u32::MAX));
+    (EpisodeRules { time_limit, ..EpisodeRules::evaluation() }, steps)
 }
 
 /// Runs the protocol. A run that was stopped reports the trials that ended.
@@ -186,6 +187,6 @@ fn run<O: Observer>(
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
     let starts: Vec<InitialState> = trials.iter().map(start_of).collect();
-    let (control, steps) = control_of(options, setup.preset.control_dt_s());
-    run_episodes(setup, policy, &starts, control, steps, observer)
+    let (rules, steps) = rules_of(options, setup.preset.control_dt_s());
+    run_episodes(setup, policy, &starts, rules, steps, observer)
 }

@@ -4,7 +4,7 @@ mod observer;
 mod report;
 mod score;
 
-use paid_task::{EvalOptions, InitialState};
+use paid_task::{AtMotionEnd, EpisodeRules, InitialState, OnFailure, TimeLimit};
 
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
@@ -81,13 +81,13 @@ fn run<O: Observer>(
     }
     // The time limit must not cut a long motion short.
     let longest = setup.library.facts().iter().map(|f| f.frames).max().unwrap_or(0) + 1;
-    let control = EvalOptions {
-        hold_last_frame: false,
-        end_on_failure: options.limits,
-        max_steps: u32::try_from(longest).ok(),
-        ..EvalOptions::default()
+    let rules = EpisodeRules {
+        at_motion_end: AtMotionEnd::End,
+        on_failure: if options.limits { OnFailure::End } else { OnFailure::Continue },
+        time_limit: TimeLimit::Steps(u32::try_from(longest).unwrap_or(u32::MAX)),
+        ..EpisodeRules::evaluation()
     };
-    let watches = run_episodes(setup, policy, &starts, control, longest, |trial| {
+    let watches = run_episodes(setup, policy, &starts, rules, longest, |trial| {
         observer(Watch::new(setup, starts[trial].motion, !options.limits))
     })?;
     Ok(watches.into_iter().map(|(i, watch)| (i, !starts[i].noise, watch)).collect())

@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::kernel::gaussian;
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Orientation of the anchor against the reference's, as the angle between them: `exp(-e^2 / sigma^2)`.
@@ -17,7 +17,7 @@ reward_term! {
 impl RewardTerm for AnchorOri {
     const UNIT: &'static str = "rad";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

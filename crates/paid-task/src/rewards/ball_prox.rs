@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::kernel::gaussian;
 use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::{horizontal2, is_set};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 /// Which point of the robot a distance is measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -31,7 +31,7 @@ reward_term! {
 impl RewardTerm for BallProx {
     const UNIT: &'static str = "m";
     const FRAME: &'static str = "world, horizontal";
-    const NEEDS: &'static [Need] = &[Need::Ball];
+    const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

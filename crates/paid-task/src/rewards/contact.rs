@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::flag;
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// 1 in the step of the episode's first contact with the ball, if it is with the labeled foot.
@@ -14,7 +14,7 @@ reward_term! {
 impl RewardTerm for Contact {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "none";
-    const NEEDS: &'static [Need] = &[Need::Ball];
+    const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

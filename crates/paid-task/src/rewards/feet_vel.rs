@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::kernel::over_bodies;
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Velocities of both feet's centers of mass against the reference's: kernel over the feet. This project's own.
@@ -17,7 +17,7 @@ reward_term! {
 impl RewardTerm for FeetVel {
     const UNIT: &'static str = "m/s";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

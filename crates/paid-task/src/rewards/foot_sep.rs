@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Distance between the feet: 1 from `distance_m`, below it `exp(-(d / distance_m - 1)^2 / sigma^2)`.
@@ -18,7 +18,7 @@ reward_term! {
 impl RewardTerm for FootSep {
     const UNIT: &'static str = "m";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::kernel::over_bodies;
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Positions of the end effectors that are not feet against the yaw-aligned reference: kernel over them. This project's own.
@@ -17,7 +17,7 @@ reward_term! {
 impl RewardTerm for HandPos {
     const UNIT: &'static str = "m";
     const FRAME: &'static str = "anchor, turned by yaw only";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

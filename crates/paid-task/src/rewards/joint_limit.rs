@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Distance of the joints outside their soft limits, summed.
@@ -13,7 +13,7 @@ reward_term! {
 impl RewardTerm for JointLimit {
     const UNIT: &'static str = "rad";
     const FRAME: &'static str = "joint";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

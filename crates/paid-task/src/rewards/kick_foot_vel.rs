@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::kernel::around_strike;
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Velocity of the labeled kicking foot's center of mass against the reference's: kernel. This project's own.
@@ -19,7 +19,7 @@ reward_term! {
 impl RewardTerm for KickFootVel {
     const UNIT: &'static str = "m/s";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::kernel::over_bodies;
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Velocities of the tracked bodies' centers of mass against the reference: kernel over the bodies.
@@ -17,7 +17,7 @@ reward_term! {
 impl RewardTerm for LinVel {
     const UNIT: &'static str = "m/s";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

@@ -43,7 +43,7 @@ use crate::TaskError;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kick::KickStep;
-use crate::parameters::{Need, Parameters, parameters};
+use crate::parameters::{Parameters, Requirement, parameters};
 use crate::terms_table::TermInfo;
 use crate::tracking::TrackingErrors;
 
@@ -88,7 +88,7 @@ pub(crate) trait RewardTerm: Parameters {
     /// Frame in which it measures.
     const FRAME: &'static str;
     /// What it needs.
-    const NEEDS: &'static [Need];
+    const NEEDS: &'static [Requirement];
 
     /// The value before weight and control period.
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V;
@@ -147,7 +147,7 @@ macro_rules! reward_terms {
             }
 
             /// Each term that pays, with what it needs.
-            pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Need])> {
+            pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Requirement])> {
                 let terms = [$((stringify!($name), self.$name.weight, $Term::NEEDS)),+];
                 terms.into_iter().filter(|(_, weight, _)| *weight != 0.0).map(|(name, _, needs)| (name, needs))
             }
@@ -205,8 +205,8 @@ reward_terms! {
 
 /// False for a term of weight 0, and for one about the ball in a scene without it.
 #[inline(always)]
-fn pays(weight: f64, needs: &[Need], config: &TaskConfig) -> bool {
-    weight != 0.0 && (config.preset.scene.ball || !needs.contains(&Need::Ball))
+fn pays(weight: f64, needs: &[Requirement], config: &TaskConfig) -> bool {
+    weight != 0.0 && (config.preset.scene.ball || !needs.contains(&Requirement::Ball))
 }
 
 #[cfg(test)]

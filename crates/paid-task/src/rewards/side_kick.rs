@@ -3,7 +3,7 @@
 use paid_lanes::{Real, Vec3};
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Share of the kicking foot's speed that swings inwards, in the step of a correct first contact.
@@ -13,7 +13,7 @@ reward_term! {
 impl RewardTerm for SideKick {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "foot";
-    const NEEDS: &'static [Need] = &[Need::Ball];
+    const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

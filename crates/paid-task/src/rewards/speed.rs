@@ -5,7 +5,7 @@ use paid_lanes::{Mask, Real};
 use super::kernel::gaussian;
 use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::horizontal2;
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Horizontal ball speed: `1 - exp(-v^2 / sigma^2)`, within the window after a correct contact.
@@ -18,7 +18,7 @@ reward_term! {
 impl RewardTerm for Speed {
     const UNIT: &'static str = "m/s";
     const FRAME: &'static str = "world, horizontal";
-    const NEEDS: &'static [Need] = &[Need::Ball];
+    const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

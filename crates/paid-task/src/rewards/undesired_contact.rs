@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Number of bodies that touch something although the robot's description does not allow it.
@@ -16,7 +16,7 @@ reward_term! {
 impl RewardTerm for UndesiredContact {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "none";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

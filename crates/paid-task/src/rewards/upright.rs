@@ -4,7 +4,7 @@ use paid_lanes::Real;
 use paid_policy::projected_gravity;
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Squared horizontal part of gravity's direction in the base frame: 0 upright, 1 lying.
@@ -14,7 +14,7 @@ reward_term! {
 impl RewardTerm for Upright {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "base";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

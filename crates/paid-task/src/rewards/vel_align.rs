@@ -5,7 +5,7 @@ use paid_lanes::{Mask, Real, Vec3};
 use super::kernel::gaussian;
 use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::horizontal2;
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Angle between the ball's horizontal velocity and the way from where it lay to the goal: `exp(-angle^2 / sigma^2)`, within
@@ -19,7 +19,7 @@ reward_term! {
 impl RewardTerm for VelAlign {
     const UNIT: &'static str = "rad";
     const FRAME: &'static str = "world, horizontal";
-    const NEEDS: &'static [Need] = &[Need::Ball];
+    const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 use super::action_rate::squared_change;
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Squared change of the waist joints' action since the last step, summed.
@@ -17,7 +17,7 @@ reward_term! {
 impl RewardTerm for WaistRate {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "joint";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

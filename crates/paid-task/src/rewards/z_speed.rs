@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Need;
+use crate::parameters::Requirement;
 
 reward_term! {
     /// Vertical ball speed: `tanh(|v_z| / sigma)`, within the window after the touched ball first moves.
@@ -16,7 +16,7 @@ reward_term! {
 impl RewardTerm for ZSpeed {
     const UNIT: &'static str = "m/s";
     const FRAME: &'static str = "world, vertical";
-    const NEEDS: &'static [Need] = &[Need::Ball];
+    const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {

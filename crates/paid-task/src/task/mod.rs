@@ -11,7 +11,6 @@ use paid_lanes::{MAX_LANES, Real, Vec3};
 use paid_perceive::effective_time;
 use paid_physics::{EnvParams, Simulator};
 use paid_policy::Pose;
-use paid_robot::{RobotModel, RobotSpec};
 
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
@@ -22,8 +21,8 @@ use crate::rolling::roll_decay;
 use crate::score::Sums;
 use crate::tracking::TrackingErrors;
 use crate::{
-    EndCause, EvalOptions, InitialState, KickEvent, ReferenceLibrary, SamplerState, TaskError, TaskMetrics,
-    TaskPreset,
+    Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, ReferenceLibrary, SamplerState, TaskError,
+    TaskMetrics, TaskSetup,
 };
 use step::push_interval;
 
@@ -71,7 +70,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) seed: u64,
     /// Observations made so far: the position in the noise streams.
     pub(crate) observations: u64,
-    pub(crate) eval: Option<EvalOptions>,
+    pub(crate) rules: EpisodeRules,
     targets: Vec<V>,
     /// Numbers of the last noise drawn.
     noise: Vec<V>,
@@ -83,19 +82,12 @@ pub struct Task<V: Real, S: Simulator<V>> {
 }
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
-    /// A task over `sim`, whose model must be `robot` and whose scene the preset's. Every environment begins an episode.
+    /// A task over `sim`, whose model must be the setup's robot and whose scene the preset's. Every environment begins an episode.
     ///
     /// # Errors
     /// If preset, robot, library and simulator do not fit together.
-    pub fn new(
-        sim: S,
-        robot: &RobotModel,
-        spec: &RobotSpec,
-        library: &Arc<ReferenceLibrary>,
-        preset: &TaskPreset,
-        first_env: usize,
-        seed: u64,
-    ) -> Result<Self, TaskError> {
+    pub fn new(sim: S, setup: &TaskSetup<'_>) -> Result<Self, TaskError> {
+        let TaskSetup { robot, spec, library, preset, first_env, seed } = *setup;
         let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
         let config = TaskConfig::new(robot, spec, control, library, preset)?;
         assert!(V::LANES <= MAX_LANES, "lane types have at most {MAX_LANES} lanes");
@@ -136,7 +128,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             metrics: TaskMetrics::default(),
             seed,
             observations: 0,
-            eval: None,
+            rules: EpisodeRules::TRAINING,
             targets: vec![V::zero(); config.joints()],
             noise: vec![V::zero(); config.observations.noisy],
             robot: RobotBuffer::new(&config),
@@ -159,7 +151,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     }
 
     fn disturbed(&self) -> bool {
-        self.eval.is_none_or(|e| e.disturbances)
+        self.rules.disturbances == Disturbances::AsPreset
     }
 
     /// Begins new episodes in the lanes whose bit is set. [`Task::gather`] must follow.
@@ -199,7 +191,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             // The episode's first step is scored against the frame after the start.
             let wait = facts.strike_frame.saturating_sub(early + start.frame + 1);
             let wait = if early_s > 0.0 { wait } else { 0 };
-            task.kick.reset_lane(lane, facts.kick_foot, start.state.ball_pos, wait);
+            let kick_foot = self.config.has_reference.then_some(facts.kick_foot);
+            task.kick.reset_lane(lane, kick_foot, start.state.ball_pos, wait);
             task.episode_return.set_lane(lane, 0.0);
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);

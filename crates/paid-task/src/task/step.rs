@@ -11,7 +11,9 @@ use crate::group::GroupTask;
 use crate::kernels::ScoreGroup;
 use crate::reset::velocity_noise;
 use crate::score::Score;
-use crate::{EndCause, KickEvent, TaskMetrics};
+use crate::{
+    AfterEnd, AfterKick, AtMotionEnd, EndCause, KickEvent, OnFailure, SamplingStatistics, TaskMetrics,
+};
 
 /// Control steps after the contact at which a kick's ball velocity is taken.
 const KICK_DELAY: u32 = 5;
@@ -77,10 +79,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 
     /// Advances references, decides which episodes end, and counts. Returns the lanes to reset.
     fn finish(&mut self, group: usize, score: &Score<V>, terminated: &mut [u8], truncated: &mut [u8]) -> u32 {
-        let eval = self.eval;
-        let limit = eval.and_then(|e| e.max_steps).unwrap_or(self.config.max_steps);
-        let hold = eval.is_some_and(|e| e.hold_last_frame);
-        let end_on_failure = eval.is_none_or(|e| e.end_on_failure);
+        let rules = self.rules;
+        let limit = rules.max_steps(self.config.max_steps);
+        let end_on_failure = rules.on_failure == OnFailure::End;
+        let ends_with_motion = self.config.has_reference && rules.at_motion_end == AtMotionEnd::End;
         let mut resets = 0;
         for lane in 0..V::LANES {
             let index = group * V::LANES + lane;
@@ -96,9 +98,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 Some(EndCause::NotFinite)
             } else if let Some((cause, _)) = failure().filter(|_| end_on_failure) {
                 Some(cause)
-            } else if env.frame >= frames && !hold {
+            } else if env.frame >= frames && ends_with_motion {
                 Some(EndCause::MotionEnd)
-            } else if env.step >= limit || (eval.is_none() && stops_after_kick(env, &self.config)) {
+            } else if env.step >= limit
+                || (rules.after_kick == AfterKick::AsPreset && stops_after_kick(env, &self.config))
+            {
                 Some(EndCause::TimeOut)
             } else {
                 None
@@ -109,7 +113,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             terminated[lane] = u8::from(failed);
             truncated[lane] = u8::from(cause.is_some() && !failed);
             let Some(cause) = cause else { continue };
-            if newly_ended && eval.is_none() {
+            if newly_ended && rules.sampling == SamplingStatistics::Counted {
                 let bins = self.sampler.bins;
                 let pair =
                     |frame: usize| env.motion * bins + (frame.min(frames - 1) * bins / frames).min(bins - 1);
@@ -123,7 +127,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             if newly_ended {
                 count_episode(&mut self.metrics, &self.config, env, &self.groups[group], lane, cause);
             }
-            if eval.is_none_or(|e| e.auto_reset) {
+            if rules.after_end == AfterEnd::Restart {
                 resets |= 1 << lane;
             } else if bit(score.not_finite) {
                 // The lane must become finite again; what it reports stays the failure.

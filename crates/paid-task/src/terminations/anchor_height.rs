@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 
 use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Need, parameters};
+use crate::parameters::{Requirement, parameters};
 
 parameters! {
     /// Difference of the anchor's height from the reference's.
@@ -16,7 +16,7 @@ parameters! {
 impl TerminationTerm for AnchorHeight {
     const UNIT: &'static str = "m";
     const FRAME: &'static str = "world, vertical";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     fn is_on(&self) -> bool {
         self.limit_m > 0.0

@@ -4,7 +4,7 @@ use paid_lanes::{Mask, Real};
 use paid_policy::projected_gravity;
 
 use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Need, parameters};
+use crate::parameters::{Requirement, parameters};
 
 parameters! {
     /// Base below a height or tilted beyond an angle: for tasks without a reference.
@@ -19,7 +19,7 @@ parameters! {
 impl TerminationTerm for Fallen {
     const UNIT: &'static str = "m, deg";
     const FRAME: &'static str = "world, vertical";
-    const NEEDS: &'static [Need] = &[];
+    const NEEDS: &'static [Requirement] = &[];
 
     fn is_on(&self) -> bool {
         self.height_m > 0.0 || self.tilt_deg > 0.0

@@ -4,7 +4,7 @@ use paid_lanes::Real;
 use paid_policy::projected_gravity;
 
 use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Need, parameters};
+use crate::parameters::{Requirement, parameters};
 
 parameters! {
     /// Difference of the z component of gravity in the anchor's frame from the reference's.
@@ -17,7 +17,7 @@ parameters! {
 impl TerminationTerm for Gravity {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "anchor";
-    const NEEDS: &'static [Need] = &[Need::Reference];
+    const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     fn is_on(&self) -> bool {
         self.limit > 0.0

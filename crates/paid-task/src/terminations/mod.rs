@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
 use crate::config::TaskConfig;
-use crate::parameters::{Need, Parameters};
+use crate::parameters::{Parameters, Requirement};
 use crate::reference::Reference;
 use crate::terms_table::TermInfo;
 
@@ -45,7 +45,7 @@ pub(crate) trait TerminationTerm: Parameters {
     /// Frame in which it measures.
     const FRAME: &'static str;
     /// What it needs.
-    const NEEDS: &'static [Need];
+    const NEEDS: &'static [Requirement];
 
     /// True if the term can end an episode.
     fn is_on(&self) -> bool;
@@ -111,7 +111,7 @@ macro_rules! termination_terms {
             }
 
             /// Each term that is on, with what it needs.
-            pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Need])> {
+            pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Requirement])> {
                 let terms = [$((stringify!($name), self.$name.is_on(), $Term::NEEDS)),+];
                 terms.into_iter().filter(|(_, on, _)| *on).map(|(name, _, needs)| (name, needs))
             }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EndCause, EvalControl, EvalOptions, InitialState, REWARD_NAMES, ReferenceLibrary, Task, TaskPreset,
-    TaskShard, TrainShard,
+    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES,
+    ReferenceLibrary, RewardTermsInSamples, Task, TaskPreset, TaskSetup, TaskShard, TimeLimit, TrainShard,
 };
 
 use crate::simulator::{FRAMES, Playback, SPEED, clip, playback_with_height, steps, task};
@@ -24,7 +24,7 @@ fn a_state_that_is_not_finite_ends_the_episode_and_nothing_else() {
 #[test]
 fn an_evaluation_holds_the_last_frame_and_obeys_the_forced_start() {
     let mut task = task("stage2", &["sampling.first_frame_share=0"], 1, usize::MAX);
-    task.eval().set_eval(Some(EvalOptions { max_steps: Some(80), ..EvalOptions::default() }));
+    task.eval().set_rules(EpisodeRules { time_limit: TimeLimit::Steps(80), ..EpisodeRules::evaluation() });
     let start = InitialState {
         ball_xy: Some([1.0, 0.25]),
         ball_velocity: [0.1, 0.2],
@@ -52,13 +52,13 @@ fn an_evaluation_holds_the_last_frame_and_obeys_the_forced_start() {
 #[test]
 fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked_for() {
     let mut task = task("stage2", &[], 1, 20);
-    for reward_terms in [true, false] {
-        task.eval().set_eval(Some(EvalOptions { reward_terms, ..EvalOptions::default() }));
+    for reward_terms in [RewardTermsInSamples::Kept, RewardTermsInSamples::Dropped] {
+        task.eval().set_rules(EpisodeRules { reward_terms, ..EpisodeRules::evaluation() });
         task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
         for _ in 0..25 {
             let (reward, ..) = steps(&mut task, 1)[0];
             let terms = task.sample(0).expect("exists").rewards;
-            if reward_terms {
+            if reward_terms == RewardTermsInSamples::Kept {
                 assert_eq!(terms.len(), REWARD_NAMES.len());
                 let sum: f64 = terms.iter().sum();
                 assert!(reward != 0.0 && (sum - f64::from(reward)).abs() < 1e-5, "{sum} of {reward}");
@@ -72,7 +72,7 @@ fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked
 #[test]
 fn observations_are_placed_as_the_layout_says() {
     let mut task = task("stage1", &[], 1, usize::MAX);
-    task.eval().set_eval(Some(EvalOptions::default()));
+    task.eval().set_rules(EpisodeRules::evaluation());
     task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
     let actions: Vec<f32> = (0..task.action_dim()).map(|j| 0.01 * j as f32).collect();
     task.step(&actions, StepBuffers::new(&mut [0.0], &mut [0], &mut [0]));
@@ -109,10 +109,17 @@ fn restless(name: &str, more: &[&str]) -> Task<f64, Playback> {
     let sim = Playback::new(&robot, &library, usize::MAX);
     let overrides: Vec<String> = more.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
-    let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
-    let options =
-        EvalOptions { max_steps: Some(1), auto_reset: true, disturbances: true, ..EvalOptions::default() };
-    task.eval().set_eval(Some(options));
+    let mut task = Task::new(
+        sim,
+        &TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 1 },
+    )
+    .expect("fits");
+    task.eval().set_rules(EpisodeRules {
+        time_limit: TimeLimit::Steps(1),
+        after_end: AfterEnd::Restart,
+        disturbances: Disturbances::AsPreset,
+        ..EpisodeRules::evaluation()
+    });
     task
 }
 
@@ -205,8 +212,11 @@ fn an_episode_stops_after_the_kick_only_where_the_preset_asks() {
 #[test]
 fn pushes_come_every_one_to_three_seconds() {
     let mut task = restless("stage1", &[]);
-    let options = EvalOptions { max_steps: Some(100_000), disturbances: true, ..EvalOptions::default() };
-    task.eval().set_eval(Some(options));
+    task.eval().set_rules(EpisodeRules {
+        time_limit: TimeLimit::Steps(100_000),
+        disturbances: Disturbances::AsPreset,
+        ..EpisodeRules::evaluation()
+    });
     task.eval().force_start(0, &InitialState::nominal(0)).expect("exists");
     let before = task.simulator().pushes.len();
     steps(&mut task, 10_000);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use paid_lanes::Quat;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{REWARD_NAMES, ReferenceLibrary, RewardPreset, Task, terms_table};
+use paid_task::{REWARD_NAMES, ReferenceLibrary, RewardPreset, Task, TaskSetup, terms_table};
 
 use crate::simulator::{Playback, clip, preset, steps, term};
 
@@ -52,6 +52,16 @@ fn lying_robot() -> Task<f64, Playback> {
     lying.body_quat.fill(Quat::from_roll_pitch_yaw(FRAC_PI_2, 0.0, -FRAC_PI_2).0);
     let library = Arc::new(ReferenceLibrary::new(vec![lying], &robot, &spec).expect("fits"));
     let sim = Playback::new(&robot, &library, usize::MAX);
-    Task::new(sim, &robot, &spec, &library, &preset("stage1", &[&VALUE.replacen(" = ", "=", 1)]), 0, 1)
-        .expect("fits")
+    Task::new(
+        sim,
+        &TaskSetup {
+            robot: &robot,
+            spec: &spec,
+            library: &library,
+            preset: &preset("stage1", &[&VALUE.replacen(" = ", "=", 1)]),
+            first_env: 0,
+            seed: 1,
+        },
+    )
+    .expect("fits")
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EndCause, EvalControl, REWARD_NAMES, ReferenceLibrary, Task, TrainShard};
+use paid_task::{EndCause, EvalControl, REWARD_NAMES, ReferenceLibrary, Task, TaskSetup, TrainShard};
 
 use crate::simulator::{FRAMES, Playback, clip, playback_with_height, preset, steps, task, term};
 
@@ -47,7 +47,18 @@ fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_asks
         let sim = Playback { aside: 0.6, ..Playback::new(&robot, &library, usize::MAX) };
         let set = format!("terminations.anchor_distance.limit_m={limit}");
         let preset = preset("stage1", &[&set]);
-        let mut task = Task::new(sim, &robot, &spec, &library, &preset, 0, 1).expect("fits");
+        let mut task = Task::new(
+            sim,
+            &TaskSetup {
+                robot: &robot,
+                spec: &spec,
+                library: &library,
+                preset: &preset,
+                first_env: 0,
+                seed: 1,
+            },
+        )
+        .expect("fits");
         assert_eq!(steps(&mut task, 1)[0].1, ends);
         assert_eq!(task.take_metrics().ends[EndCause::AnchorDistance as usize], u64::from(ends));
     }

@@ -6,7 +6,7 @@ use paid_lanes::{Quat, Vec3};
 use paid_physics::{EnvParams, GroupState, LaneState, Simulator};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset, TrainShard};
+use paid_task::{REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset, TaskSetup, TrainShard};
 
 pub const FRAMES: usize = 60;
 pub const SPEED: f64 = 0.5;
@@ -186,7 +186,18 @@ pub fn task(name: &str, more: &[&str], kick_foot: usize, kick_at: usize) -> Task
     let library = ReferenceLibrary::new(vec![clip(&robot, &spec, kick_foot)], &robot, &spec).expect("fits");
     let library = Arc::new(library);
     let sim = Playback::new(&robot, &library, kick_at);
-    Task::new(sim, &robot, &spec, &library, &preset(name, more), 0, 1).expect("fits")
+    Task::new(
+        sim,
+        &TaskSetup {
+            robot: &robot,
+            spec: &spec,
+            library: &library,
+            preset: &preset(name, more),
+            first_env: 0,
+            seed: 1,
+        },
+    )
+    .expect("fits")
 }
 
 /// Steps with zero actions: rewards and (terminated, truncated) of each step.
@@ -211,5 +222,16 @@ pub fn playback_with_height(height: f64) -> Task<f64, Playback> {
     let library = Arc::new(library);
     let mut sim = Playback::new(&robot, &library, usize::MAX);
     sim.foot_height = height;
-    Task::new(sim, &robot, &spec, &library, &preset("stage1", &[]), 0, 1).expect("fits")
+    Task::new(
+        sim,
+        &TaskSetup {
+            robot: &robot,
+            spec: &spec,
+            library: &library,
+            preset: &preset("stage1", &[]),
+            first_env: 0,
+            seed: 1,
+        },
+    )
+    .expect("fits")
 }

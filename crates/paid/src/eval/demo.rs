@@ -130,8 +130,8 @@ fn record(
     let setup = &subject.setup;
     let dt_s = setup.preset.control_dt_s();
     let options = ShootingOptions { limit_s: RECORDED_S, ..options.clone() };
-    let (control, steps) = shooting::control_of(&options, dt_s);
-    let films = run_episodes(setup, &*subject.maker, starts, control, steps, |_| Film::default())?;
+    let (rules, steps) = shooting::rules_of(&options, dt_s);
+    let films = run_episodes(setup, &*subject.maker, starts, rules, steps, |_| Film::default())?;
     let ball = Some(setup.preset.ball_params.radius_m);
     let half_width = options.goal_half_width_m;
     let every = (1.0 / (RATE_HZ * dt_s)).round().max(1.0) as usize;
