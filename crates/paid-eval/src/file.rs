@@ -1,28 +1,20 @@
 //! Results on disk: whole or not at all.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::EvalError;
 
-/// Writes a file under a temporary name beside it and renames it; makes the folder if it is missing.
+/// Writes a file whole or not at all ([`paid_files::write_atomically`]); makes the folder if it is missing.
 ///
 /// # Errors
 /// If the file cannot be written; an earlier file of that name is then untouched.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), EvalError> {
-    let mut temporary = path.as_os_str().to_owned();
-    temporary.push(".part");
-    let temporary = PathBuf::from(temporary);
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
     folder
         .map_or(Ok(()), fs::create_dir_all)
-        .and_then(|()| fs::write(&temporary, bytes))
-        .and_then(|()| fs::rename(&temporary, path))
-        .map_err(|source| {
-            // Nothing more can be done if the leftover cannot be removed either.
-            let _ = fs::remove_file(&temporary);
-            EvalError::Write { path: path.to_owned(), source }
-        })
+        .and_then(|()| paid_files::write_atomically(path, bytes))
+        .map_err(|source| EvalError::Write { path: path.to_owned(), source })
 }
 
 #[cfg(test)]
@@ -40,6 +32,6 @@ mod tests {
         let taken = dir.path().join("deep");
         let error = write_whole(&taken, b"three").expect_err("a folder is in the way").to_string();
         assert!(error.contains("deep"), "{error}");
-        assert!(!dir.path().join("deep.part").exists());
+        assert_eq!(fs::read_dir(dir.path()).expect("reads").count(), 1);
     }
 }

@@ -148,7 +148,7 @@ fn files_that_are_no_checkpoints_are_refused_and_a_failed_write_leaves_the_old_o
     assert!(error.contains("taken: cannot write"), "{error}");
     assert!(taken.join("inside").exists());
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
-    assert!(!left.iter().any(|name| name.to_string_lossy().contains("tmp")), "{left:?}");
+    assert!(!left.iter().any(|name| name.to_string_lossy().contains(".part")), "{left:?}");
 }
 
 #[test]

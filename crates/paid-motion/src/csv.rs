@@ -13,7 +13,6 @@ use std::path::Path;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::read::RATES_HZ;
-use crate::write::write_whole;
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
@@ -236,5 +235,6 @@ pub fn write_csv(path: &Path, clip: &Clip) -> Result<(), MotionError> {
         }
         text.push('\n');
     }
-    write_whole(path, "csv.part", |temporary| fs::write(temporary, text))
+    paid_files::write_atomically(path, text.as_bytes())
+        .map_err(|source| MotionError::Io { path: path.to_owned(), source })
 }

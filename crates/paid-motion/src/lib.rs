@@ -47,4 +47,4 @@ pub use library::MotionLibrary;
 pub use read::{parse_npz, read_clip};
 pub use resample::resample;
 pub use rotation::{rotation_log, slerp};
-pub use write::{write_npz, write_whole};
+pub use write::write_npz;

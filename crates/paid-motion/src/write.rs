@@ -1,6 +1,5 @@
 //! A clip to an NPZ motion file.
 
-use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::Path;
 
@@ -26,26 +25,8 @@ pub fn write_npz(path: &Path, clip: &Clip, model: &RobotModel, spec: &RobotSpec)
     };
     let joints = order("joint_names", model.joint_names(), &spec.policy_joint_order)?;
     let bodies = order("body_names", model.body_names(), &spec.motion_body_order)?;
-    write_whole(path, "npz.part", |temporary| {
-        File::create(temporary).and_then(|file| write_all(BufWriter::new(file), clip, &joints, &bodies))
-    })
-}
-
-/// Lets `write` make the file under a temporary name, with `extension`, and then gives it its own.
-///
-/// # Errors
-/// If either fails; an earlier file of that name is then untouched.
-pub fn write_whole(
-    path: &Path,
-    extension: &str,
-    write: impl FnOnce(&Path) -> io::Result<()>,
-) -> Result<(), MotionError> {
-    let temporary = path.with_extension(extension);
-    write(&temporary).and_then(|()| fs::rename(&temporary, path)).map_err(|source| {
-        // The temporary file is of no use; a failure to remove it changes nothing about the first error.
-        let _ = fs::remove_file(&temporary);
-        MotionError::Io { path: path.to_owned(), source }
-    })
+    paid_files::replace(path, |file| write_all(BufWriter::new(file), clip, &joints, &bodies))
+        .map_err(|source| MotionError::Io { path: path.to_owned(), source })
 }
 
 fn write_all<W: Write + Seek>(

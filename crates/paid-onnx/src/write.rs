@@ -1,6 +1,5 @@
 //! Writing a policy file.
 
-use std::io::Write as _;
 use std::path::Path;
 
 use prost::Message;
@@ -68,7 +67,7 @@ pub fn encode(
     Ok(model.encode_to_vec())
 }
 
-/// Writes a policy file: to a temporary name beside `path`, then renamed, so that an earlier file stays whole on failure.
+/// Writes a policy file; an earlier file stays whole on failure.
 /// `run` is a plain name as in [`encode`].
 ///
 /// # Errors
@@ -81,17 +80,6 @@ pub fn write(
     run: &str,
 ) -> Result<(), OnnxError> {
     let bytes = encode(weights, contract, reference, run)?;
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".tmp");
-    let temporary = path.with_file_name(name);
-    let put = || -> std::io::Result<()> {
-        let mut file = std::fs::File::create(&temporary)?;
-        file.write_all(&bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
-    };
-    put().map_err(|source| {
-        let _ = std::fs::remove_file(&temporary);
-        OnnxError::Io { path: path.to_owned(), source }
-    })
+    paid_files::write_atomically(path, &bytes)
+        .map_err(|source| OnnxError::Io { path: path.to_owned(), source })
 }

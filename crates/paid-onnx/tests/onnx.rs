@@ -413,10 +413,14 @@ fn a_failed_write_leaves_the_earlier_file_whole() {
     let (p, c) = (weights(6, None, &[8], None), contract(None));
     write(&path, &p, &c, None, "first").unwrap();
     let before = std::fs::read(&path).unwrap();
-    // A folder in the way of the temporary file makes the write fail.
-    std::fs::create_dir(folder.path().join("p.onnx.tmp")).unwrap();
-    assert!(matches!(write(&path, &p, &c, None, "second"), Err(OnnxError::Io { .. })));
+    // A write that does not fit leaves it, and so does one where a folder stands in the file's place.
+    assert!(matches!(write(&path, &p, &contract(Some((1, 4))), None, "second"), Err(OnnxError::Weights(_))));
+    let taken = folder.path().join("taken.onnx");
+    std::fs::create_dir(&taken).unwrap();
+    let error = write(&taken, &p, &c, None, "second").expect_err("a folder is in the way");
+    assert!(matches!(&error, OnnxError::Io { path, .. } if *path == taken), "{error}");
     assert_eq!(std::fs::read(&path).unwrap(), before);
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no temporary file stays");
 }
 
 #[test]

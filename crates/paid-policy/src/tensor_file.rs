@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
@@ -168,24 +167,10 @@ impl TensorFile {
     /// # Errors
     /// If the file system refuses.
     pub fn save(&self) -> Result<(), CheckpointError> {
-        write_atomically(&self.path, &self.to_bytes()?)
+        paid_files::write_atomically(&self.path, &self.to_bytes()?).map_err(|source| CheckpointError::Io {
+            path: self.path.clone(),
+            action: "write",
+            source,
+        })
     }
-}
-
-/// Writes to a temporary name beside `path`, flushes to the disk and renames.
-///
-/// # Errors
-/// If the file system refuses; the temporary file is removed and an older file under `path` stays as it was.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), CheckpointError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = fs::File::create(&temporary)
-        .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // Best effort: the error that matters is the first one.
-        let _ = fs::remove_file(&temporary);
-        CheckpointError::Io { path: path.to_owned(), action: "write", source }
-    })
 }

@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use paid_policy::tensor_file::write_atomically;
+use paid_files::write_atomically;
 
 use crate::record::Record;
 use crate::{EventWriter, TrainError};
@@ -37,7 +37,7 @@ impl RunFolder {
                         .to_owned(),
             });
         }
-        write_atomically(&path.join(PRESET_FILE), preset.as_bytes())?;
+        write(&path.join(PRESET_FILE), preset.as_bytes())?;
         Self::open(path, 0)
     }
 
@@ -57,7 +57,7 @@ impl RunFolder {
             .filter(|line| line.ends_with('\n') && line_iteration(line).is_some_and(|i| i <= iteration))
             .collect();
         if kept != text {
-            write_atomically(&metrics, kept.as_bytes())?;
+            write(&metrics, kept.as_bytes())?;
         }
         Self::open(path, iteration + 1)
     }
@@ -103,6 +103,14 @@ impl RunFolder {
         }
         Ok(())
     }
+}
+
+/// Writes a small file of a run folder, whole or not at all.
+///
+/// # Errors
+/// If it cannot be written.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), TrainError> {
+    write_atomically(path, bytes).map_err(TrainError::write(path))
 }
 
 fn line_iteration(line: &str) -> Option<u64> {

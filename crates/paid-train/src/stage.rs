@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use paid_learn::Checkpoint;
-use paid_policy::tensor_file::write_atomically;
 use paid_task::TrainShard;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
@@ -111,7 +110,7 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
             let checkpoint = Checkpoint::load(&path)?;
             trainer = of_phase(progress_of(&checkpoint)?.phase.min(preset.phases.len()))?;
             trainer.resume(&checkpoint)?;
-            write_atomically(&job.out.join(PRESET_FILE), text.as_bytes())?;
+            folder::write(&job.out.join(PRESET_FILE), text.as_bytes())?;
             run = RunFolder::resume(&job.out, trainer.progress().iteration)?;
             saved = Some(path);
         }
