@@ -18,7 +18,7 @@ use crate::table::{Table, number};
 pub struct Pair {
     /// Number of the trial in both reports.
     pub trial: usize,
-    /// Grid place [m].
+    /// Grid place `[m]`.
     pub place: [f64; 2],
     /// Goals: built-in, MuJoCo.
     pub goal: [bool; 2],
@@ -143,7 +143,7 @@ impl AgreementReport {
         out
     }
 
-    /// One line a trial.
+    /// One line per trial.
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "trial,x,y,goal_builtin,goal_mujoco,contact_builtin,contact_mujoco,fell_builtin,fell_mujoco,\

@@ -56,11 +56,11 @@ impl<O: Observer> Observer for Traced<O> {
 /// The first quantity that went apart.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Divergence {
-    /// Time since the start [s].
+    /// Time since the start `[s]`.
     pub time_s: f64,
     /// `base position`, `base orientation`, `ball position`, `ball velocity` or `joint <name>`.
     pub quantity: String,
-    /// The difference then [m, rad or m/s].
+    /// The difference then `[m, rad or m/s]`.
     pub difference: f64,
 }
 
@@ -68,7 +68,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Angle between two orientations [rad].
+/// Angle between two orientations `[rad]`.
 fn angle(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> f64 {
     let trace: f64 = a.as_flattened().iter().zip(b.as_flattened()).map(|(x, y)| x * y).sum();
     (0.5 * (trace - 1.0)).clamp(-1.0, 1.0).acos()

@@ -138,7 +138,7 @@ pub struct GapRow {
     pub same_outcome: Option<Share>,
     /// Trials with a contact in both or in neither.
     pub same_contact: Option<Share>,
-    /// Median time until a quantity went apart [s], of the trials in which one did.
+    /// Median time until a quantity went apart `[s]`, of the trials in which one did.
     pub apart_s: Option<f64>,
 }
 

@@ -23,7 +23,7 @@ pub struct TrackingPair {
     pub exact: bool,
     /// Whether the motion was followed to its end: built-in, MuJoCo.
     pub completed: [bool; 2],
-    /// Mean distance of bodies relative to the root [mm]: built-in, MuJoCo.
+    /// Mean distance of bodies relative to the root `[mm]`: built-in, MuJoCo.
     pub mpjpe_mm: [f64; 2],
     /// What went apart first.
     pub first: Option<Divergence>,
@@ -96,7 +96,7 @@ impl TrackingAgreement {
         out
     }
 
-    /// One line a run.
+    /// One line per run.
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "run,clip,exact,completed_builtin,completed_mujoco,mpjpe_builtin_mm,mpjpe_mujoco_mm,\

@@ -14,13 +14,13 @@ use crate::train::motions_value;
 /// Arguments of `paid agent`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What the agent does.
+    /// The agent.
     #[arg(value_enum)]
     agent: Kind,
-    /// Built-in run preset or the path of a preset file.
+    /// Run preset: built in, or a preset file.
     #[arg(long, value_name = "NAME|FILE", default_value = "stage1")]
     preset: String,
-    /// Folder of the motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
+    /// Folder of motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Control steps.

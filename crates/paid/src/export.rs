@@ -15,7 +15,7 @@ use crate::failure::Failure;
 /// Arguments of `paid export`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Run folder (the mean of its last checkpoints) or checkpoint.
+    /// Policy to export: a run folder (the mean of its last checkpoints) or a checkpoint.
     run: PathBuf,
     /// The file to write.
     #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]
@@ -24,13 +24,13 @@ pub struct Args {
     /// evaluated and started from, not resumed.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// Take the mean of the weights of the run folder's newest N checkpoints.
+    /// Average the weights of the run folder's newest N checkpoints.
     #[arg(long, value_name = "N")]
     average: Option<usize>,
-    /// Embed this motion file (.npz) as outputs at `time_step`; the policy file then inherits the motion's license.
+    /// Embed this motion file (.npz): the policy file then also gives the reference at `time_step`, and inherits the motion's license.
     #[arg(long, value_name = "CLIP")]
     with_reference: Option<PathBuf>,
-    /// Terms under which the policy may be used, written into the file.
+    /// License of the policy, written into the file.
     #[arg(
         long,
         value_name = "TEXT",

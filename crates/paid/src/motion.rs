@@ -21,13 +21,13 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Read every motion file below a folder and print what its kick looks like, one line a clip.
+    /// Print what the kick in every motion file below a folder looks like, one line per clip.
     Info(info::Args),
-    /// Check that clips are fit to train on: feet, joints, balance, label, license; a verdict and its reasons a clip.
+    /// Check that clips are fit to train on (feet, joints, balance, label, license): a verdict with its reasons per clip.
     Check(check::Args),
     /// Make kicks from scratch: the built-in library, or one kick for a ball of your choice.
     Generate(generate::Args),
-    /// Bring a human's motion (BVH, ASF/AMC) to the robot.
+    /// Retarget a human's motion (BVH, ASF/AMC) to the robot.
     Retarget(retarget::Args),
     /// Write a motion file in another format (.npz, .csv).
     Convert(convert::Args),

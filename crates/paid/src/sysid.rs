@@ -22,7 +22,7 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Make measurement files of a ball that is known, to try the identification on.
+    /// Simulate measurements of a known ball, to try the identification on.
     Simulate(simulate::Args),
 }
 

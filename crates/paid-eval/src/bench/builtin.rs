@@ -8,7 +8,7 @@ use super::workload::{EPISODE, Means, Workload};
 use super::{Contender, Row, Speed};
 use crate::EvalError;
 
-/// The engine with an instruction set and a number of groups a thread.
+/// The engine with an instruction set and a number of groups per thread.
 pub struct BuiltIn<'a> {
     pub isa: Isa,
     pub groups: usize,

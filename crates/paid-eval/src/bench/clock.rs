@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::EvalError;
 
-/// Work done a second.
+/// Work done per second.
 #[derive(Clone, Copy, Debug)]
 pub struct Rate {
     /// By the clock on the wall: what the user waits for.
@@ -15,7 +15,7 @@ pub struct Rate {
     pub per_core: f64,
 }
 
-/// Processor time of the calling thread [s], where the system tells (Linux).
+/// Processor time of the calling thread `[s]`, where the system tells (Linux).
 fn processor_time_s() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: u64 = text.split_whitespace().next()?.parse().ok()?;

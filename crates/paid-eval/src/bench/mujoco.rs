@@ -11,7 +11,7 @@ use super::workload::{EPISODE, Means, Workload};
 use super::{Contender, Row, Speed};
 use crate::EvalError;
 
-/// Environments a thread; more would only strain the caches.
+/// Environments per thread; more would only strain the caches.
 const ENVS: usize = 8;
 
 struct Mujoco<'a> {

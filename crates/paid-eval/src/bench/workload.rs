@@ -8,7 +8,7 @@ use crate::EvalError;
 
 /// Control steps between resets: the robots stand, stagger and begin to fall.
 pub const EPISODE: usize = 50;
-/// Targets stray from the default pose by this [rad].
+/// Targets stray from the default pose by this `[rad]`.
 const STRAY_RAD: f64 = 0.15;
 const SEED: u64 = 1;
 
@@ -36,7 +36,7 @@ impl Workload {
         Ok(Self { model, control, feet, scene, height: spec.nominal_height_m })
     }
 
-    /// The state at the start of an episode of environment `env`, `ground` being the height of the ground [m].
+    /// The state at the start of an episode of environment `env`, `ground` being the height of the ground `[m]`.
     pub fn start(&self, env: u32, ground: f64) -> LaneState {
         let mut rng = Rng::new(SEED, env, 0);
         LaneState {
@@ -53,7 +53,7 @@ impl Workload {
         }
     }
 
-    /// Joint targets [rad] of environment `env` for the steps of an episode.
+    /// Joint targets `[rad]` of environment `env` for the steps of an episode.
     pub fn targets(&self, env: u32) -> Vec<Vec<f64>> {
         let mut rng = Rng::new(SEED, env, 1);
         let mut step =

@@ -5,7 +5,7 @@ use crate::picture::{Camera, Canvas, Scene, Shown, draw_robot, episode_frame};
 
 const BONE: [u8; 3] = [70, 120, 190];
 const TRAIL: [u8; 3] = [235, 150, 60];
-/// For how long `KICK` stands in the picture [s].
+/// For how long `KICK` stands in the picture `[s]`.
 const KICK_S: f64 = 0.4;
 
 /// What is drawn beside the robot.

@@ -7,17 +7,17 @@ use paid_robot::{RobotModel, RobotSpec};
 
 use crate::picture::Pose;
 
-/// Where a human stands from the robot that follows [m].
+/// Where a human stands from the robot that follows `[m]`.
 pub const BESIDE: [f64; 3] = [0.0, 1.2, 0.0];
-/// Contact forces below this are not shown [N].
+/// Contact forces below this are not shown `[N]`.
 pub const LEAST_FORCE_N: f64 = 5.0;
-/// For how long the trail of a motion's kicking foot is shown [s].
+/// For how long the trail of a motion's kicking foot is shown `[s]`.
 const FOOT_TRAIL_S: f64 = 0.5;
 
-/// Origins [m] and frames (row-major) of the bodies.
+/// Origins `[m]` and frames (row-major) of the bodies.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyPoses {
-    /// Origins, world [m].
+    /// Origins, world `[m]`.
     pub pos: Vec<[f64; 3]>,
     /// Body frames in the world, row-major.
     pub rot: Vec<[[f64; 3]; 3]>,
@@ -37,28 +37,28 @@ pub struct Frame {
     pub pose: Pose,
     /// The reference motion at this moment.
     pub ghost: Option<BodyPoses>,
-    /// The point whose trail is shown: the ball, or the kicking foot [m].
+    /// The point whose trail is shown: the ball, or the kicking foot `[m]`.
     pub mark: [f64; 3],
-    /// Its speed [m/s].
+    /// Its speed `[m/s]`.
     pub mark_speed: f64,
-    /// Net contact force on each body, world axes [N].
+    /// Net contact force on each body, world axes `[N]`.
     pub contact_force: Vec<[f64; 3]>,
-    /// Force of the robot on the ball [N].
+    /// Force of the robot on the ball `[N]`.
     pub ball_force: [f64; 3],
-    /// Joint angles [rad].
+    /// Joint angles `[rad]`.
     pub joint_pos: Vec<f64>,
-    /// Joint angles of the reference [rad].
+    /// Joint angles of the reference `[rad]`.
     pub reference_pos: Vec<f64>,
-    /// Joint speeds [rad/s].
+    /// Joint speeds `[rad/s]`.
     pub joint_vel: Vec<f64>,
-    /// Actuator torques [N m].
+    /// Actuator torques `[N m]`.
     pub joint_torque: Vec<f64>,
     /// Reward terms of the step, weighted, order of [`paid_task::REWARD_NAMES`].
     pub rewards: Vec<f64>,
 }
 
 impl Frame {
-    /// Forces as arrows: where, and how much [N].
+    /// Forces as arrows: where, and how much `[N]`.
     pub fn arrows(&self) -> Vec<([f64; 3], [f64; 3])> {
         let bodies = self.pose.pos.iter().zip(&self.contact_force);
         let mut arrows: Vec<_> =
@@ -77,17 +77,17 @@ pub struct Footage {
     pub name: String,
     /// The robot.
     pub model: RobotModel,
-    /// Time between frames [s].
+    /// Time between frames `[s]`.
     pub dt_s: f64,
     /// At least one.
     pub frames: Vec<Frame>,
-    /// Radius of the ball [m]; `None` without ball and goal.
+    /// Radius of the ball `[m]`; `None` without ball and goal.
     pub ball_radius_m: Option<f64>,
-    /// Half the goal's width [m].
+    /// Half the goal's width `[m]`.
     pub goal_half_width_m: f64,
     /// True for an episode, false for a motion.
     pub episode: bool,
-    /// For how long the mark's trail is shown [s].
+    /// For how long the mark's trail is shown `[s]`.
     pub trail_s: f64,
     /// The human that the robot follows, at the footage's frame rate.
     pub human: Option<HumanMotion>,
@@ -138,12 +138,12 @@ impl Footage {
         }
     }
 
-    /// Time from the first to the last frame [s].
+    /// Time from the first to the last frame `[s]`.
     pub fn duration_s(&self) -> f64 {
         self.frames.len().saturating_sub(1) as f64 * self.dt_s
     }
 
-    /// Time of a frame [s].
+    /// Time of a frame `[s]`.
     pub fn time_s(&self, t: usize) -> f64 {
         t as f64 * self.dt_s
     }
@@ -157,7 +157,7 @@ impl Footage {
         self.frames[t.saturating_sub(back)..t].iter().map(|f| f.mark).collect()
     }
 
-    /// The human's bones at frame `t`: both ends [m], beside the robot, and whether the second is the head. Empty without a human.
+    /// The human's bones at frame `t`: both ends `[m]`, beside the robot, and whether the second is the head. Empty without a human.
     pub fn human(&self, t: usize) -> Vec<([[f64; 3]; 2], bool)> {
         let Some(human) = &self.human else { return Vec::new() };
         let pos = human.pos(t.min(human.frames - 1));

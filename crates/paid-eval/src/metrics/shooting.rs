@@ -3,18 +3,18 @@
 /// The goal: a vertical plane with a mouth of finite width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// Center, world [m].
+    /// Center, world `[m]`.
     pub center: [f64; 2],
-    /// Heading of the shooting direction [rad]: the plane is perpendicular to it.
+    /// Heading of the shooting direction `[rad]`: the plane is perpendicular to it.
     pub heading: f64,
-    /// Half of the mouth [m].
+    /// Half of the mouth `[m]`.
     pub half_width: f64,
 }
 
 /// The ball's first passage through the goal plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Distance from the center along the plane, left positive [m].
+    /// Distance from the center along the plane, left positive `[m]`.
     pub lateral: f64,
     /// Share of the interval between the two positions that had passed.
     pub share: f64,
@@ -23,7 +23,7 @@ pub struct Crossing {
 }
 
 impl Goal {
-    /// Coordinates of a point: distance past the plane (negative in front of it) and along it, left positive [m].
+    /// Coordinates of a point: distance past the plane (negative in front of it) and along it, left positive `[m]`.
     pub fn local(&self, point: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.heading.sin_cos();
         let (dx, dy) = (point[0] - self.center[0], point[1] - self.center[1]);

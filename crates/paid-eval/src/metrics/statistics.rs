@@ -43,7 +43,7 @@ impl Share {
         }
     }
 
-    /// From a yes or no a trial.
+    /// From a yes or no per trial.
     pub fn of(outcomes: impl IntoIterator<Item = bool>) -> Self {
         let (count, trials) =
             outcomes.into_iter().fold((0, 0), |(yes, all), o| (yes + usize::from(o), all + 1));

@@ -3,7 +3,7 @@
 //! Definitions as in the public MuJoCo evaluation of the paper's policy (release-facts, "MuJoCo evaluation"): positions
 //! of both trajectories are first shifted so that body 0 (the root) starts at the origin.
 
-/// Positions of `bodies` bodies over time `[T, B]`, world axes [m]; body 0 is the root.
+/// Positions of `bodies` bodies over time `[T, B]`, world axes `[m]`; body 0 is the root.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BodyTrack {
     bodies: usize,
@@ -44,11 +44,11 @@ impl BodyTrack {
 /// Errors of a trajectory against a reference of the same frames and bodies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct TrackingErrors {
-    /// Mean distance of bodies relative to each frame's root [mm].
+    /// Mean distance of bodies relative to each frame's root `[mm]`.
     pub mpjpe_mm: f64,
-    /// Mean distance of bodies, roots starting at one point [mm].
+    /// Mean distance of bodies, roots starting at one point `[mm]`.
     pub g_mpjpe_mm: f64,
-    /// Mean norm of the difference of the root's displacement per frame [mm].
+    /// Mean norm of the difference of the root's displacement per frame `[mm]`.
     pub velocity_error_mm: f64,
 }
 
@@ -83,7 +83,7 @@ pub fn tracking_errors(robot: &BodyTrack, reference: &BodyTrack) -> Option<Track
     })
 }
 
-/// Mean distance of each body relative to each frame's root over the frames that both trajectories have [mm]; their mean is the MPJPE.
+/// Mean distance of each body relative to each frame's root over the frames that both trajectories have `[mm]`; their mean is the MPJPE.
 ///
 /// # Panics
 /// If the numbers of bodies differ.
@@ -100,7 +100,7 @@ pub fn body_errors(robot: &BodyTrack, reference: &BodyTrack) -> Vec<f64> {
     sums.iter().map(|sum| 1e3 * sum / frames.max(1) as f64).collect()
 }
 
-/// Time-averaged peak link jerk [m/frame^3]: per frame the largest over bodies of the L1 norm of the third difference
+/// Time-averaged peak link jerk `[m/frame^3]`: per frame the largest over bodies of the L1 norm of the third difference
 /// of position, averaged over time; zero with fewer than four frames.
 pub fn peak_jerk(track: &BodyTrack) -> f64 {
     let frames = track.frames();

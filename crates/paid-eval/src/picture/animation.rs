@@ -57,7 +57,7 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// Begins an animation of `frames` pictures of `size` pixels (width, height) at `rate` a second.
+    /// Begins an animation of `frames` pictures of `size` pixels (width, height) at `rate` `[Hz]`.
     ///
     /// # Errors
     /// An unknown extension, a size or number of frames that the format cannot hold, a file that cannot be made.

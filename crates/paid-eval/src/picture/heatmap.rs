@@ -14,9 +14,9 @@ const INK: Rgb = [30, 30, 30];
 pub struct HeatMap {
     /// Title.
     pub title: String,
-    /// Places ahead [m], near to far.
+    /// Places ahead `[m]`, near to far.
     pub x: Vec<f64>,
-    /// Places to the left [m], right to left.
+    /// Places to the left `[m]`, right to left.
     pub y: Vec<f64>,
     /// Values `[x][y]`; `None` where there is none.
     pub values: Vec<Vec<Option<f64>>>,

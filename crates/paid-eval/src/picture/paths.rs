@@ -14,7 +14,7 @@ const ROBOT: Rgb = [90, 110, 200];
 const GOAL: Rgb = [30, 150, 60];
 const MISS: Rgb = [210, 60, 50];
 
-/// One trial, in the goal's axes: past the goal plane (negative in front of it) and left of the goal's center [m].
+/// One trial, in the goal's axes: past the goal plane (negative in front of it) and left of the goal's center `[m]`.
 #[derive(Clone, Debug)]
 pub struct Path<'a> {
     /// Base and ball after every step.
@@ -24,7 +24,7 @@ pub struct Path<'a> {
 }
 
 /// All trials in one picture: goal plane at the top, ball paths green for goals and red for the rest, robots blue. `half_width` is
-/// that of the goal [m].
+/// that of the goal `[m]`.
 pub fn plot_paths(paths: &[Path], half_width: f64) -> Figure {
     let shown = |p: &[f64; 2]| p[0].abs() < 8.0 && p[1].abs() < 6.0;
     let points = || paths.iter().flat_map(|p| p.points.iter().flatten()).filter(|p| shown(p));

@@ -13,15 +13,15 @@ use crate::metrics::shooting::Goal;
 pub struct Pose {
     /// Control steps since the start.
     pub step: u32,
-    /// Body origins, model order, world [m].
+    /// Body origins, model order, world `[m]`.
     pub pos: Vec<[f64; 3]>,
     /// Body frames in the world, row-major, model order.
     pub rot: Vec<[[f64; 3]; 3]>,
-    /// Ball center [m].
+    /// Ball center `[m]`.
     pub ball: [f64; 3],
-    /// Goal center [m].
+    /// Goal center `[m]`.
     pub goal: [f64; 3],
-    /// Heading of the shooting direction [rad].
+    /// Heading of the shooting direction `[rad]`.
     pub heading: f64,
     /// True after the first contact with the ball.
     pub kicked: bool,
@@ -35,7 +35,7 @@ pub struct Film {
 }
 
 impl Film {
-    /// Base and ball after every step, past the goal plane (negative in front of it) and left of the goal's center [m].
+    /// Base and ball after every step, past the goal plane (negative in front of it) and left of the goal's center `[m]`.
     pub fn path(&self) -> Vec<[[f64; 2]; 2]> {
         let local = |p: &Pose| {
             let goal = Goal { center: [p.goal[0], p.goal[1]], heading: p.heading, half_width: 0.0 };
@@ -78,22 +78,22 @@ const GHOST: Rgb = [90, 150, 235];
 const FORCE: Rgb = [215, 40, 60];
 /// How much of the ghost is seen.
 const GHOST_SHARE: f64 = 0.42;
-/// A ghost nearer to the robot than this is not drawn over it [m].
+/// A ghost nearer to the robot than this is not drawn over it `[m]`.
 const GHOST_MARGIN_M: f64 = 0.03;
-/// Length of a force's arrow [m/N]: the robot's weight is a third of a meter.
+/// Length of a force's arrow `[m/N]`: the robot's weight is a third of a meter.
 pub const FORCE_SCALE_M_PER_N: f64 = 1e-3;
 
-/// A robot's pose: body origins, world [m], and body frames in the world, row-major; both in model order.
+/// A robot's pose: body origins, world `[m]`, and body frames in the world, row-major; both in model order.
 pub type Bodies<'a> = (&'a [[f64; 3]], &'a [[[f64; 3]; 3]]);
 
 /// What a picture shows beside the robot, the ball and the goal. Nothing by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shown<'a> {
-    /// Where the ball was [m].
+    /// Where the ball was `[m]`.
     pub trail: &'a [[f64; 3]],
     /// A second robot, seen as if made of blue glass: the reference.
     pub ghost: Option<Bodies<'a>>,
-    /// Forces: where they act [m], and the force [N]; world axes. Drawn as arrows of [`FORCE_SCALE_M_PER_N`].
+    /// Forces: where they act `[m]`, and the force `[N]`; world axes. Drawn as arrows of [`FORCE_SCALE_M_PER_N`].
     pub forces: &'a [([f64; 3], [f64; 3])],
 }
 
@@ -173,7 +173,7 @@ pub fn draw_shown(scene: &mut Scene, model: &RobotModel, shown: &Shown) {
     }
 }
 
-/// Draws the robot's contact shapes, the lines between its joints and its shadow: body origins `pos` [m] and frames `rot`, model order.
+/// Draws the robot's contact shapes, the lines between its joints and its shadow: body origins `pos` `[m]` and frames `rot`, model order.
 pub fn draw_robot(scene: &mut Scene, model: &RobotModel, pos: &[[f64; 3]], rot: &[[[f64; 3]; 3]]) {
     for p in pos {
         scene.shadow(*p, 0.07);

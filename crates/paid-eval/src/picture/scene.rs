@@ -9,11 +9,11 @@ type V3 = Vec3<f64>;
 /// A pinhole camera, world axes with z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it is [m].
+    /// Where it is `[m]`.
     pub eye: [f64; 3],
-    /// What it looks at [m].
+    /// What it looks at `[m]`.
     pub target: [f64; 3],
-    /// Vertical field of view [rad].
+    /// Vertical field of view `[rad]`.
     pub field: f64,
 }
 
@@ -31,7 +31,7 @@ pub struct Scene {
 
 /// Direction to the light.
 const LIGHT: [f64; 3] = [0.35, 0.25, 0.9];
-/// Nothing nearer to the camera is drawn [m].
+/// Nothing nearer to the camera is drawn `[m]`.
 const NEAR: f64 = 0.05;
 
 impl Scene {
@@ -171,7 +171,7 @@ impl Scene {
         layer
     }
 
-    /// Mixes in a layer, `share` of it, where it is nearer than what is here by more than `margin` [m]. The margin keeps two
+    /// Mixes in a layer, `share` of it, where it is nearer than what is here by more than `margin` `[m]`. The margin keeps two
     /// bodies in almost the same place from showing through each other in patches. Shadows of the layer are not taken over.
     pub fn blend(&mut self, layer: &Self, share: f64, margin: f64) {
         let width = self.image.width();

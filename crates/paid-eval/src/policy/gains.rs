@@ -5,11 +5,11 @@ use paid_robot::{JointValue, RobotModel, RobotSpec};
 /// Joint control that a policy was trained for, model order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gains {
-    /// Stiffness [N m/rad].
+    /// Stiffness `[N m/rad]`.
     pub stiffness: Vec<f64>,
-    /// Damping [N m s/rad].
+    /// Damping `[N m s/rad]`.
     pub damping: Vec<f64>,
-    /// Torque limits [N m] where they are below the robot's; `None`: the robot's.
+    /// Torque limits `[N m]` where they are below the robot's; `None`: the robot's.
     pub effort: Option<Vec<f64>>,
 }
 
@@ -29,10 +29,10 @@ impl Gains {
     /// over stiffness: whoever translates actions must use the numbers from after this call.
     ///
     /// # Panics
-    /// If there is not one number a joint.
+    /// If there is not one number per joint.
     pub fn apply(&self, robot: &mut RobotModel, spec: &mut RobotSpec) {
         let joints = robot.joints.len();
-        assert_eq!((self.stiffness.len(), self.damping.len()), (joints, joints), "a number a joint");
+        assert_eq!((self.stiffness.len(), self.damping.len()), (joints, joints), "one number per joint");
         let names: Vec<String> = robot.joints.iter().map(|j| j.name.clone()).collect();
         let values = |numbers: &[f64]| {
             let pairs = names.iter().cloned().zip(numbers);
@@ -42,7 +42,7 @@ impl Gains {
         spec.stiffness.extend(values(&self.stiffness));
         spec.damping.extend(values(&self.damping));
         if let Some(effort) = &self.effort {
-            assert_eq!(effort.len(), joints, "a number a joint");
+            assert_eq!(effort.len(), joints, "one number per joint");
             for (joint, limit) in robot.joints.iter_mut().zip(effort) {
                 joint.effort_limit = joint.effort_limit.min(*limit);
             }

@@ -22,9 +22,9 @@ struct Adapter {
     last_action: Option<usize>,
     /// Task's joint of each of the file's.
     to_task: Vec<usize>,
-    /// Task's default angle minus the file's, file order [rad].
+    /// Task's default angle minus the file's, file order `[rad]`.
     default_shift: Vec<f64>,
-    /// Action scales, file order: the file's, the task's [rad].
+    /// Action scales, file order: the file's, the task's `[rad]`.
     scales: Vec<[f64; 2]>,
 }
 
@@ -93,7 +93,7 @@ impl Adapter {
     }
 }
 
-/// Runs an ONNX policy, a robot at a time.
+/// Runs an ONNX policy, one robot after the other.
 #[derive(Clone, Debug)]
 pub struct OnnxDriver {
     policy: Arc<OnnxPolicy>,

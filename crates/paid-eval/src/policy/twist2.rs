@@ -24,7 +24,7 @@ const INPUT: usize = NOW * (1 + HISTORY) + MOTION;
 const ACTION_CLIP: f32 = 10.0;
 const ACTION_SCALE: f64 = 0.5;
 
-/// Default angles [rad], stiffness [N m/rad], damping [N m s/rad] and torque limits [N m] of a leg, of the waist, and of an arm. The
+/// Default angles `[rad]`, stiffness `[N m/rad]`, damping `[N m s/rad]` and torque limits `[N m]` of a leg, of the waist, and of an arm. The
 /// limits are those of its published controller; where the robot's own are lower, these hold.
 const LEG: [[f64; 6]; 4] = [
     [-0.2, 0.0, 0.0, 0.4, -0.2, 0.0],
@@ -69,7 +69,7 @@ struct Memory {
     last_action: Vec<f32>,
 }
 
-/// Roll and pitch (about x, then y, then z fixed axes) of an orientation [rad].
+/// Roll and pitch (about x, then y, then z fixed axes) of an orientation `[rad]`.
 fn roll_pitch([w, x, y, z]: [f64; 4]) -> [f64; 2] {
     let roll = (2.0 * (w * x + y * z)).atan2(1.0 - 2.0 * (x * x + y * y));
     let pitch = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0).asin();

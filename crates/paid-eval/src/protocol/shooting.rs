@@ -23,11 +23,11 @@ pub use score::{CellScore, Outcome, totals};
 /// Ball places.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Grid {
-    /// First and last place ahead of the robot [m].
+    /// First and last place ahead of the robot `[m]`.
     pub x: [f64; 2],
-    /// First and last place to the left [m].
+    /// First and last place to the left `[m]`.
     pub y: [f64; 2],
-    /// Distance between places [m].
+    /// Distance between places `[m]`.
     pub step: f64,
 }
 
@@ -59,22 +59,22 @@ pub enum Variant {
 pub struct ShootingOptions {
     /// Ball places.
     pub grid: Grid,
-    /// Trials a place.
+    /// Trials per place.
     pub trials: usize,
     /// What ball places are measured from.
     pub variant: Variant,
-    /// Radius of the disc of robot displacements [m].
+    /// Radius of the disc of robot displacements `[m]`.
     pub start_radius_m: f64,
-    /// Half-width of the uniform offset of a ball from its place, in x and in y [m]; half of the grid's step covers the
+    /// Half-width of the uniform offset of a ball from its place, in x and in y `[m]`; half of the grid's step covers the
     /// workspace evenly with random places.
     pub scatter_m: f64,
-    /// Speed range of a rolling ball [m/s] in any direction; `None`: the ball lies still.
+    /// Speed range of a rolling ball `[m/s]` in any direction; `None`: the ball lies still.
     pub rolling: Option<[f64; 2]>,
-    /// Distance of the goal ahead of the robot's first pose [m].
+    /// Distance of the goal ahead of the robot's first pose `[m]`.
     pub goal_distance_m: f64,
-    /// Half of the goal's width [m].
+    /// Half of the goal's width `[m]`.
     pub goal_half_width_m: f64,
-    /// Time limit of a trial [s].
+    /// Time limit of a trial `[s]`.
     pub limit_s: f64,
 }
 
@@ -95,7 +95,7 @@ impl Default for ShootingOptions {
     }
 }
 
-/// The rolling protocol's speeds [m/s].
+/// The rolling protocol's speeds `[m/s]`.
 pub const ROLLING_SPEED: [f64; 2] = [0.1, 0.3];
 
 impl ShootingOptions {

@@ -18,7 +18,7 @@ pub use score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore,
 /// What to run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrackingOptions {
-    /// Perturbed starts a clip, besides one exact start.
+    /// Perturbed starts per clip, besides one exact start.
     pub starts: usize,
     /// Set of each motion of the library (`standard`, `stylized`, ...): the paper's rows are per set.
     pub sets: Vec<String>,

@@ -121,3 +121,54 @@ impl Driver for Puppet {
         Ok(())
     }
 }
+
+/// A trained network in plain loops: the same actions on every machine, whatever its instruction set.
+#[derive(Clone)]
+pub struct PlainNetwork(pub Arc<paid_policy::Policy>);
+
+impl PlainNetwork {
+    /// The mean action for one observation.
+    fn action(&self, observation: impl Iterator<Item = f32>) -> Vec<f64> {
+        let Self(policy) = self;
+        let normalizer = &policy.normalizer;
+        let scales = normalizer.mean().iter().zip(normalizer.inv_std());
+        let mut x: Vec<f64> = observation
+            .zip(scales)
+            .map(|(x, (mean, scale))| (f64::from(x) - f64::from(*mean)) * f64::from(*scale))
+            .collect();
+        for layer in &policy.net.mlp {
+            let weights = policy.params[layer.weight.clone()].chunks(layer.input);
+            let biases = &policy.params[layer.bias.clone()];
+            x = weights
+                .zip(biases)
+                .map(|(row, bias)| {
+                    let products = row.iter().zip(&x).map(|(w, x)| f64::from(*w) * x);
+                    let y = products.sum::<f64>() + f64::from(*bias);
+                    if layer.elu && y < 0.0 { y.exp() - 1.0 } else { y }
+                })
+                .collect();
+        }
+        x
+    }
+}
+
+impl Driver for PlainNetwork {
+    fn obs_dim(&self) -> Option<usize> {
+        Some(self.0.obs_dim())
+    }
+    fn action_dim(&self) -> usize {
+        self.0.action_dim()
+    }
+    fn begin(&mut self, _envs: usize) {
+        assert!(self.0.net.lstm.is_empty(), "a network without memory");
+    }
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+        for env in 0..seen.envs {
+            let own = self.action(seen.observations.iter().skip(env).step_by(seen.envs).copied());
+            for (k, action) in own.into_iter().enumerate() {
+                actions[k * seen.envs + env] = action as f32;
+            }
+        }
+        Ok(())
+    }
+}

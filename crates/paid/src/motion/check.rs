@@ -14,7 +14,7 @@ use crate::failure::Failure;
 pub struct Args {
     /// Folder with motion files, or one file (.npz, .csv, .pkl) [default: the built-in kicks].
     path: Option<PathBuf>,
-    /// Frames a second of a file that does not state them.
+    /// Frame rate of a file that does not state it [Hz].
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
@@ -25,7 +25,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Prints a verdict a clip; a clip that fails makes the exit code 2.
+/// Prints one verdict per clip; a clip that fails makes the exit code 2.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let limits = CheckLimits::default();

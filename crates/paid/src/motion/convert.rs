@@ -21,7 +21,7 @@ pub struct Args {
     /// File to write; its name decides the format: .npz or .csv for the robot, .bvh or .amc (with its .asf beside it) for a human.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Frames a second of a file that does not state them: CSV, AMC [default: 120].
+    /// Frame rate of a file that does not state it [Hz]: CSV, AMC [default: 120].
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).

@@ -35,7 +35,7 @@ struct Line<'a> {
     facts: KickFacts,
 }
 
-/// Prints one line a clip.
+/// Prints one line per clip.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let folder = args.dir.clone().unwrap_or_default();

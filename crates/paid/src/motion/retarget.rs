@@ -38,7 +38,7 @@ pub struct How {
     /// Meters of a unit of length in a BVH file [default: 0.01].
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
-    /// Frames a second of a file that does not state them: AMC [default: 120], CSV.
+    /// Frame rate of a file that does not state it [Hz]: AMC [default: 120], CSV.
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
     /// Height of the human [m].
@@ -68,7 +68,7 @@ pub struct How {
 }
 
 impl How {
-    /// Frames a second that were given.
+    /// The frame rate that was given [Hz].
     pub fn fps(&self) -> Option<f64> {
         self.fps
     }

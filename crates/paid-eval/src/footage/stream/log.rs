@@ -3,18 +3,18 @@
 //! | entity | what |
 //! |---|---|
 //! | `/world/ground`, `/world/goal` | lines |
-//! | `/world/robot/BODY`, `/world/reference/BODY` | a transform a frame; the shapes lie under it |
+//! | `/world/robot/BODY`, `/world/reference/BODY` | one transform per frame; the shapes lie under it |
 //! | `/world/ball`, `/world/trail` | the ball; the way of the ball, or of a motion's kicking foot |
 //! | `/world/forces` | contact forces as arrows, 1 m for 1000 N |
 //! | `/world/human` | the bones of the human that the robot follows |
-//! | `/plots/angle/JOINT/robot`, `.../reference` | joint angles [rad] |
-//! | `/plots/speed/JOINT`, `/plots/torque/JOINT` | [rad/s], [N m] |
-//! | `/plots/force/BODY` | contact force on every body that had one [N] |
-//! | `/plots/mark` | speed of the ball, or of a motion's kicking foot [m/s] |
+//! | `/plots/angle/JOINT/robot`, `.../reference` | joint angles `[rad]` |
+//! | `/plots/speed/JOINT`, `/plots/torque/JOINT` | `[rad/s]`, `[N m]` |
+//! | `/plots/force/BODY` | contact force on every body that had one `[N]` |
+//! | `/plots/mark` | speed of the ball, or of a motion's kicking foot `[m/s]` |
 //! | `/rewards/TERM` | weighted reward terms that were ever paid |
 //! | `/events` | kick and end |
 //!
-//! The time lines are `step` (frames) and `time` [s].
+//! The time lines are `step` (frames) and `time` `[s]`.
 
 use paid_lanes::Vec3;
 use paid_task::REWARD_NAMES;
@@ -33,7 +33,7 @@ use crate::footage::Shows;
 use crate::footage::recording::{BodyPoses, Footage, Frame, LEAST_FORCE_N};
 use crate::picture::{Bodies, FORCE_SCALE_M_PER_N};
 
-/// Every moment's trail is this long at most [s]: a line a frame would otherwise grow with the square of the recording.
+/// Every moment's trail is this long at most `[s]`: one line per frame would otherwise grow with the square of the recording.
 const TRAIL_S: f64 = 1.5;
 
 type Done = RecordingStreamResult<()>;
@@ -122,7 +122,7 @@ fn still(rec: &RecordingStream, footage: &Footage) -> Done {
     Ok(())
 }
 
-/// Least and largest x and y of the robot's way and of other points, a meter more on every side [m].
+/// Least and largest x and y of the robot's way and of other points, a meter more on every side `[m]`.
 fn extent<'a>(footage: &'a Footage, others: impl Iterator<Item = &'a [f64; 3]>) -> [[i32; 2]; 2] {
     let mut bounds = [[i32::MAX; 2], [i32::MIN; 2]];
     let bases = footage.frames.iter().filter_map(|f| f.pose.pos.first());
@@ -135,7 +135,7 @@ fn extent<'a>(footage: &'a Footage, others: impl Iterator<Item = &'a [f64; 3]>) 
     bounds
 }
 
-/// The goal's frame as a line from foot to foot of its posts, 1 m high [m]; `None` without ball and goal.
+/// The goal's frame as a line from foot to foot of its posts, 1 m high `[m]`; `None` without ball and goal.
 fn goal(footage: &Footage) -> Option<[[f64; 3]; 4]> {
     let pose = &footage.frames.first().filter(|_| footage.ball_radius_m.is_some())?.pose;
     let (s, c) = pose.heading.sin_cos();
@@ -144,7 +144,7 @@ fn goal(footage: &Footage) -> Option<[[f64; 3]; 4]> {
     Some([post(-w, 0.0), post(-w, 1.0), post(w, 1.0), post(w, 0.0)])
 }
 
-/// A transform a body and frame: origins [m] and row-major frames.
+/// One transform per body and frame: origins `[m]` and row-major frames.
 fn moving(rec: &RecordingStream, root: &str, footage: &Footage, poses: &[Bodies]) -> Done {
     for (i, body) in footage.model.bodies.iter().enumerate() {
         let columns = |m: [[f64; 3]; 3]| [0, 1, 2].map(|c| [0, 1, 2].map(|r| m[r][c] as f32));

@@ -1,4 +1,4 @@
-//! The robot's shapes in Rerun: a sub-entity a kind under every body, in the body's frame [m].
+//! The robot's shapes in Rerun: one sub-entity per kind of shape under every body, in the body's frame `[m]`.
 
 use paid_lanes::Vec3;
 use paid_robot::{Geom, RobotModel, Shape};
@@ -6,7 +6,7 @@ use rerun::{
     Boxes3D, Capsules3D, Color, Ellipsoids3D, FillMode, Quaternion, RecordingStream, RecordingStreamResult,
 };
 
-/// Radius of the rods that join a body's origin to those of its children [m].
+/// Radius of the rods that join a body's origin to those of its children `[m]`.
 const ROD_M: f64 = 0.028;
 
 /// Numbers as the viewer takes them.

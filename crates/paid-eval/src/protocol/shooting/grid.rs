@@ -14,20 +14,20 @@ use crate::episodes::EvalSetup;
 const REDRAWS: usize = 1000;
 
 /// A trial as planned. Coordinates are those of the robot's own (displaced) first pose: origin at the anchor, x along its
-/// heading, y left [m].
+/// heading, y left `[m]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
-    /// Grid place (x, y) [m].
+    /// Grid place (x, y) `[m]`.
     pub place: [f64; 2],
     /// Number of the trial at this place.
     pub repeat: usize,
-    /// Displacement of the robot from where the grid expects it [m].
+    /// Displacement of the robot from where the grid expects it `[m]`.
     pub displacement: [f64; 2],
-    /// Ball center [m].
+    /// Ball center `[m]`.
     pub ball: [f64; 2],
-    /// Ball velocity [m/s].
+    /// Ball velocity `[m/s]`.
     pub ball_velocity: [f64; 2],
-    /// Goal center [m].
+    /// Goal center `[m]`.
     pub goal: [f64; 2],
     /// The motion whose displacement is nearest to the ball; for a policy that sees a rolling ball ahead of time, to where it will be
     /// when the motion strikes.
@@ -38,7 +38,7 @@ pub struct Trial {
 #[derive(Debug)]
 pub struct Placement<'a> {
     setup: &'a EvalSetup,
-    /// Rate at which a rolling ball is expected to slow down [1/s].
+    /// Rate at which a rolling ball is expected to slow down `[1/s]`.
     decay: f64,
 }
 
@@ -48,7 +48,7 @@ impl<'a> Placement<'a> {
         Self { setup, decay: roll_decay(&setup.ball()) }
     }
 
-    /// The motion for a ball at `place` [m] with `velocity` [m/s], in the start frame.
+    /// The motion for a ball at `place` `[m]` with `velocity` `[m/s]`, in the start frame.
     pub fn motion(&self, place: [f64; 2], velocity: [f64; 2]) -> usize {
         let (facts, preset) = (self.setup.library.facts(), &self.setup.preset);
         if !preset.predicts_ball() {

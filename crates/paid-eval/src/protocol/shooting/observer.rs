@@ -7,9 +7,9 @@ use super::{ShootingOptions, Trial};
 use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::metrics::shooting::{Crossing, Goal, direction_cosine, fallen};
 
-/// A fall within this time after the kick counts against the kick [s].
+/// A fall within this time after the kick counts against the kick `[s]`.
 const FALL_WINDOW_S: f64 = 2.0;
-/// A ball slower than this has come to rest [m/s].
+/// A ball slower than this has come to rest `[m/s]`.
 const AT_REST: f64 = 0.05;
 
 /// From this share of its limit on a torque counts as saturated.

@@ -22,25 +22,25 @@ pub struct Outcome {
     pub body: Option<String>,
     /// True if that was a foot, whichever.
     pub foot_contact: bool,
-    /// Time of first contact [s].
+    /// Time of first contact `[s]`.
     pub kick_time_s: Option<f64>,
-    /// Speed of the kicking foot just after first contact [m/s].
+    /// Speed of the kicking foot just after first contact `[m/s]`.
     pub foot_speed: Option<f64>,
     /// True if the kicked ball's center crossed the goal plane within the mouth.
     pub goal: bool,
-    /// Where it crossed the plane, left positive [m].
+    /// Where it crossed the plane, left positive `[m]`.
     pub lateral_m: Option<f64>,
-    /// When [s].
+    /// When `[s]`.
     pub goal_time_s: Option<f64>,
-    /// Horizontal ball speed there [m/s].
+    /// Horizontal ball speed there `[m/s]`.
     pub plane_speed: Option<f64>,
     /// Cosine between the ball's horizontal outgoing velocity and the direction from the ball at impact to the goal's center.
     pub cosine: Option<f64>,
-    /// Horizontal outgoing ball speed, 5 control steps after first contact [m/s].
+    /// Horizontal outgoing ball speed, 5 control steps after first contact `[m/s]`.
     pub ball_speed: Option<f64>,
-    /// Vertical outgoing ball velocity [m/s].
+    /// Vertical outgoing ball velocity `[m/s]`.
     pub ball_rise: Option<f64>,
-    /// Largest horizontal ball speed after first contact [m/s].
+    /// Largest horizontal ball speed after first contact `[m/s]`.
     pub peak_ball_speed: f64,
     /// True if the robot fell within two seconds after first contact.
     pub fell_after_kick: bool,
@@ -50,7 +50,7 @@ pub struct Outcome {
     pub torque_saturation: f64,
     /// Control steps of the trial.
     pub steps: u32,
-    /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's center [m]; not in the JSON.
+    /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's center `[m]`; not in the JSON.
     #[serde(skip)]
     pub path: Vec<[[f64; 2]; 2]>,
 }
@@ -58,7 +58,7 @@ pub struct Outcome {
 /// Means and shares of some trials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellScore {
-    /// Grid place [m]; `None` for all trials together.
+    /// Grid place `[m]`; `None` for all trials together.
     pub place: Option<[f64; 2]>,
     /// Goals of all trials.
     pub success: Share,
@@ -80,15 +80,15 @@ pub struct CellScore {
     pub falls_ever: Share,
     /// Mean cosine over the contacts.
     pub accuracy: Option<f64>,
-    /// Mean outgoing ball speed over the contacts [m/s].
+    /// Mean outgoing ball speed over the contacts `[m/s]`.
     pub ball_speed: Option<f64>,
-    /// Mean over the contacts of the largest ball speed [m/s].
+    /// Mean over the contacts of the largest ball speed `[m/s]`.
     pub peak_ball_speed: Option<f64>,
-    /// Mean foot speed just after the contact [m/s].
+    /// Mean foot speed just after the contact `[m/s]`.
     pub foot_speed: Option<f64>,
-    /// Mean distance from the goal's center at the goal plane, of the balls that reached it [m].
+    /// Mean distance from the goal's center at the goal plane, of the balls that reached it `[m]`.
     pub miss_m: Option<f64>,
-    /// Mean ball speed there [m/s].
+    /// Mean ball speed there `[m/s]`.
     pub plane_speed: Option<f64>,
     /// Mean share of torques at their limit.
     pub torque_saturation: Option<f64>,

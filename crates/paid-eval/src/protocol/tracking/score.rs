@@ -12,11 +12,11 @@ pub struct PaperRow {
     pub set: &'static str,
     /// Method.
     pub method: &'static str,
-    /// [mm].
+    /// `[mm]`.
     pub mpjpe_mm: f64,
-    /// [mm].
+    /// `[mm]`.
     pub g_mpjpe_mm: f64,
-    /// [mm/frame].
+    /// `[mm/frame]`.
     pub velocity_error_mm: f64,
     /// AUJ.
     pub auj: f64,
@@ -56,21 +56,21 @@ pub struct RunScore {
     pub frames: usize,
     /// Errors over these frames.
     pub errors: TrackingErrors,
-    /// Mean error of each tracked body relative to the root [mm]; the mean over bodies is `errors.mpjpe_mm`.
+    /// Mean error of each tracked body relative to the root `[mm]`; the mean over bodies is `errors.mpjpe_mm`.
     pub body_errors_mm: Vec<f64>,
-    /// Time-averaged peak link jerk [m/frame^3].
+    /// Time-averaged peak link jerk `[m/frame^3]`.
     pub jerk: f64,
     /// The same of the reference over these frames.
     pub reference_jerk: f64,
-    /// Displacement of the anchor, x forward and y left in its first heading [m].
+    /// Displacement of the anchor, x forward and y left in its first heading `[m]`.
     pub displacement: [f64; 2],
     /// Its projection on the motion's, as a share.
     pub displacement_share: f64,
-    /// Largest speed of the kicking foot's center of mass [m/s].
+    /// Largest speed of the kicking foot's center of mass `[m/s]`.
     pub foot_speed: f64,
     /// As a share of the motion's.
     pub foot_speed_share: f64,
-    /// Rise of the kicking foot from its lowest to its highest point [m].
+    /// Rise of the kicking foot from its lowest to its highest point `[m]`.
     pub lift_m: f64,
     /// As a share of the motion's.
     pub lift_share: f64,
@@ -81,13 +81,13 @@ pub struct RunScore {
 pub struct MeanScore {
     /// Errors.
     pub errors: TrackingErrors,
-    /// Time-averaged peak link jerk [m/frame^3].
+    /// Time-averaged peak link jerk `[m/frame^3]`.
     pub jerk: f64,
     /// The same of the reference.
     pub reference_jerk: f64,
     /// Share of the motion's displacement.
     pub displacement_share: f64,
-    /// Peak speed of the kicking foot [m/s].
+    /// Peak speed of the kicking foot `[m/s]`.
     pub foot_speed: f64,
     /// As a share of the motion's.
     pub foot_speed_share: f64,
@@ -125,7 +125,7 @@ impl MeanScore {
 pub struct BodyScore {
     /// Name.
     pub body: String,
-    /// Mean error relative to the root [mm], in the order of the report's sets; `None` where a set has no exact start.
+    /// Mean error relative to the root `[mm]`, in the order of the report's sets; `None` where a set has no exact start.
     pub error_mm: Vec<Option<f64>>,
 }
 
