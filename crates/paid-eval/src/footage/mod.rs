@@ -1,5 +1,5 @@
 //! Recordings of motions, retargeting and episodes. A [`Footage`] knows no viewer: the software renderer draws it ([`picture`]), or
-//! Rerun shows it ([`Target`]; cargo feature `rerun`).
+//! Rerun shows it (`Target`; cargo feature `rerun`).
 
 mod draw;
 mod recorder;

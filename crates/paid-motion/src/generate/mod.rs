@@ -6,8 +6,8 @@
 //! from that of a point mass, mostly by the leg that is thrown forward; the difference is subtracted from the plan and
 //! everything solved again, a few times (the dynamic filter of Kajita et al. 2003).
 
+mod biped;
 mod builtin;
-mod figure;
 mod plan;
 mod posture;
 mod solve;
@@ -18,8 +18,8 @@ mod sway;
 mod tests;
 mod walk;
 
+pub use biped::Biped;
 pub use builtin::{BUILTIN_LICENSE, BuiltinKick, builtin_kicks, generate_builtin};
-pub use figure::Figure;
 pub use plan::{BALL_RADIUS, FPS, Foothold, GOAL_DISTANCE, KickTimes, Plan, Swing};
 pub use posture::Posture;
 pub use solve::{FootTarget, Pose, Target, solve};
@@ -128,7 +128,7 @@ pub fn generate_kick(
     spec: &RobotSpec,
     request: &KickRequest,
 ) -> Result<GeneratedKick, GenerateError> {
-    let figure = Figure::new(model, spec)?;
+    let figure = Biped::new(model, spec)?;
     let side = if request.leg == KickLeg::Left { -1.0 } else { 1.0 };
     let ball = [request.ball[0], side * request.ball[1]];
 
@@ -166,7 +166,7 @@ pub fn generate_kick(
 }
 
 /// The mirror image of a pose in the x-z plane.
-pub fn mirrored(figure: &Figure<'_>, pose: &Pose) -> Pose {
+pub fn mirrored(figure: &Biped<'_>, pose: &Pose) -> Pose {
     let mut joints = vec![0.0; pose.joints.len()];
     for (angle, &(image, sign)) in pose.joints.iter().zip(&figure.mirror) {
         joints[image] = sign * angle;
@@ -175,12 +175,12 @@ pub fn mirrored(figure: &Figure<'_>, pose: &Pose) -> Pose {
     Pose { base_pos: [x, -y, z], base_quat: [qw, -qx, qy, -qz], joints }
 }
 
-fn poses(figure: &Figure<'_>, pose: &Pose) -> Vec<paid_robot::BodyPose<f64>> {
+fn poses(figure: &Biped<'_>, pose: &Pose) -> Vec<paid_robot::BodyPose<f64>> {
     kinematics::forward::<f64>(figure.model, Vec3(pose.base_pos), Quat(pose.base_quat), &pose.joints)
 }
 
 /// Forward kinematics of all frames, velocities as differences.
-fn clip_of(figure: &Figure<'_>, frames: &[Pose], request: &KickRequest) -> Clip {
+fn clip_of(figure: &Biped<'_>, frames: &[Pose], request: &KickRequest) -> Clip {
     let model = figure.model;
     let mut clip = Clip {
         name: request.name.clone(),
@@ -212,7 +212,7 @@ fn clip_of(figure: &Figure<'_>, frames: &[Pose], request: &KickRequest) -> Clip 
 
 /// A plan on its way to joint angles.
 struct Course<'f, 'm> {
-    figure: &'f Figure<'m>,
+    figure: &'f Biped<'m>,
     plan: Plan,
     posture: Posture,
     toe: Track<3>,
@@ -220,7 +220,7 @@ struct Course<'f, 'm> {
 }
 
 impl<'f, 'm> Course<'f, 'm> {
-    fn new(figure: &'f Figure<'m>, plan: Plan, style: &KickStyle) -> Self {
+    fn new(figure: &'f Biped<'m>, plan: Plan, style: &KickStyle) -> Self {
         Self {
             figure,
             posture: Posture::new(figure, &plan, style),

@@ -2,7 +2,7 @@
 //! the ball was. Everything here is for a right-footed kick; the left-footed one is its mirror image.
 
 use super::walk::approach;
-use super::{Figure, GenerateError, KickStyle, Knot, Track};
+use super::{Biped, GenerateError, KickStyle, Knot, Track};
 
 /// Frames a second of generated clips.
 pub const FPS: f64 = 50.0;
@@ -89,7 +89,7 @@ impl Plan {
     /// # Errors
     /// A ball that cannot be reached in good steps.
     pub fn new(
-        figure: &Figure<'_>,
+        figure: &Biped<'_>,
         style: &KickStyle,
         ball: [f64; 2],
         start_x: f64,
@@ -150,7 +150,7 @@ impl Plan {
     }
 
     /// Where the center of pressure should be: the middle of the sole that stands, moving over while both do [m].
-    pub fn pressure(&self, figure: &Figure<'_>) -> Track<2> {
+    pub fn pressure(&self, figure: &Biped<'_>) -> Track<2> {
         let center = figure.sole_center();
         let middle = |feet: [Foothold; 2]| {
             let [a, b] = feet.map(|f| f.point([center, 0.0]));
@@ -169,7 +169,7 @@ impl Plan {
     }
 
     /// Soles on the floor at time `t`: their corner points, world [m].
-    pub fn support(&self, figure: &Figure<'_>, t: f64) -> Vec<[f64; 2]> {
+    pub fn support(&self, figure: &Biped<'_>, t: f64) -> Vec<[f64; 2]> {
         let (mut feet, mut aloft) = (self.start, [false; 2]);
         for swing in self.swings.iter().filter(|s| t > s.lift + 1e-9) {
             feet[swing.foot] = swing.to;
@@ -187,7 +187,7 @@ impl Plan {
     }
 
     /// Way of the toe while it kicks, world [m], from lift to landing.
-    pub fn toe_way(&self, figure: &Figure<'_>, style: &KickStyle) -> Track<3> {
+    pub fn toe_way(&self, figure: &Biped<'_>, style: &KickStyle) -> Track<3> {
         let [x, y, z] = figure.toe[KICK];
         let down = figure.sole_height() + z;
         let stand = |hold: Foothold| {

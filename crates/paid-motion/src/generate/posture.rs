@@ -1,7 +1,7 @@
 //! What the trunk, the arms and the free joints of the kicking leg do.
 
 use super::plan::{KICK, PLANT};
-use super::{Figure, KickStyle, Plan, Track};
+use super::{Biped, KickStyle, Plan, Track};
 
 /// Courses of base and joints over time.
 #[derive(Clone, Debug)]
@@ -21,7 +21,7 @@ const WALK_ARMS: f64 = 0.22;
 
 impl Posture {
     /// For a plan of a right-footed kick.
-    pub fn new(figure: &Figure<'_>, plan: &Plan, style: &KickStyle) -> Self {
+    pub fn new(figure: &Biped<'_>, plan: &Plan, style: &KickStyle) -> Self {
         let kick = plan.kick;
         let [walk, back, strike] = style.base_heights;
         let stand = figure.stance().0;
@@ -56,7 +56,7 @@ impl Posture {
     }
 
     /// Joint angles at time `t`, model order [rad]; those of the legs are the default pose's.
-    pub fn joints(&self, figure: &Figure<'_>, t: f64) -> Vec<f64> {
+    pub fn joints(&self, figure: &Biped<'_>, t: f64) -> Vec<f64> {
         let mut angles = figure.default_pos.clone();
         for (joint, course) in &self.offsets {
             angles[*joint] += course.at(t)[0];
@@ -66,7 +66,7 @@ impl Posture {
 }
 
 /// Arms and waist: each arm swings with the opposite leg, the shoulders turn against the hips.
-fn offsets(figure: &Figure<'_>, plan: &Plan, style: &KickStyle) -> Vec<(usize, Track<1>)> {
+fn offsets(figure: &Biped<'_>, plan: &Plan, style: &KickStyle) -> Vec<(usize, Track<1>)> {
     let kick = plan.kick;
     let mut swing: [Vec<(f64, [f64; 1])>; 2] = [vec![(0.06, [0.0])], vec![(0.06, [0.0])]];
     let walk_waist = 0.25 * style.waist;
@@ -132,7 +132,7 @@ fn offsets(figure: &Figure<'_>, plan: &Plan, style: &KickStyle) -> Vec<(usize, T
 }
 
 /// Hip turn and ankle of the kicking leg, for as long as the foot need not be flat.
-fn free(figure: &Figure<'_>, plan: &Plan, style: &KickStyle) -> [(usize, Track<1>); 3] {
+fn free(figure: &Biped<'_>, plan: &Plan, style: &KickStyle) -> [(usize, Track<1>); 3] {
     let kick = plan.kick;
     let [roll, pitch, turn] = figure.free[KICK];
     let course = |values: [f64; 5]| {

@@ -3,7 +3,7 @@
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{BodyPose, kinematics};
 
-use super::Figure;
+use super::Biped;
 use crate::rotation_log;
 
 /// Pose of the whole robot.
@@ -20,7 +20,7 @@ pub struct Pose {
 /// What a foot shall do.
 #[derive(Clone, Copy, Debug)]
 pub struct FootTarget {
-    /// Position of the toe point ([`Figure::toe`]), world [m].
+    /// Position of the toe point ([`Biped::toe`]), world [m].
     pub toe: [f64; 3],
     /// Heading when flat [rad].
     pub yaw: f64,
@@ -112,7 +112,7 @@ impl System {
 }
 
 /// Moves base and legs of `pose` until the target is met as well as the weights allow; returns the length of the last step.
-pub fn solve(figure: &Figure<'_>, pose: &mut Pose, target: &Target) -> f64 {
+pub fn solve(figure: &Biped<'_>, pose: &mut Pose, target: &Target) -> f64 {
     let mut last = f64::INFINITY;
     for _ in 0..ITERATIONS {
         let step = iterate(figure, pose, target);
@@ -124,7 +124,7 @@ pub fn solve(figure: &Figure<'_>, pose: &mut Pose, target: &Target) -> f64 {
     last
 }
 
-fn iterate(figure: &Figure<'_>, pose: &mut Pose, target: &Target) -> f64 {
+fn iterate(figure: &Biped<'_>, pose: &mut Pose, target: &Target) -> f64 {
     let model = figure.model;
     let poses = kinematics::forward::<f64>(model, Vec3(pose.base_pos), Quat(pose.base_quat), &pose.joints);
     let legs: Vec<usize> = figure.legs.iter().flatten().copied().collect();
@@ -219,7 +219,7 @@ fn turn_part(row: &mut [f64], arm: Vec3<f64>, k: usize) {
 }
 
 /// Mass and first moment [kg m, world] of each body with everything beyond it.
-fn subtree_moments(figure: &Figure<'_>, poses: &[BodyPose<f64>]) -> (Vec<f64>, Vec<Vec3<f64>>) {
+fn subtree_moments(figure: &Biped<'_>, poses: &[BodyPose<f64>]) -> (Vec<f64>, Vec<Vec3<f64>>) {
     let bodies = &figure.model.bodies;
     let mut mass: Vec<f64> = bodies.iter().map(|b| b.mass).collect();
     let mut moments: Vec<Vec3<f64>> =

@@ -32,7 +32,7 @@ fn foot(model: &RobotModel, spec: &RobotSpec, leg: KickLeg) -> usize {
 }
 
 /// The toe's center at frame `t`, world.
-fn toe(kick: &GeneratedKick, figure: &Figure<'_>, t: usize) -> Vec3<f64> {
+fn toe(kick: &GeneratedKick, figure: &Biped<'_>, t: usize) -> Vec3<f64> {
     let side = kick.clip.kick_leg.index();
     let body = figure.feet[side];
     let pose = BodyPose { pos: Vec3(kick.clip.body_pos(t)[body]), quat: Quat(kick.clip.body_quat(t)[body]) };
@@ -40,12 +40,12 @@ fn toe(kick: &GeneratedKick, figure: &Figure<'_>, t: usize) -> Vec3<f64> {
 }
 
 /// Toe velocity at frame `t` as a central difference [m/s].
-fn toe_velocity(kick: &GeneratedKick, figure: &Figure<'_>, t: usize) -> Vec3<f64> {
+fn toe_velocity(kick: &GeneratedKick, figure: &Biped<'_>, t: usize) -> Vec3<f64> {
     (toe(kick, figure, t + 1) - toe(kick, figure, t - 1)).scale(0.5 * FPS)
 }
 
 /// Meets the ball where it lies, toward the goal.
-fn assert_strikes(kick: &GeneratedKick, figure: &Figure<'_>) {
+fn assert_strikes(kick: &GeneratedKick, figure: &Biped<'_>) {
     let name = &kick.clip.name;
     let ball = Vec3([kick.ball[0], kick.ball[1], BALL_RADIUS]);
     let at = kick.contact_frame;
@@ -100,7 +100,7 @@ fn every_built_in_clip_passes_the_check() {
 #[test]
 fn every_built_in_kick_meets_the_ball_at_its_speed() {
     let (model, spec) = robot();
-    let figure = Figure::new(&model, &spec).expect("a humanoid");
+    let figure = Biped::new(&model, &spec).expect("a humanoid");
     for kick in library() {
         assert_strikes(kick, &figure);
         let facts = kick_facts(&kick.clip, &model, &spec).expect("a foot");
@@ -202,7 +202,7 @@ fn joints_move_smoothly_to_the_third_derivative() {
 #[test]
 fn standing_feet_are_flat_and_still() {
     let (model, spec) = robot();
-    let figure = Figure::new(&model, &spec).expect("a humanoid");
+    let figure = Biped::new(&model, &spec).expect("a humanoid");
     for kick in library() {
         let clip = &kick.clip;
         for t in 1..clip.frames {
@@ -233,7 +233,7 @@ fn standing_feet_are_flat_and_still() {
 #[test]
 fn left_and_right_are_exact_mirror_images() {
     let (model, spec) = robot();
-    let figure = Figure::new(&model, &spec).expect("a humanoid");
+    let figure = Biped::new(&model, &spec).expect("a humanoid");
     let make = |ball, leg| {
         generate_kick(&model, &spec, &request(ball, leg, KickStyle::standard())).expect("in reach")
     };
@@ -289,7 +289,7 @@ proptest! {
     ) {
         // Positive angles are on the kicking foot's side.
         let (model, spec) = robot();
-        let figure = Figure::new(&model, &spec).expect("a humanoid");
+        let figure = Biped::new(&model, &spec).expect("a humanoid");
         let (leg, side) = if left { (KickLeg::Left, 1.0) } else { (KickLeg::Right, -1.0) };
         let (s, c) = degrees.to_radians().sin_cos();
         let style = if hard { KickStyle::powerful() } else { KickStyle::standard() };

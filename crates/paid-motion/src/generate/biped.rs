@@ -7,7 +7,7 @@ use super::GenerateError;
 
 /// A humanoid with two legs of which each foot has a flat sole; indices are of the model. Pairs are left, right.
 #[derive(Clone, Debug)]
-pub struct Figure<'a> {
+pub struct Biped<'a> {
     /// The robot.
     pub model: &'a RobotModel,
     /// Foot bodies.
@@ -32,7 +32,7 @@ pub struct Figure<'a> {
     pub mirror: Vec<(usize, f64)>,
 }
 
-impl<'a> Figure<'a> {
+impl<'a> Biped<'a> {
     /// Finds legs, soles and mirror images.
     ///
     /// # Errors
