@@ -68,7 +68,9 @@ impl From<EvalError> for Failure {
     fn from(error: EvalError) -> Self {
         match &error {
             EvalError::Option { option, expected, found } => Self::option(option, expected, found),
-            EvalError::NoBall { .. } => Self::input(format!("{error}; score in another with --task paper_stage2")),
+            EvalError::NoBall { .. } => {
+                Self::input(format!("{error}; score in another with --task paper_stage2"))
+            }
             _ => Self::input(error),
         }
     }

@@ -49,7 +49,8 @@ fn tracking_prints_one_line_of_json_and_writes_the_same() {
 #[test]
 fn shooting_writes_every_trial_and_every_figure() {
     let folder = folder();
-    let args = ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "1"];
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "1"];
     let args = [&args[..], &["--effective", "--ball", "both", "--out", "scores", "--json"]].concat();
     let text = succeeds(&paid(folder.path(), &args));
     let lines: Vec<&str> = text.trim().lines().collect();
@@ -113,7 +114,8 @@ fn both_engines_run_the_same_trials() {
         return;
     }
     let folder = folder();
-    let args = ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.5"];
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.5"];
     let args = [&args[..], &["--engine", "both", "--effective", "--out", "scores", "--json"]].concat();
     let report = json(&succeeds(&paid(folder.path(), &args)));
     assert_eq!(report["pairs"].as_array().map(Vec::len), Some(63));
@@ -121,7 +123,8 @@ fn both_engines_run_the_same_trials() {
     assert_eq!(csv.lines().count(), 64);
 
     // Where a rolling ball will be depends on the engine's ball; which motion meets it must not.
-    let args = ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "2", "--limit", "0.1"];
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "2", "--limit", "0.1"];
     // Thirteen kicks, so that there is a choice.
     succeeds(&paid(folder.path(), &["motion", "generate", "--out", "kicks"]));
     let terms = r#"observations.policy=["reference_joint_pos", "reference_joint_vel", "projected_gravity", "reference_anchor_ang_vel", "base_ang_vel", "joint_pos_rel", "joint_vel", "last_action", "ball_at_strike", "goal_pos"]"#;
@@ -151,7 +154,8 @@ fn the_gap_between_the_engines_has_a_row_a_difference() {
         return;
     }
     let folder = folder();
-    let args = ["eval", "gap", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
+    let args =
+        ["eval", "gap", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
     let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "gap", "--json"]].concat())));
     let rows = report["rows"].as_array().expect("rows");
     let names: Vec<&str> = rows.iter().filter_map(|r| r["name"].as_str()).collect();
@@ -166,7 +170,8 @@ fn the_gap_between_the_engines_has_a_row_a_difference() {
 #[test]
 fn a_film_has_a_strip_and_frames() {
     let folder = folder();
-    let args = ["eval", "film", "--policy", "run", "--task", "paper_stage2", "--frames", "film", "--limit", "0.5"];
+    let args =
+        ["eval", "film", "--policy", "run", "--task", "paper_stage2", "--frames", "film", "--limit", "0.5"];
     succeeds(&paid(folder.path(), &[&args[..], &["--rate", "5", "--ball", "0.8,-0.1"]].concat()));
     for name in ["strip.png", "paths.png", "paths.svg", "frame_0000.png"] {
         assert!(folder.path().join("film").join(name).is_file(), "{name}");
