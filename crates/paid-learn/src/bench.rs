@@ -22,7 +22,7 @@ pub struct BenchSize {
     pub actions: usize,
     /// Shards.
     pub shards: usize,
-    /// Environments a shard.
+    /// Environments per shard.
     pub envs: usize,
     /// Threads.
     pub threads: usize,
@@ -31,13 +31,13 @@ pub struct BenchSize {
 /// What was measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct LearnBench {
-    /// Samples through forward, backward and Adam of both networks [1/s]: one epoch, all threads.
+    /// Samples through forward, backward and Adam of both networks `[1/s]`: one epoch, all threads.
     pub update_samples_per_s: f64,
-    /// Samples through normalization, both networks' forward passes and sampling [1/s], all threads.
+    /// Samples through normalization, both networks' forward passes and sampling `[1/s]`, all threads.
     pub collect_samples_per_s: f64,
-    /// Arithmetic of the update's matrix products [GFLOP/s], all threads.
+    /// Arithmetic of the update's matrix products `[GFLOP/s]`, all threads.
     pub update_gflop_per_s: f64,
-    /// Arithmetic of the `gemm` crate alone on a square product [GFLOP/s], all threads.
+    /// Arithmetic of the `gemm` crate alone on a square product `[GFLOP/s]`, all threads.
     pub peak_gflop_per_s: f64,
 }
 
@@ -141,7 +141,7 @@ fn rate(seconds: f64, mut work: impl FnMut() -> f64) -> f64 {
     }
 }
 
-/// Arithmetic rate of products of 384 x 384 matrices, one stream a thread [GFLOP/s].
+/// Arithmetic rate of products of 384 x 384 matrices, one stream per thread `[GFLOP/s]`.
 fn gemm_gflop_per_s(threads: usize, seconds: f64) -> f64 {
     const N: usize = 384;
     let mut workers = vec![(vec![0.5f32; N * N], vec![0.5f32; N * N], vec![0.0f32; N * N]); threads.max(1)];

@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 pub struct PpoConfig {
     /// Control steps between updates.
     pub horizon: usize,
-    /// Passes over the collected samples an update. The release has 5; 2 cost the pilot nothing per sample.
+    /// Passes over the collected samples per update. The release has 5; 2 cost the pilot nothing per sample.
     pub epochs: usize,
-    /// Gradient steps a pass. The release has 4; more, smaller steps drove early progress.
+    /// Gradient steps per pass. The release has 4; more, smaller steps drove early progress.
     pub minibatches: usize,
-    /// Discount a control step.
+    /// Discount per control step.
     pub gamma: f64,
     /// Decay of the generalized advantage estimate.
     pub lambda: f64,
@@ -37,7 +37,7 @@ pub struct PpoConfig {
     pub max_learning_rate: f64,
     /// Largest norm of the gradient of actor and critic together.
     pub max_grad_norm: f64,
-    /// Standard deviation of the actions at the start. The release has 1.0, which costs 5 reward a step in action rate.
+    /// Standard deviation of the actions at the start. The release has 1.0, which costs a reward of 5 per step in action rate.
     pub initial_std: f64,
     /// Smallest standard deviation.
     pub min_std: f64,

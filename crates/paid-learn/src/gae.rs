@@ -3,7 +3,7 @@
 /// Discount and decay.
 #[derive(Clone, Copy, Debug)]
 pub struct GaeConfig {
-    /// Discount a step.
+    /// Discount per step.
     pub gamma: f64,
     /// Decay of the estimate.
     pub lambda: f64,

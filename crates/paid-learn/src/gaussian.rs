@@ -9,7 +9,7 @@ use paid_policy::matrix::{Mat, MatMut};
 /// `ln(2 pi) / 2`.
 pub const HALF_LN_TAU: f64 = 0.918_938_533_204_672_8;
 
-/// Entropy of the policy [nat]: sum of `ln std + (1 + ln 2 pi) / 2` over the actions.
+/// Entropy of the policy `[nat]`: sum of `ln std + (1 + ln 2 pi) / 2` over the actions.
 pub fn entropy<S: Scalar>(log_std: &[S]) -> f64 {
     log_std.iter().map(|x| x.to_f64() + 0.5 + HALF_LN_TAU).sum()
 }
@@ -56,7 +56,7 @@ pub fn sample(
     action: MatMut<'_, f32>,
     log_prob: &mut [f32],
 ) {
-    assert!(mean.rows() == log_std.len() && action.rows() == log_std.len(), "one log_std an action");
+    assert!(mean.rows() == log_std.len() && action.rows() == log_std.len(), "one log_std per action");
     assert!(mean.cols() == action.cols() && log_prob.len() == action.cols(), "equal batch sizes");
     f32::launch(Sample { key, mean, log_std, action, log_prob });
 }
@@ -95,7 +95,7 @@ impl Lanewise<f32> for Sample<'_> {
     }
 }
 
-/// Four standard normals a lane, by Box and Muller.
+/// Four standard normals per lane, by Box and Muller.
 #[inline(always)]
 fn normals<V: Real<Scalar = f32>>(key: NoiseKey, first: u32, quad: u32) -> [V; 4] {
     let seed = [key.seed as u32, (key.seed >> 32) as u32];

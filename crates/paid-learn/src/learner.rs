@@ -39,7 +39,7 @@ pub struct Learner {
     pub(crate) critic_normalizer: Normalizer,
     pub(crate) schedule: Schedule,
     pub(crate) iteration: u64,
-    /// Control steps collected an environment.
+    /// Control steps collected in each environment.
     pub(crate) env_steps: u64,
     pub(crate) shards: Vec<Shard>,
     workers: Vec<Worker>,
@@ -61,13 +61,13 @@ pub struct CollectStats {
     pub truncated: u64,
     /// Observations and rewards that were not finite (replaced by zero).
     pub non_finite: u64,
-    /// Wall clock [s].
+    /// Wall clock `[s]`.
     pub wall_s: f64,
-    /// Time in environments [s], summed over threads.
+    /// Time in environments `[s]`, summed over threads.
     pub env_s: f64,
-    /// Time in normalization [s], summed over threads.
+    /// Time in normalization `[s]`, summed over threads.
     pub normalize_s: f64,
-    /// Time in networks and sampling [s], summed over threads.
+    /// Time in networks and sampling `[s]`, summed over threads.
     pub forward_s: f64,
 }
 
@@ -80,13 +80,13 @@ pub struct IterationStats {
     pub collect: CollectStats,
     /// Update.
     pub update: UpdateStats,
-    /// Wall clock of the update [s].
+    /// Wall clock of the update `[s]`.
     pub learn_s: f64,
     /// Learning rate after it.
     pub learning_rate: f64,
     /// Mean standard deviation of the actions after it.
     pub mean_std: f64,
-    /// Entropy of the policy after it [nat].
+    /// Entropy of the policy after it `[nat]`.
     pub entropy: f64,
 }
 
@@ -202,7 +202,7 @@ impl Learner {
         self.schedule.learning_rate
     }
 
-    /// What the last horizon collected, a shard.
+    /// What the last horizon collected, per shard.
     pub fn shards(&self) -> &[Shard] {
         &self.shards
     }

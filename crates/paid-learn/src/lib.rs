@@ -4,6 +4,51 @@
 //! lanes (environments) are contiguous from the physics to the matrix products.
 //!
 //! [`Learner`] is the way in: it collects a horizon from shards of environments ([`VecEnv`]) and updates actor and critic.
+//!
+//! ```
+//! use paid_learn::{LearnConfig, Learner, NetworkConfig, ObservationGroup, StepBuffers, VecEnv};
+//!
+//! /// Points on a line that the action moves; the reward is higher near the origin.
+//! struct Points(Vec<f32>);
+//!
+//! impl VecEnv for Points {
+//!     fn num_envs(&self) -> usize {
+//!         self.0.len()
+//!     }
+//!     fn observation_groups(&self) -> Vec<ObservationGroup> {
+//!         ObservationGroup::policy_and_critic(1, 1)
+//!     }
+//!     fn action_dim(&self) -> usize {
+//!         1
+//!     }
+//!     fn observe(&mut self, groups: &mut [&mut [f32]]) {
+//!         for group in groups {
+//!             group.copy_from_slice(&self.0);
+//!         }
+//!     }
+//!     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+//!         for (e, x) in self.0.iter_mut().enumerate() {
+//!             *x += 0.1 * actions[e];
+//!             out.reward[e] = -*x * *x;
+//!         }
+//!         out.terminated.fill(0);
+//!         out.truncated.fill(0);
+//!     }
+//! #   fn save(&self) -> Vec<u8> {
+//! #       Vec::new()
+//! #   }
+//! #   fn restore(&mut self, _bytes: &[u8]) -> Result<(), String> {
+//! #       Ok(())
+//! #   }
+//! }
+//!
+//! let network = NetworkConfig { hidden: vec![16], ..NetworkConfig::default() };
+//! let config = LearnConfig { actor: network.clone(), critic: network, ..LearnConfig::default() };
+//! let mut learner = Learner::new(1, 1, 1, &config, 7).expect("the configuration is in range");
+//! let mut shards = [Box::new(Points(vec![1.0; 16])), Box::new(Points(vec![-1.0; 16]))];
+//! let stats = learner.iterate(&mut shards, 2).expect("the shards fit the learner");
+//! assert_eq!((stats.iteration, stats.collect.samples), (1, 2 * 16 * config.ppo.horizon));
+//! ```
 
 pub mod adam;
 pub mod bench;

@@ -79,7 +79,7 @@ impl RolloutLayout {
     }
 }
 
-/// Samples of a shard, feature-major a unit (see [`RolloutLayout`]).
+/// Samples of a shard, feature-major within a unit (see [`RolloutLayout`]).
 #[derive(Clone, Debug)]
 pub struct Rollout {
     /// Where things lie.
@@ -145,12 +145,12 @@ pub fn unit_ref(data: &[f32], rows: usize, place: Place) -> Mat<'_, f32> {
 }
 
 impl Place {
-    /// The block's samples in vectors of one number a sample.
+    /// The block's samples in vectors of one number per sample.
     pub fn range(&self) -> Range<usize> {
         self.unit + self.column..self.unit + self.column + self.width
     }
 
-    /// The unit's samples in vectors of one number a sample.
+    /// The unit's samples in vectors of one number per sample.
     pub fn unit_range(&self) -> Range<usize> {
         self.unit..self.unit + self.stride
     }

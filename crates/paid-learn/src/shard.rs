@@ -58,11 +58,11 @@ pub struct ShardStats {
     pub non_finite: u64,
     /// Sum and sum of squares of the advantages.
     pub advantage: (f64, f64),
-    /// Time in the environment [s].
+    /// Time in the environment `[s]`.
     pub env_s: f64,
-    /// Time in normalization [s].
+    /// Time in normalization `[s]`.
     pub normalize_s: f64,
-    /// Time in the networks and in sampling [s].
+    /// Time in the networks and in sampling `[s]`.
     pub forward_s: f64,
 }
 

@@ -1,4 +1,4 @@
-//! The PPO update: minibatches of units, gradients a slice, reduction in slice order, Adam.
+//! The PPO update: minibatches of units, gradients per slice, reduction in slice order, Adam.
 
 use paid_lanes::rng::Rng;
 
@@ -178,7 +178,7 @@ fn advantage_moments(shards: &[Shard]) -> (f64, f64) {
     (mean, 1.0 / (variance.sqrt() + 1e-8))
 }
 
-/// Gradients of one minibatch, a slice each, and its mean losses.
+/// Gradients of one minibatch, one per slice, and its mean losses.
 fn minibatch_gradient(
     shared: &Shared<'_>,
     units: &[(usize, usize)],

@@ -66,7 +66,7 @@ pub enum OnnxError {
     ContractDiffers {
         /// The file.
         path: PathBuf,
-        /// One sentence a difference, with expected and found.
+        /// One sentence per difference, with expected and found.
         differences: Vec<String>,
     },
     /// A tensor, input or output has another size than the contract says.

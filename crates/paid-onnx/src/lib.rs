@@ -11,6 +11,52 @@
 //! | `time_step` (frame of the embedded reference) | `[1, 1]` | `joint_pos`, ... (only with a reference) | `[1, ...]` |
 //!
 //! A reference motion is embedded only on request ([`Reference`]), because a file that carries one inherits the motion's license.
+//!
+//! A policy of one joint, written and read back without a file:
+//!
+//! ```
+//! use paid_onnx::{
+//!     Contract, DenseLayer, FORMAT, JointContract, ObservationTerm, OnnxPolicy, PolicyWeights, encode,
+//! };
+//!
+//! let knee = JointContract {
+//!     name: "knee".into(),
+//!     default_pos: 0.6,
+//!     stiffness: 99.0,
+//!     damping: 6.3,
+//!     action_scale: 0.35,
+//! };
+//! let angle = ObservationTerm {
+//!     name: "joint_pos_rel".into(),
+//!     size: 1,
+//!     order: "joints".into(),
+//!     frame: "joint".into(),
+//!     unit: "rad".into(),
+//!     scale: 1.0,
+//! };
+//! let contract = Contract {
+//!     format: FORMAT,
+//!     robot: "leg".into(),
+//!     license: "MIT".into(),
+//!     control_period_s: 0.02,
+//!     action: "joint position target = default_pos + action_scale * action".into(),
+//!     joints: vec![knee],
+//!     anchor_body: "hip".into(),
+//!     bodies: vec!["hip".into()],
+//!     observation: vec![angle],
+//!     commands: vec![],
+//!     recurrent: None,
+//!     reference: None,
+//! };
+//! let layer = DenseLayer { inputs: 1, outputs: 1, w: vec![-2.0], b: vec![0.5] };
+//! let weights = PolicyWeights { normalizer: None, lstm: vec![], layers: vec![layer] };
+//!
+//! let bytes = encode(&weights, &contract, None, "example")?;
+//! let policy = OnnxPolicy::from_bytes(&bytes, "example".as_ref())?;
+//! let mut state = policy.initial_state();
+//! assert_eq!(policy.act(&[0.25], &mut state)?, [0.0]);
+//! # Ok::<(), paid_onnx::OnnxError>(())
+//! ```
 
 mod error;
 mod graph;
@@ -26,10 +72,10 @@ mod write;
 pub use error::OnnxError;
 pub use paid_policy::contract::{Contract, FORMAT, JointContract, ObservationTerm, RecurrentContract};
 pub use raw::{OnnxFile, RawModel};
-pub use read::{OnnxPolicy, PolicyState};
+pub use read::{OnnxPolicy, OnnxState};
 pub use reference::Reference;
 pub use released::{load_released, released_policy};
-pub use weights::{DenseLayer, LstmLayer, Normalizer, PolicyWeights};
+pub use weights::{DenseLayer, LstmLayer, NormalizerWeights, PolicyWeights};
 pub use write::{encode, write};
 
 /// Metadata key of the self-describing contract.

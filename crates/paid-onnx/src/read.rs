@@ -21,14 +21,14 @@ pub struct OnnxPolicy {
 
 /// Recurrent state of one robot; empty for a feed-forward policy. Reset it whenever the policy starts anew.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PolicyState {
+pub struct OnnxState {
     /// Hidden state `[layers, hidden]`.
     pub h: Vec<f32>,
     /// Cell state `[layers, hidden]`.
     pub c: Vec<f32>,
 }
 
-impl PolicyState {
+impl OnnxState {
     /// Back to zero.
     pub fn reset(&mut self) {
         self.h.fill(0.0);
@@ -101,9 +101,9 @@ impl OnnxPolicy {
     }
 
     /// The zero state with which the policy starts.
-    pub fn initial_state(&self) -> PolicyState {
+    pub fn initial_state(&self) -> OnnxState {
         let n = self.contract.recurrent.map_or(0, |r| r.layers * r.hidden);
-        PolicyState { h: vec![0.0; n], c: vec![0.0; n] }
+        OnnxState { h: vec![0.0; n], c: vec![0.0; n] }
     }
 
     /// The actions `[joints]` for one observation `[observation]` (not normalized: the file does that); advances `state`.
@@ -111,7 +111,7 @@ impl OnnxPolicy {
     /// # Errors
     /// [`OnnxError::Input`] if the observation or the state has the wrong size or the observation is not finite;
     /// [`OnnxError::Graph`] if the runtime fails.
-    pub fn act(&self, obs: &[f32], state: &mut PolicyState) -> Result<Vec<f32>, OnnxError> {
+    pub fn act(&self, obs: &[f32], state: &mut OnnxState) -> Result<Vec<f32>, OnnxError> {
         let size = self.contract.observation_size();
         let wrong = |what, expected: usize, found: usize| OnnxError::Input {
             what,
@@ -144,7 +144,7 @@ impl OnnxPolicy {
         let mut results = self.raw.run(&inputs, &outputs)?.into_iter();
         let actions = results.next().unwrap_or_default();
         if let (Some(h), Some(c)) = (results.next(), results.next()) {
-            *state = PolicyState { h, c };
+            *state = OnnxState { h, c };
         }
         Ok(actions)
     }

@@ -7,17 +7,17 @@ pub struct Reference {
     pub name: String,
     /// Number of frames `T`.
     pub frames: usize,
-    /// Joint angles `[T, joints]` [rad].
+    /// Joint angles `[T, joints]` `[rad]`.
     pub joint_pos: Vec<f32>,
-    /// Joint velocities `[T, joints]` [rad/s].
+    /// Joint velocities `[T, joints]` `[rad/s]`.
     pub joint_vel: Vec<f32>,
-    /// Body origins in the world `[T, bodies, 3]` [m].
+    /// Body origins in the world `[T, bodies, 3]` `[m]`.
     pub body_pos_w: Vec<f32>,
     /// Body orientations `[T, bodies, 4]`, w, x, y, z.
     pub body_quat_w: Vec<f32>,
-    /// Body linear velocities in the world `[T, bodies, 3]` [m/s].
+    /// Body linear velocities in the world `[T, bodies, 3]` `[m/s]`.
     pub body_lin_vel_w: Vec<f32>,
-    /// Body angular velocities in the world `[T, bodies, 3]` [rad/s].
+    /// Body angular velocities in the world `[T, bodies, 3]` `[rad/s]`.
     pub body_ang_vel_w: Vec<f32>,
 }
 

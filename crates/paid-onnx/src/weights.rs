@@ -2,7 +2,7 @@
 
 /// Observation normalization: `clamp((obs - mean) * scale, -clip, clip)` per feature.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Normalizer {
+pub struct NormalizerWeights {
     /// Mean `[features]`.
     pub mean: Vec<f32>,
     /// Factor `[features]`, positive: the inverse of the standard deviation and whatever the learner adds to it.
@@ -43,7 +43,7 @@ pub struct DenseLayer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolicyWeights {
     /// Observation normalization.
-    pub normalizer: Option<Normalizer>,
+    pub normalizer: Option<NormalizerWeights>,
     /// Recurrent layers from input to output; empty for a feed-forward policy. All of one state size.
     pub lstm: Vec<LstmLayer>,
     /// Dense layers from input to output; at least one.

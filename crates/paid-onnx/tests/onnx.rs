@@ -4,7 +4,7 @@ use std::path::Path;
 
 use paid_onnx::proto::{ModelProto, TensorProto};
 use paid_onnx::{
-    CONTRACT_KEY, Contract, DenseLayer, FORMAT, JointContract, LstmLayer, Normalizer, ObservationTerm,
+    CONTRACT_KEY, Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, ObservationTerm,
     OnnxError, OnnxPolicy, PolicyWeights, RELEASED_KEYS, RecurrentContract, Reference, encode, write,
 };
 use prost::Message;
@@ -65,7 +65,7 @@ fn contract(recurrent: Option<(usize, usize)>) -> Contract {
 
 fn weights(seed: u64, lstm: Option<(usize, usize)>, hidden: &[usize], clip: Option<f32>) -> PolicyWeights {
     let mut r = Numbers(seed);
-    let normalizer = Some(Normalizer {
+    let normalizer = Some(NormalizerWeights {
         mean: r.many(OBSERVATIONS, 1.0),
         scale: r.many(OBSERVATIONS, 1.0).iter().map(|v| 0.3 + v.abs()).collect(),
         clip,

@@ -3,7 +3,7 @@
 //!
 //! Tensors: `actor.*`, `critic.*` (weights, `actor.log_std`), `adam.m.*`, `adam.v.*`, `normalizer.{policy,critic}.{mean,m2,count}`
 //! (`f64`), `learner.*` (rates and counters), `carry.<shard>.{actor,critic}` (recurrent state, `[2 * layers * size, envs]`: `h` then
-//! `c` a layer) and `blob.<name>` (bytes that the caller added). A reward that the learner computes adds `reward.<name>` (its state, bytes)
+//! `c` of each layer) and `blob.<name>` (bytes that the caller added). A reward that the learner computes adds `reward.<name>` (its state, bytes)
 //! and, if it has a critic of its own, `critic_<name>.*` with moments and carry. The metadata hold the shape of the networks as JSON.
 
 use std::path::{Path, PathBuf};
@@ -109,7 +109,10 @@ impl Checkpoint {
         let text = file.metadata.get("paid").ok_or_else(|| wrong("no metadata entry 'paid'".to_owned()))?;
         let meta: Meta = serde_json::from_str(text).map_err(|error| wrong(format!("metadata: {error}")))?;
         if meta.version != VERSION {
-            return Err(wrong(format!("version: expected {VERSION}, found {}", meta.version)));
+            return Err(wrong(format!(
+                "version: expected {VERSION}, found {}: written by another version of this program; use that version, or train again",
+                meta.version
+            )));
         }
         Ok(Self { file, meta })
     }

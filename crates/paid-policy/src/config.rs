@@ -28,7 +28,7 @@ pub enum Activation {
 pub struct LstmConfig {
     /// Number of layers.
     pub layers: usize,
-    /// Cells a layer.
+    /// Cells per layer.
     pub size: usize,
 }
 

@@ -18,7 +18,7 @@ pub struct Contract {
     pub robot: String,
     /// Terms under which the file may be used, with their reason (the motions that it was trained on).
     pub license: String,
-    /// Time between two actions [s].
+    /// Time between two actions `[s]`.
     pub control_period_s: f64,
     /// What an action means: target angle = default + scale * action.
     pub action: String,
@@ -44,11 +44,11 @@ pub struct Contract {
 pub struct JointContract {
     /// Name.
     pub name: String,
-    /// Default angle [rad].
+    /// Default angle `[rad]`.
     pub default_pos: f64,
-    /// Stiffness [N m/rad].
+    /// Stiffness `[N m/rad]`.
     pub stiffness: f64,
-    /// Damping [N m s/rad].
+    /// Damping `[N m s/rad]`.
     pub damping: f64,
     /// Radians of target per unit of action.
     pub action_scale: f64,
@@ -88,7 +88,7 @@ impl Contract {
         self.observation.iter().map(|t| t.size).sum()
     }
 
-    /// How `found` differs from `self` in anything that changes what the policy sees or does: one sentence a difference, empty if
+    /// How `found` differs from `self` in anything that changes what the policy sees or does: one sentence per difference, empty if
     /// the two agree. License and embedded reference do not count.
     pub fn differences(&self, found: &Self) -> Vec<String> {
         let mut out = Vec::new();

@@ -13,9 +13,9 @@ pub const EPSILON: f64 = 1e-2;
 pub struct Moments {
     /// Number of samples.
     pub count: f64,
-    /// Mean a feature.
+    /// Mean per feature.
     pub mean: Vec<f64>,
-    /// Sum of squared deviations from the mean a feature.
+    /// Sum of squared deviations from the mean, per feature.
     pub m2: Vec<f64>,
 }
 
@@ -40,7 +40,7 @@ impl Moments {
     }
 }
 
-/// `(x - mean) / (std + 0.01)` a feature. The statistics are frozen while samples are collected; what an iteration saw is
+/// `(x - mean) / (std + 0.01)` per feature. The statistics are frozen while samples are collected; what an iteration saw is
 /// merged at its end. Before the first samples the mean is 0 and the standard deviation 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Normalizer {
@@ -84,12 +84,12 @@ impl Normalizer {
         &self.moments
     }
 
-    /// Mean a feature, as applied.
+    /// Mean per feature, as applied.
     pub fn mean(&self) -> &[f32] {
         &self.mean
     }
 
-    /// Factor a feature, `1 / (std + 0.01)`, as applied.
+    /// Factor per feature, `1 / (std + 0.01)`, as applied.
     pub fn inv_std(&self) -> &[f32] {
         &self.inv_std
     }

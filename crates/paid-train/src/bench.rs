@@ -39,7 +39,7 @@ pub struct TrainBench {
     pub parts_samples_per_s: f64,
     /// The whole over what the parts would add up to.
     pub ratio: f64,
-    /// Largest memory of the process while training [MiB]; 0 where the system does not tell.
+    /// Largest memory of the process while training `[MiB]`; 0 where the system does not tell.
     pub peak_rss_mib: f64,
 }
 
@@ -194,7 +194,7 @@ fn roll(trainer: &mut Trainer, drivers: &mut [Driver], workers: &mut [()], horiz
     for_each(workers, items, |(), (driver, shard)| driver.roll(&mut **shard, horizon));
 }
 
-/// Largest resident memory of this process so far [MiB] (`VmHWM` of Linux's `/proc/self/status`).
+/// Largest resident memory of this process so far `[MiB]` (`VmHWM` of Linux's `/proc/self/status`).
 pub fn peak_rss_mib() -> f64 {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
     status

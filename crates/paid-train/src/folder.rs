@@ -11,7 +11,7 @@ use crate::{EventWriter, TrainError};
 
 /// Name of the resolved preset in a run folder, and in a checkpoint.
 pub const PRESET_FILE: &str = "preset.toml";
-/// Name of the metrics file in a run folder: one JSON object a line.
+/// Name of the metrics file in a run folder: one JSON object per line.
 pub const METRICS_FILE: &str = "metrics.jsonl";
 
 /// A folder that belongs to one stage of one run.

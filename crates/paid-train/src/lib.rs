@@ -1,4 +1,12 @@
-//! Rollout workers, stages, logging, resume.
+//! Training runs: presets, stages and phases, logs, checkpoints, export.
+//!
+//! ```
+//! use paid_train::RunPreset;
+//!
+//! let preset = RunPreset::resolve("stage1", &["run.seed=7".to_owned()])?;
+//! assert_eq!((preset.stage.as_str(), preset.run.seed), ("stage1", 7));
+//! # Ok::<(), paid_train::TrainError>(())
+//! ```
 
 pub mod bench;
 mod error;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use paid_motion::Clip;
 use paid_onnx::{
-    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, Normalizer, PolicyWeights, RecurrentContract,
-    Reference,
+    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, PolicyWeights,
+    RecurrentContract, Reference,
 };
 use paid_policy::observation::ObservationId;
 use paid_policy::{Checkpoint, Dimensions, ObservationTerms, Policy};
@@ -184,7 +184,7 @@ pub fn weights(policy: &Policy) -> PolicyWeights {
     let part = |range: &core::ops::Range<usize>| policy.params[range.clone()].to_vec();
     let normalizer = &policy.normalizer;
     PolicyWeights {
-        normalizer: Some(Normalizer {
+        normalizer: Some(NormalizerWeights {
             mean: normalizer.mean().to_vec(),
             scale: normalizer.inv_std().to_vec(),
             clip: None,

@@ -18,7 +18,7 @@ pub struct Progress {
     pub iteration: u64,
     /// Environment steps done.
     pub samples: u64,
-    /// Training time, earlier starts included [s].
+    /// Training time, earlier starts included `[s]`.
     pub elapsed_s: f64,
     /// The share of the run (0 to 1) that was over when the last iteration began, by iterations or wall clock.
     #[serde(default)]
@@ -45,7 +45,7 @@ impl Progress {
         }
     }
 
-    /// Mean return and mean length [control steps] of the last episodes; zeros before the first.
+    /// Mean return and mean length `[control steps]` of the last episodes; zeros before the first.
     pub fn episode_means(&self) -> (f64, f64) {
         let episodes: u64 = self.window.iter().map(|w| w.0).sum();
         if episodes == 0 {

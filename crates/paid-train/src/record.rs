@@ -35,11 +35,11 @@ pub struct LossRecord {
     pub value_function: f64,
     /// PPO's surrogate loss.
     pub surrogate: f64,
-    /// Entropy of the action distribution [nat].
+    /// Entropy of the action distribution `[nat]`.
     pub entropy: f64,
     /// Learning rate after the iteration.
     pub learning_rate: f64,
-    /// KL divergence of the new policy from the old [nat].
+    /// KL divergence of the new policy from the old `[nat]`.
     pub kl: f64,
     /// Gradient norm before clipping.
     pub gradient_norm: f64,
@@ -56,27 +56,27 @@ pub struct Record {
     pub iterations: u64,
     /// Environment steps done in the stage, this iteration included.
     pub samples: u64,
-    /// Training time of the stage so far, earlier starts included [s].
+    /// Training time of the stage so far, earlier starts included `[s]`.
     pub elapsed_s: f64,
-    /// Time left to the end of this start, estimated [s].
+    /// Time left to the end of this start, estimated `[s]`.
     pub eta_s: f64,
-    /// Samples of the iteration over its duration [1/s].
+    /// Samples of the iteration over its duration `[1/s]`.
     pub samples_per_s: f64,
-    /// Duration of the rollout [s].
+    /// Duration of the rollout `[s]`.
     pub collect_s: f64,
-    /// Duration of the update [s].
+    /// Duration of the update `[s]`.
     pub learn_s: f64,
     /// Episodes that ended in this iteration.
     pub episodes: u64,
     /// Mean return of the last 100 or more ended episodes.
     pub mean_reward: f64,
-    /// Mean length of the same episodes [control steps].
+    /// Mean length of the same episodes `[control steps]`.
     pub mean_episode_length: f64,
     /// Optimizer figures.
     pub loss: LossRecord,
     /// Mean standard deviation of the actions.
     pub mean_noise_std: f64,
-    /// Mean of each weighted reward term [1/s].
+    /// Mean of each weighted reward term `[1/s]`.
     pub rewards: Named,
     /// Share of the ended episodes by cause.
     pub terminations: Named,

@@ -94,6 +94,26 @@ fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
 }
 
 #[test]
+fn a_checkpoint_with_a_preset_of_an_earlier_version_says_what_to_do() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    let preset = Toy::preset(&[]);
+    let text = preset.to_toml().expect("writes");
+    let old = text.replace("[task.observations]", "[task.observations]\nlead_ball = true");
+    assert_ne!(text, old);
+    let trainer = trainer(&preset);
+    for (text, found) in [(old.as_str(), "task.observations.lead_ball"), ("[run]\nwalkers = 4\n", "walkers")]
+    {
+        trainer.learner().save(&path, &[("preset.toml", text.as_bytes())]).expect("saves");
+        let checkpoint = Checkpoint::load(&path).expect("reads");
+        let error = RunPreset::of_checkpoint(&checkpoint).expect_err("refused").to_string();
+        for part in ["model.safetensors", found, "train again"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
+}
+
+#[test]
 fn a_reward_that_is_not_finite_is_counted_and_the_run_goes_on() {
     let preset = Toy::preset(&[]);
     let mut shards = Toy::shards(&preset);

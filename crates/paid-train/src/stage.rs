@@ -27,7 +27,7 @@ pub enum Start {
 /// What ends a stage besides its preset's iterations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// Wall clock of this start [min].
+    /// Wall clock of this start `[min]`.
     pub minutes: Option<f64>,
 }
 
@@ -190,7 +190,7 @@ impl Clock {
         by_time.max(by_iterations).min(1.0)
     }
 
-    /// Time to the end after `done` iterations of this start, with `left` to go [s].
+    /// Time to the end after `done` iterations of this start, with `left` to go `[s]`.
     fn eta_s(&self, done: u64, left: u64) -> f64 {
         let spent = self.elapsed_s();
         let to_budget = spent / done as f64 * left as f64;

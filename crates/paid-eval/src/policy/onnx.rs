@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use paid_onnx::{Contract, OnnxPolicy, PolicyState};
+use paid_onnx::{Contract, OnnxPolicy, OnnxState};
 
 use super::{Driver, DriverInput};
 use crate::EvalError;
@@ -98,7 +98,7 @@ impl Adapter {
 pub struct OnnxDriver {
     policy: Arc<OnnxPolicy>,
     adapter: Arc<Adapter>,
-    states: Vec<PolicyState>,
+    states: Vec<OnnxState>,
     last: Vec<Vec<f32>>,
     observation: Vec<f32>,
 }

@@ -53,7 +53,7 @@ impl<S: Element> LstmCache<S> {
 pub struct Steps<'a, S> {
     /// Number of steps.
     pub steps: usize,
-    /// Environments a step.
+    /// Environments per step.
     pub width: usize,
     /// `[steps * width]`: 0 where an episode began at that step (the state is cleared before it), else 1.
     pub mask: &'a [S],

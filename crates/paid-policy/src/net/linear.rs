@@ -55,7 +55,7 @@ impl Linear {
     }
 }
 
-/// Adds a bias a row, then applies ELU.
+/// Adds each row's bias, then applies ELU.
 struct BiasElu<'a, S> {
     y: MatMut<'a, S>,
     bias: &'a [S],

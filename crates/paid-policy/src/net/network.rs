@@ -29,9 +29,9 @@ pub struct Network {
 pub struct State<S> {
     /// Number of environments.
     pub n: usize,
-    /// Hidden state a layer.
+    /// Hidden state per layer.
     pub h: Vec<Vec<S>>,
-    /// Cell state a layer.
+    /// Cell state per layer.
     pub c: Vec<Vec<S>>,
 }
 
