@@ -74,7 +74,7 @@ pub struct SceneConfig {
 }
 
 /// What differs between environments, one lane of one group.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EnvParams {
     /// Surface of the robot.
     pub robot: Material,

@@ -2,6 +2,7 @@
 
 use paid_lanes::{Mat3, Real, Vec3};
 use paid_robot::RobotModel;
+use serde::{Deserialize, Serialize};
 
 use crate::EnvParams;
 
@@ -79,7 +80,7 @@ impl<V: Real> GroupState<V> {
 }
 
 /// Full dynamic state of one environment: reset to it, save it, restore it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LaneState {
     /// Base origin in the world `[m]`.
     pub base_pos: [f64; 3],

@@ -1,9 +1,11 @@
 //! Deterministic episodes for evaluation, without a second implementation of the task.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{EpisodeRules, TaskError};
 
 /// How an environment's next episodes begin.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InitialState {
     /// Index of the motion in the library.
     pub motion: usize,
@@ -38,7 +40,7 @@ impl InitialState {
 }
 
 /// The first contact of an episode between robot and ball.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KickEvent {
     /// Control steps since the episode began, the contact's own counted.
     pub step: u32,

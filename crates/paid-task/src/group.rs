@@ -30,7 +30,7 @@ pub(crate) struct GroupTask<V> {
     /// What a rolling ball's velocity is multiplied by for its displacement until the reference strikes [s], see
     /// [`paid_perceive::effective_time`]; follows from motion and frame.
     pub prediction_s: V,
-    /// The ball's story.
+    /// Contacts and outcome of the kick.
     pub kick: KickState<V>,
     /// The ball while it is out of sight.
     pub memory: BallMemory<V>,

@@ -7,6 +7,7 @@ mod act;
 mod agent;
 mod ball_preset;
 mod camera;
+mod codec;
 mod config;
 mod delay;
 mod episode_rules;
@@ -40,7 +41,6 @@ mod task;
 mod terminations;
 mod terms_table;
 mod tracking;
-mod words;
 
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
 pub use episode_rules::{

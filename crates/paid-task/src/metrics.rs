@@ -1,5 +1,7 @@
 //! Sums and counts of what happened in a shard since they were last taken.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{END_CAUSES, END_NAMES, REWARD_NAMES, REWARD_TERMS};
 
 /// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position [m] and orientation [rad],
@@ -17,7 +19,7 @@ pub const TRACKING_NAMES: [&str; 8] = [
 ];
 
 /// What happened with the ball in the episodes that ended.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct KickStatistics {
     /// Episodes that ended while the scene had a ball.
     pub episodes: u64,
@@ -37,13 +39,15 @@ pub struct KickStatistics {
 }
 
 /// Sums and counts over a number of environment steps.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskMetrics {
     /// Environment steps.
     pub steps: u64,
     /// Sum over steps of each term times weight times control period, order of [`REWARD_NAMES`].
+    #[serde(with = "crate::codec::array")]
     pub reward_terms: [f64; REWARD_TERMS],
     /// Sums over steps of the tracking errors, order of [`TRACKING_NAMES`].
+    #[serde(with = "crate::codec::array")]
     pub tracking: [f64; TRACKING_NAMES.len()],
     /// Largest speed of the labeled kicking foot's center of mass, summed over episodes that ended [m/s].
     pub kick_foot_peak_sum: f64,
@@ -56,6 +60,7 @@ pub struct TaskMetrics {
     /// Their returns (undiscounted).
     pub episode_return_sum: f64,
     /// How they ended, order of [`END_NAMES`].
+    #[serde(with = "crate::codec::array")]
     pub ends: [u64; END_CAUSES],
     /// The ball.
     pub kick: KickStatistics,

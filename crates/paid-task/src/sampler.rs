@@ -1,10 +1,12 @@
 //! Adaptive sampling of (motion, phase bin) pairs: failures draw episodes to where they happen.
 
+use serde::{Deserialize, Serialize};
+
 use crate::preset::{BallPlacement, SamplingPreset};
 
 /// The failure histogram and the distribution that follows from it. Shards count failures; the trainer adds them up in a
 /// fixed order, calls [`SamplerState::update`] and hands the result to every shard.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SamplerState {
     /// Number of motions.
     pub motions: usize,

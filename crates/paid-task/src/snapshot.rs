@@ -1,297 +1,175 @@
-//! Exact save and restore of a shard.
-//!
-//! Little-endian bytes: the numbers of the lanes widen to `f64` and come back exactly.
+//! Exact save and restore of a shard: the numbers of the lanes widen to `f64` and come back exactly.
 
 use paid_lanes::Real;
-use paid_physics::{EnvParams, LaneState, Material, Simulator};
+use paid_physics::{EnvParams, LaneState, Simulator};
+use serde::{Deserialize, Serialize};
 
-use crate::words::{Reader, Writer};
-use crate::{EndCause, InitialState, KickEvent, Task, TaskMetrics};
+use crate::codec::{Reader, append, expect};
+use crate::task::EnvTask;
+use crate::{EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x03";
+const MAGIC: &[u8; 8] = b"paidtsk\x04";
 
-fn write_material(w: &mut Writer, m: &Material) {
-    w.all(&[m.static_friction, m.dynamic_friction, m.restitution]);
+/// What a shard must agree with.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    envs: usize,
+    lanes: usize,
+    joints: usize,
+    motions: usize,
+    bins: usize,
+    seed: u64,
 }
 
-fn read_material(r: &mut Reader<'_>) -> Result<Material, String> {
-    let [static_friction, dynamic_friction, restitution] = r.array()?;
-    Ok(Material { static_friction, dynamic_friction, restitution })
+/// A shard but for its environments.
+#[derive(Serialize, Deserialize)]
+struct Shard {
+    observations: u64,
+    sampler: SamplerState,
+    failures: Vec<f32>,
+    metrics: TaskMetrics,
+    /// Running sums, the lanes of each one after another.
+    sums: Vec<f64>,
+    /// What each group remembers, the same way.
+    groups: Vec<Vec<f64>>,
 }
 
-fn write_params(w: &mut Writer, p: &EnvParams) {
-    write_material(w, &p.robot);
-    w.all(&p.base_com_offset);
-    w.list(&p.mass_scale);
-    w.all(&p.gain_scale);
-    w.all(&[p.ball.mass_kg, p.ball.radius_m, p.ball.inertia_factor]);
-    write_material(w, &p.ball.material);
-    w.all(&[p.ball.linear_damping, p.ball.angular_damping]);
-    w.all(&p.terrain_offset);
+/// An environment.
+#[derive(Serialize, Deserialize)]
+struct Environment {
+    id: u32,
+    motion: usize,
+    frame: usize,
+    step: u32,
+    push_in: u32,
+    /// Positions of the random streams.
+    reset_rng: u64,
+    push_rng: u64,
+    ended: Option<EndCause>,
+    kick: Option<KickEvent>,
+    forced: Option<InitialState>,
+    params: EnvParams,
+    state: LaneState,
 }
 
-fn read_params(r: &mut Reader<'_>) -> Result<EnvParams, String> {
-    let robot = read_material(r)?;
-    let base_com_offset = r.array()?;
-    let mass_scale = r.list()?;
-    let gain_scale = r.array()?;
-    let [mass_kg, radius_m, inertia_factor] = r.array()?;
-    let material = read_material(r)?;
-    let [linear_damping, angular_damping] = r.array()?;
-    Ok(EnvParams {
-        robot,
-        base_com_offset,
-        mass_scale,
-        gain_scale,
-        ball: paid_physics::BallParams {
-            mass_kg,
-            radius_m,
-            inertia_factor,
-            material,
-            linear_damping,
-            angular_damping,
-        },
-        terrain_offset: r.array()?,
-    })
-}
-
-fn write_state(w: &mut Writer, s: &LaneState) {
-    w.all(&s.base_pos);
-    w.all(&s.base_quat);
-    w.all(&s.base_lin_vel);
-    w.all(&s.base_ang_vel);
-    w.list(&s.joint_pos);
-    w.list(&s.joint_vel);
-    w.all(&s.ball_pos);
-    w.all(&s.ball_vel);
-    w.all(&s.ball_ang_vel);
-    w.list(&s.warm_start);
-}
-
-fn read_state(r: &mut Reader<'_>) -> Result<LaneState, String> {
-    Ok(LaneState {
-        base_pos: r.array()?,
-        base_quat: r.array()?,
-        base_lin_vel: r.array()?,
-        base_ang_vel: r.array()?,
-        joint_pos: r.list()?,
-        joint_vel: r.list()?,
-        ball_pos: r.array()?,
-        ball_vel: r.array()?,
-        ball_ang_vel: r.array()?,
-        warm_start: r.list()?,
-    })
-}
-
-fn write_kick(w: &mut Writer, kick: Option<&KickEvent>) {
-    w.u64(u64::from(kick.is_some()));
-    let Some(kick) = kick else { return };
-    w.u64(u64::from(kick.step));
-    w.u64(kick.foot as u64);
-    w.u64(u64::from(kick.correct));
-    w.f64(kick.body.map_or(-1.0, |b| b as f64));
-    w.all(&kick.foot_vel);
-    w.u64(u64::from(kick.ball_vel_after.is_some()));
-    w.all(&kick.ball_vel_after.unwrap_or_default());
-}
-
-fn read_kick(r: &mut Reader<'_>) -> Result<Option<KickEvent>, String> {
-    if r.u64()? == 0 {
-        return Ok(None);
-    }
-    let (step, foot, correct) = (r.u32()?, r.usize()?, r.u64()? == 1);
-    let body = r.f64()?;
-    let foot_vel = r.array()?;
-    let known = r.u64()? == 1;
-    let after = r.array()?;
-    Ok(Some(KickEvent {
-        step,
-        foot,
-        correct,
-        body: (body >= 0.0).then_some(body as usize),
-        foot_vel,
-        ball_vel_after: known.then_some(after),
-    }))
-}
-
-fn write_forced(w: &mut Writer, forced: Option<&InitialState>) {
-    w.u64(u64::from(forced.is_some()));
-    let Some(f) = forced else { return };
-    w.u64(f.motion as u64);
-    w.u64(f.frame as u64);
-    for place in [f.ball_xy, f.goal_xy] {
-        w.u64(u64::from(place.is_some()));
-        w.all(&place.unwrap_or_default());
-    }
-    w.all(&f.ball_velocity);
-    w.all(&f.displacement);
-    w.u64(u64::from(f.noise));
-}
-
-fn read_forced(r: &mut Reader<'_>) -> Result<Option<InitialState>, String> {
-    if r.u64()? == 0 {
-        return Ok(None);
-    }
-    let (motion, frame) = (r.usize()?, r.usize()?);
-    let mut places = [None; 2];
-    for place in &mut places {
-        let known = r.u64()? == 1;
-        let xy = r.array()?;
-        *place = known.then_some(xy);
-    }
-    Ok(Some(InitialState {
-        motion,
-        frame,
-        ball_xy: places[0],
-        goal_xy: places[1],
-        ball_velocity: r.array()?,
-        displacement: r.array()?,
-        noise: r.u64()? == 1,
-    }))
-}
-
-fn cause_from(code: u64) -> Result<Option<EndCause>, String> {
-    match code {
-        0 => Ok(None),
-        n => EndCause::ALL
-            .get(n as usize - 1)
-            .copied()
-            .map(Some)
-            .ok_or_else(|| format!("task snapshot: {n} is no cause of an episode's end")),
+impl Environment {
+    fn new(env: &EnvTask, state: LaneState) -> Self {
+        Self {
+            id: env.id,
+            motion: env.motion,
+            frame: env.frame,
+            step: env.step,
+            push_in: env.push_in,
+            reset_rng: env.reset_rng.position(),
+            push_rng: env.push_rng.position(),
+            ended: env.ended,
+            kick: env.kick.clone(),
+            forced: env.forced.clone(),
+            params: env.params.clone(),
+            state,
+        }
     }
 }
 
-fn metric_numbers(m: &mut TaskMetrics) -> (Vec<&mut f64>, Vec<&mut u64>) {
-    let mut sums: Vec<&mut f64> = m.reward_terms.iter_mut().collect();
-    sums.extend(m.tracking.iter_mut());
-    sums.extend([&mut m.kick_foot_peak_sum, &mut m.reference_foot_peak_sum, &mut m.episode_return_sum]);
-    sums.extend([&mut m.kick.ball_speed_sum, &mut m.kick.ball_cosine_sum]);
-    let mut counts = vec![&mut m.steps, &mut m.episodes, &mut m.episode_steps];
-    counts.extend(m.ends.iter_mut());
-    counts.extend([&mut m.kick.episodes, &mut m.kick.contacts, &mut m.kick.correct_foot]);
-    counts.extend([&mut m.kick.goals, &mut m.kick.on_target]);
-    (sums, counts)
+/// The lanes of every number, one number after another.
+fn widen<'a, V: Real>(numbers: impl IntoIterator<Item = &'a V>) -> Vec<f64> {
+    numbers.into_iter().flat_map(|number| (0..V::LANES).map(|lane| number.lane(lane))).collect()
+}
+
+/// The other way; `what` is for the error.
+fn narrow<V: Real>(what: &str, mut numbers: Vec<&mut V>, from: &[f64]) -> Result<(), String> {
+    expect(what, numbers.len() * V::LANES, from.len())?;
+    for (number, lanes) in numbers.iter_mut().zip(from.chunks_exact(V::LANES)) {
+        for (lane, x) in lanes.iter().enumerate() {
+            number.set_lane(lane, *x);
+        }
+    }
+    Ok(())
 }
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
+    fn header(&self) -> Header {
+        Header {
+            envs: self.envs.len(),
+            lanes: V::LANES,
+            joints: self.config.joints(),
+            motions: self.library.len(),
+            bins: self.library.bins(),
+            seed: self.seed,
+        }
+    }
+
     pub(crate) fn save_bytes(&self) -> Vec<u8> {
-        let mut w = Writer(MAGIC.to_vec());
-        for size in [self.envs.len(), V::LANES, self.config.joints(), self.library.len(), self.library.bins()]
-        {
-            w.u64(size as u64);
-        }
-        w.u64(self.seed);
-        w.u64(self.observations);
-        w.f64(f64::from(self.sampler.spread));
-        for x in self.sampler.failures.iter().chain(&self.sampler.probabilities).chain(&self.failures) {
-            w.f64(f64::from(*x));
-        }
-        let mut metrics = self.metrics.clone();
-        let (sums, counts) = metric_numbers(&mut metrics);
-        for x in sums {
-            w.f64(*x);
-        }
-        for n in counts {
-            w.u64(*n);
-        }
-        for value in self.sums.terms.iter().chain(&self.sums.tracking) {
-            for lane in 0..V::LANES {
-                w.f64(value.lane(lane));
-            }
-        }
-        for (index, env) in self.envs.iter().enumerate() {
-            w.u64(u64::from(env.id));
-            w.u64(env.motion as u64);
-            w.u64(env.frame as u64);
-            w.u64(u64::from(env.step));
-            w.u64(u64::from(env.push_in));
-            w.u64(env.reset_rng.position());
-            w.u64(env.push_rng.position());
-            w.u64(env.ended.map_or(0, |c| c as u64 + 1));
-            write_kick(&mut w, env.kick.as_ref());
-            write_forced(&mut w, env.forced.as_ref());
-            write_params(&mut w, &env.params);
-            write_state(&mut w, &self.sim.save_lane(index / V::LANES, index % V::LANES));
-        }
-        for group in &self.groups {
-            for field in group.clone().fields() {
-                for lane in 0..V::LANES {
-                    w.f64(field.lane(lane));
-                }
-            }
-        }
-        w.0
+        let group = |group: &crate::group::GroupTask<V>| {
+            let mut group = group.clone();
+            widen(group.fields().into_iter().map(|field| &*field))
+        };
+        let shard = Shard {
+            observations: self.observations,
+            sampler: self.sampler.clone(),
+            failures: self.failures.clone(),
+            metrics: self.metrics.clone(),
+            sums: widen(self.sums.terms.iter().chain(&self.sums.tracking)),
+            groups: self.groups.iter().map(group).collect(),
+        };
+        let state = |index: usize| self.sim.save_lane(index / V::LANES, index % V::LANES);
+        let environments =
+            self.envs.iter().enumerate().map(|(index, env)| Environment::new(env, state(index)));
+        let bytes = append(append(MAGIC.to_vec(), &self.header()), &shard);
+        environments.fold(bytes, |bytes, environment| append(bytes, &environment))
     }
 
     pub(crate) fn restore_bytes(&mut self, bytes: &[u8]) -> Result<(), String> {
-        if !bytes.starts_with(MAGIC) {
-            return Err("task snapshot: it does not begin as one of this version should".into());
-        }
-        let mut r = Reader::new(bytes, MAGIC.len());
-        r.expect("environments", self.envs.len())?;
-        r.expect("lanes", V::LANES)?;
-        r.expect("joints", self.config.joints())?;
-        r.expect("motions", self.library.len())?;
-        r.expect("phase bins", self.library.bins())?;
-        let seed = r.u64()?;
-        if seed != self.seed {
-            return Err(format!("task snapshot: seed: expected {}, found {seed}", self.seed));
-        }
-        self.observations = r.u64()?;
-        self.sampler.spread = r.f64()? as f32;
-        let sampler = &mut self.sampler;
-        for x in sampler.failures.iter_mut().chain(&mut sampler.probabilities).chain(&mut self.failures) {
-            *x = r.f64()? as f32;
-        }
-        let (sums, counts) = metric_numbers(&mut self.metrics);
-        for x in sums {
-            *x = r.f64()?;
-        }
-        for n in counts {
-            *n = r.u64()?;
-        }
-        for value in self.sums.terms.iter_mut().chain(&mut self.sums.tracking) {
-            for lane in 0..V::LANES {
-                value.set_lane(lane, r.f64()?);
-            }
-        }
+        let mut reader = Reader::new(bytes, MAGIC)?;
+        let (header, found): (Header, Header) = (self.header(), reader.value()?);
+        expect("environments", header.envs, found.envs)?;
+        expect("lanes", header.lanes, found.lanes)?;
+        expect("joints", header.joints, found.joints)?;
+        expect("motions", header.motions, found.motions)?;
+        expect("phase bins", header.bins, found.bins)?;
+        expect("seed", header.seed, found.seed)?;
+        let shard: Shard = reader.value()?;
+        let pairs = self.failures.len();
+        expect("failure counts", pairs, shard.failures.len())?;
+        expect("failures of the sampler", pairs, shard.sampler.failures.len())?;
+        expect("probabilities of the sampler", pairs, shard.sampler.probabilities.len())?;
+        expect("groups", self.groups.len(), shard.groups.len())?;
+        let sums = self.sums.terms.iter_mut().chain(&mut self.sums.tracking).collect();
+        narrow("sums", sums, &shard.sums)?;
+        (self.observations, self.sampler, self.failures) =
+            (shard.observations, shard.sampler, shard.failures);
+        self.metrics = shard.metrics;
         for index in 0..self.envs.len() {
-            self.restore_env(index, &mut r)?;
+            let environment = reader.value()?;
+            self.restore_env(index, environment)?;
         }
-        for group in 0..self.groups.len() {
-            for field in self.groups[group].fields() {
-                for lane in 0..V::LANES {
-                    field.set_lane(lane, r.f64()?);
-                }
-            }
+        reader.end()?;
+        for (group, numbers) in shard.groups.iter().enumerate() {
+            narrow("numbers of a group", self.groups[group].fields(), numbers)?;
             self.sim.refresh(group);
             self.gather_reference(group);
         }
-        if r.left() == 0 { Ok(()) } else { Err(format!("task snapshot: {} bytes are left over", r.left())) }
+        Ok(())
     }
 
-    fn restore_env(&mut self, index: usize, r: &mut Reader<'_>) -> Result<(), String> {
+    fn restore_env(&mut self, index: usize, found: Environment) -> Result<(), String> {
         let env = &mut self.envs[index];
-        r.expect("environment number", env.id as usize)?;
-        env.motion = r.usize()?;
-        env.frame = r.usize()?;
-        let facts = self.library.facts().get(env.motion);
-        if facts.is_none_or(|f| env.frame == 0 || env.frame > f.frames) {
-            return Err(format!("task snapshot: motion {} has no frame {}", env.motion, env.frame));
+        expect("environment number", env.id, found.id)?;
+        let facts = self.library.facts().get(found.motion);
+        if facts.is_none_or(|f| found.frame == 0 || found.frame > f.frames) {
+            return Err(format!("task snapshot: motion {} has no frame {}", found.motion, found.frame));
         }
-        env.step = r.u32()?;
-        env.push_in = r.u32()?;
-        env.reset_rng.seek(r.u64()?);
-        env.push_rng.seek(r.u64()?);
-        env.ended = cause_from(r.u64()?)?;
-        env.kick = read_kick(r)?;
-        env.forced = read_forced(r)?;
-        env.params = read_params(r)?;
-        let state = read_state(r)?;
-        if state.joint_pos.len() != self.config.joints() || state.joint_vel.len() != self.config.joints() {
-            return Err("task snapshot: a state has another number of joints".into());
+        let state = found.state;
+        for joints in [&state.joint_pos, &state.joint_vel] {
+            expect("joints of a state", self.config.joints(), joints.len())?;
         }
+        (env.motion, env.frame) = (found.motion, found.frame);
+        (env.step, env.push_in) = (found.step, found.push_in);
+        env.reset_rng.seek(found.reset_rng);
+        env.push_rng.seek(found.push_rng);
+        (env.ended, env.kick, env.forced) = (found.ended, found.kick, found.forced);
+        env.params = found.params;
         let (group, lane) = (index / V::LANES, index % V::LANES);
         self.sim.set_params(group, lane, &self.envs[index].params);
         self.sim.reset_lane(group, lane, &state);

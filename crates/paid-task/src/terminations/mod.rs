@@ -70,7 +70,7 @@ macro_rules! termination_terms {
         }
 
         /// Why an episode ended.
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         #[repr(u8)]
         pub enum EndCause {
             $(
