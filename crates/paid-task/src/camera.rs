@@ -15,7 +15,7 @@ pub(crate) struct CameraState<V> {
     /// Ball and goal as they were last found, in the preset's [`crate::preset::MemoryFrame`] at capture time `[m]`; entry `k` is
     /// `k` control steps old.
     found: Vec<[Vec3<V>; 2]>,
-    /// Age of what the policy sees [control steps], a whole number.
+    /// Age of what the policy sees `[control steps]`, a whole number.
     latency: V,
     /// Control steps until the next capture.
     next_capture: V,

@@ -12,9 +12,9 @@ use crate::observe::RobotBuffer;
 /// Delays of a group and what they need to remember.
 #[derive(Clone, Debug)]
 pub(crate) struct Delays<V> {
-    /// Delay of the action [control steps].
+    /// Delay of the action `[control steps]`.
     pub action: V,
-    /// Delay of the sensed terms [control steps].
+    /// Delay of the sensed terms `[control steps]`.
     observation: V,
     /// The policy's sensed terms one control step ago, in the order of its list.
     before: Vec<V>,

@@ -19,15 +19,15 @@ pub(crate) struct GroupTask<V> {
     pub action: Vec<V>,
     /// The action before.
     pub previous: Vec<V>,
-    /// Error of the default joint angles, model order [rad].
+    /// Error of the default joint angles, model order `[rad]`.
     pub joint_offset: Vec<V>,
-    /// Goal center, world [m].
+    /// Goal center, world `[m]`.
     pub goal: Vec3<V>,
     /// Cosine and sine of the motion's initial heading.
     pub heading: [V; 2],
-    /// Time from the reference's frame to its strike, negative after it [s]; follows from motion and frame.
+    /// Time from the reference's frame to its strike, negative after it `[s]`; follows from motion and frame.
     pub to_strike_s: V,
-    /// What a rolling ball's velocity is multiplied by for its displacement until the reference strikes [s], see
+    /// What a rolling ball's velocity is multiplied by for its displacement until the reference strikes `[s]`, see
     /// [`paid_perceive::effective_time`]; follows from motion and frame.
     pub prediction_s: V,
     /// Contacts and outcome of the kick.
@@ -40,7 +40,7 @@ pub(crate) struct GroupTask<V> {
     pub delays: Option<Delays<V>>,
     /// Undiscounted return so far.
     pub episode_return: V,
-    /// Largest speed of the labeled foot so far [m/s].
+    /// Largest speed of the labeled foot so far `[m/s]`.
     pub foot_peak: V,
     /// The same of the reference.
     pub reference_peak: V,

@@ -19,7 +19,7 @@ pub(crate) const NOISE_STREAM: u32 = 2;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PolicyTerm {
     pub id: ObservationId,
-    /// True if it comes late where the preset has a delay.
+    /// True if it is delayed where the preset has a delay of observations.
     pub sensed: bool,
     /// Half-width of its noise; 0 draws no random numbers.
     half_width: f64,

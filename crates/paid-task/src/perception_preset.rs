@@ -12,16 +12,16 @@ use crate::preset::{Range, check_ranges, value_error};
 pub struct PerceptionPreset {
     /// True: outside a distance band, drawn for each episode, the last seen ball position is held (`memory_frame`).
     pub blind_zone: bool,
-    /// Range of the band's near end [m].
+    /// Range of the band's near end `[m]`.
     pub near_m: Range,
-    /// Range of the band's far end [m].
+    /// Range of the band's far end `[m]`.
     pub far_m: Range,
     /// True: Gaussian noise with deviation `c_min + |v| / c_vel + distance / c_dist` on ball and goal (paper, section on
     /// physics-guided randomization).
     pub gaussian: bool,
-    /// Constant part [m].
+    /// Constant part `[m]`.
     pub c_min: f64,
-    /// Divisor of the object's speed relative to the base [1/s].
+    /// Divisor of the object's speed relative to the base `[1/s]`.
     pub c_vel: f64,
     /// Divisor of the object's distance.
     pub c_dist: f64,
@@ -31,7 +31,7 @@ pub struct PerceptionPreset {
     /// Age of what is seen `[s]`, drawn for each episode and rounded to control steps: a position at capture time, in the
     /// `memory_frame`.
     pub latency_s: Range,
-    /// Time between two pictures [s], the first at a random phase; up to the control period: a picture every control step.
+    /// Time between two pictures `[s]`, the first at a random phase; up to the control period: a picture every control step.
     pub frame_s: f64,
     /// Probability that an object is not found in a picture; the last position is held.
     pub dropout: f64,
@@ -59,13 +59,13 @@ pub enum MemoryFrame {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraPreset {
-    /// Place in the anchor's frame [m].
+    /// Place in the anchor's frame `[m]`.
     pub mount_m: [f64; 3],
-    /// Angle of the optical axis below the anchor's x axis [degrees].
+    /// Angle of the optical axis below the anchor's x axis `[degrees]`.
     pub down_deg: f64,
-    /// Full angle of the picture across [degrees].
+    /// Full angle of the picture across `[degrees]`.
     pub across_deg: f64,
-    /// Full angle of the picture from top to bottom [degrees].
+    /// Full angle of the picture from top to bottom `[degrees]`.
     pub upright_deg: f64,
 }
 

@@ -6,29 +6,29 @@ use paid_perceive::effective_time;
 use crate::MotionFacts;
 use crate::preset::{BallPlacement, GoalPreset};
 
-/// A point given in a motion's start frame (origin: anchor at frame 0, x along its heading, y left), in the world [m].
+/// A point given in a motion's start frame (origin: anchor at frame 0, x along its heading, y left), in the world `[m]`.
 pub(crate) fn from_start_frame(facts: &MotionFacts, xy: [f64; 2]) -> [f64; 2] {
     let [x, y] = turned(xy, facts.heading);
     [facts.start_xy[0] + x, facts.start_xy[1] + y]
 }
 
-/// `xy` turned by `angle` [rad].
+/// `xy` turned by `angle` `[rad]`.
 pub(crate) fn turned(xy: [f64; 2], angle: f64) -> [f64; 2] {
     let (s, c) = angle.sin_cos();
     [c * xy[0] - s * xy[1], s * xy[0] + c * xy[1]]
 }
 
-/// The nominal ball: the motion's anchor displacement from its start, world [m].
+/// The nominal ball: the motion's anchor displacement from its start, world `[m]`.
 pub(crate) fn nominal_ball(facts: &MotionFacts) -> [f64; 2] {
     [facts.start_xy[0] + facts.displacement[0], facts.start_xy[1] + facts.displacement[1]]
 }
 
-/// A motion's anchor displacement in its start frame [m].
+/// A motion's anchor displacement in its start frame `[m]`.
 fn displacement_in_start_frame(facts: &MotionFacts) -> [f64; 2] {
     turned(facts.displacement, -facts.heading)
 }
 
-/// The motion whose anchor displacement is nearest to a ball at `xy` in the start frame [m]; the first of equals (the public
+/// The motion whose anchor displacement is nearest to a ball at `xy` in the start frame `[m]`; the first of equals (the public
 /// evaluation's rule).
 ///
 /// # Panics
@@ -40,16 +40,16 @@ pub fn nearest_motion(motions: &[MotionFacts], xy: [f64; 2]) -> usize {
 /// A ball when the robot begins, in axes of the horizontal plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RollingBall {
-    /// Center [m].
+    /// Center `[m]`.
     pub place: [f64; 2],
-    /// Velocity [m/s].
+    /// Velocity `[m/s]`.
     pub velocity: [f64; 2],
-    /// Rate at which it slows down [1/s], see [`crate::roll_decay`].
+    /// Rate at which it slows down `[1/s]`, see [`crate::roll_decay`].
     pub decay: f64,
 }
 
 impl RollingBall {
-    /// Where it will be when a motion strikes that has begun at `frame` [m].
+    /// Where it will be when a motion strikes that has begun at `frame` `[m]`.
     pub(crate) fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
         let wait = facts.strike_frame.saturating_sub(frame) as f64 * dt_s;
         let time = effective_time(wait, self.decay);
@@ -75,7 +75,7 @@ fn nearest(motions: &[MotionFacts], place: impl Fn(&MotionFacts) -> [f64; 2]) ->
         .fold(0, |best, i| if distance(&motions[i]) < distance(&motions[best]) { i } else { best })
 }
 
-/// Draws a ball from the workspace, start frame [m].
+/// Draws a ball from the workspace, start frame `[m]`.
 pub(crate) fn draw_from_workspace(preset: &BallPlacement, rng: &mut Rng) -> [f64; 2] {
     let [near, far] = preset.ahead_m;
     let [right, left] = preset.left_m;
@@ -83,7 +83,7 @@ pub(crate) fn draw_from_workspace(preset: &BallPlacement, rng: &mut Rng) -> [f64
     [x, rng.uniform(right, left)]
 }
 
-/// Draws a ball that belongs to `motion` from the workspace, start frame [m]: up to 64 draws, then the motion's own place.
+/// Draws a ball that belongs to `motion` from the workspace, start frame `[m]`: up to 64 draws, then the motion's own place.
 pub(crate) fn draw_ball_of_motion(
     motions: &[MotionFacts],
     motion: usize,
@@ -158,13 +158,13 @@ pub(crate) fn moved_clear(
     ball
 }
 
-/// The center of the goal rectangle: ahead of the motion's first base position, world [m].
+/// The center of the goal rectangle: ahead of the motion's first base position, world `[m]`.
 pub(crate) fn nominal_goal(facts: &MotionFacts, preset: &GoalPreset) -> [f64; 2] {
     let [x, y] = turned([preset.distance_m, 0.0], facts.heading);
     [facts.base_xy[0] + x, facts.base_xy[1] + y]
 }
 
-/// Draws a goal center from the rectangle, world [m].
+/// Draws a goal center from the rectangle, world `[m]`.
 pub(crate) fn draw_goal(facts: &MotionFacts, preset: &GoalPreset, rng: &mut Rng) -> [f64; 2] {
     let along = preset.rectangle_along_m * (rng.unit() - 0.5);
     let across = preset.rectangle_across_m * (rng.unit() - 0.5);

@@ -118,7 +118,7 @@ pub struct RandomizationPreset {
 }
 
 impl RandomizationPreset {
-    /// True if actions or observations come late.
+    /// True if actions or observations are delayed.
     pub(crate) fn delays(&self) -> bool {
         self.action_delay_s[1] > 0.0 || self.observation_delay_s[1] > 0.0
     }

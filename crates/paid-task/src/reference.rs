@@ -50,12 +50,12 @@ impl<V: Real> Reference<V> {
         }
     }
 
-    /// Joint angle of policy joint `j` [rad].
+    /// Joint angle of policy joint `j` `[rad]`.
     #[inline(always)]
     pub(crate) fn joint_pos(&self, j: usize) -> V {
         self.values[j]
     }
-    /// Joint velocity of policy joint `j` [rad/s].
+    /// Joint velocity of policy joint `j` `[rad/s]`.
     #[inline(always)]
     pub(crate) fn joint_vel(&self, j: usize) -> V {
         self.values[self.layout.joints + j]
@@ -65,7 +65,7 @@ impl<V: Real> Reference<V> {
         let at = 2 * self.layout.joints + FrameLayout::BODY * body + offset;
         Vec3([self.values[at], self.values[at + 1], self.values[at + 2]])
     }
-    /// Position of a followed body, world [m].
+    /// Position of a followed body, world `[m]`.
     #[inline(always)]
     pub(crate) fn pos(&self, body: usize) -> Vec3<V> {
         self.vec(body, 0)
@@ -77,12 +77,12 @@ impl<V: Real> Reference<V> {
         let q = &self.values[at..at + 4];
         Quat([q[0], q[1], q[2], q[3]]).to_mat()
     }
-    /// Velocity of a followed body's center of mass, world [m/s].
+    /// Velocity of a followed body's center of mass, world `[m/s]`.
     #[inline(always)]
     pub(crate) fn com_vel(&self, body: usize) -> Vec3<V> {
         self.vec(body, 7)
     }
-    /// Angular velocity of a followed body, world [rad/s].
+    /// Angular velocity of a followed body, world `[rad/s]`.
     #[inline(always)]
     pub(crate) fn ang_vel(&self, body: usize) -> Vec3<V> {
         self.vec(body, 10)

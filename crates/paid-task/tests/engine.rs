@@ -222,6 +222,28 @@ fn a_delayed_camera_shows_the_ball_at_capture_time_and_a_slow_one_holds_it() {
 }
 
 #[test]
+fn a_ball_remembered_in_the_world_frame_stays_where_it_was_seen() {
+    let test = "a_ball_remembered_in_the_world_frame_stays_where_it_was_seen";
+    let lost = "observations.perception.dropout=1";
+    let Some(mut exact) = looking(&[], test) else { return };
+    let Some(mut base) = looking(&[lost], test) else { return };
+    let Some(mut world) = looking(&[lost, "observations.perception.memory_frame=world"], test) else {
+        return;
+    };
+    let place = exact.layout().policy.place("ball_pos").expect("a term");
+    let mut distances = [0.0_f32; 2];
+    for _ in 0..20 {
+        let truth = observed(exact.as_mut(), 0.0);
+        distances = [&mut base, &mut world].map(|shard| {
+            let seen = observed(shard.as_mut(), 0.0);
+            place.clone().map(|k| (seen[k * 16] - truth[k * 16]).powi(2)).sum::<f32>().sqrt()
+        });
+    }
+    // The robot falls over in the default pose; the ball lies still.
+    assert!(distances[0] > 0.02 && distances[1] < 2e-3, "{distances:?}");
+}
+
+#[test]
 fn an_evaluation_is_undisturbed_unless_perception_is_asked_for() {
     let test = "an_evaluation_is_undisturbed_unless_perception_is_asked_for";
     let noise = "observations.perception.gaussian=true";
