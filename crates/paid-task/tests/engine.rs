@@ -264,7 +264,10 @@ fn an_evaluation_is_undisturbed_unless_perception_is_asked_for() {
 #[test]
 fn delays_are_up_to_one_control_step() {
     let test = "delays_are_up_to_one_control_step";
-    let quiet = ["observations.noise={}", "pushes.enabled=false"];
+    let quiet = [
+        "observations.noise={projected_gravity=0, reference_anchor_ang_vel=0, base_ang_vel=0, joint_pos_rel=0, joint_vel=0}",
+        "pushes.enabled=false",
+    ];
     let with = |more: &[&str]| shard("stage2", &[&quiet[..], more].concat(), 16, test);
     let Some(mut now) = with(&[]) else { return };
     let Some(mut late) = with(&["randomization.observation_delay_s=[0.02, 0.02]"]) else { return };
@@ -385,7 +388,8 @@ fn lane_types_agree() {
 #[test]
 fn workspace_balls_belong_to_their_motion_and_late_starts_are_on_the_way() {
     let name = "workspace_balls_belong_to_their_motion_and_late_starts_are_on_the_way";
-    let options = ["ball.rule=workspace", "ball.rolling_share=0", "resets.xy_m=0"];
+    let options =
+        ["ball.rule=workspace", "ball.rolling_share=0", "resets.xy_m=0", "sampling.first_frame_share=0.5"];
     let Some(mut shard) = shard("stage2", &options, 512, name) else { return };
     let Some((robot, spec, library)) = library(name) else { return };
     let facts = library.facts();
