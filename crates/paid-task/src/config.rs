@@ -97,6 +97,10 @@ impl TaskConfig {
             let joint = spec.policy_joint_order.iter().position(|n| n == name);
             waist.push(joint.ok_or_else(|| TaskError::Name { role: "waist joint", name: name.clone() })?);
         }
+        if waist.is_empty() && preset.rewards.waist_rate.weight != 0.0 {
+            let message = "waist_joints: expected at least one, as rewards.waist_rate pays, found none";
+            return Err(TaskError::Robot(message.into()));
+        }
         let config = Self {
             layout: preset.observations.layout(spec)?,
             observations: ObservationConfig::new(&preset.observations, Dimensions::of(spec)),

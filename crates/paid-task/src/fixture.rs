@@ -33,6 +33,7 @@ impl Fixture {
             name: "rest".into(),
             fps: 50.0,
             kick_foot: 1,
+            strike_frame: None,
             frames: 2,
             joint_pos: vec![0.0; 2 * joints],
             joint_vel: vec![0.0; 2 * joints],

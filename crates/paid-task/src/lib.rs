@@ -1,7 +1,7 @@
 //! The task: what the robot observes, what it is paid for, how its episodes begin and end.
 //!
 //! A [`TaskPreset`] (TOML) holds every constant, a [`ReferenceLibrary`] the motions, and a [`TaskShard`] steps a number of
-//! environments, one a SIMD lane.
+//! environments, one per SIMD lane.
 
 mod act;
 mod agent;
@@ -9,6 +9,7 @@ mod ball_preset;
 mod camera;
 mod codec;
 mod config;
+mod curriculum;
 mod delay;
 mod episode_rules;
 mod error;
@@ -43,6 +44,7 @@ mod terms_table;
 mod tracking;
 
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
+pub use curriculum::BallCurriculum;
 pub use episode_rules::{
     AfterEnd, AfterKick, AtMotionEnd, Disturbances, EpisodeRules, OnFailure, RewardTermsInSamples,
     SamplingStatistics, TimeLimit,

@@ -16,6 +16,8 @@ pub struct ReferenceClip {
     pub fps: f64,
     /// Labeled kicking foot: 0 left, 1 right.
     pub kick_foot: usize,
+    /// Frame in which the foot meets the ball, where the motion states it; else the fastest frame of the foot counts.
+    pub strike_frame: Option<usize>,
     /// Number of frames T.
     pub frames: usize,
     /// Joint angles `[T, J]` [rad].
@@ -41,9 +43,9 @@ pub struct MotionFacts {
     pub frames: usize,
     /// Labeled kicking foot: 0 left, 1 right.
     pub kick_foot: usize,
-    /// Frame in which the kicking foot's center of mass is fastest.
+    /// Frame of the strike: the stated one, or the one in which the kicking foot's center of mass is fastest.
     pub strike_frame: usize,
-    /// That speed [m/s].
+    /// Speed of the foot's center of mass in that frame `[m/s]`.
     pub strike_speed: f64,
     /// Anchor position (x, y) in the first frame, world [m].
     pub start_xy: [f64; 2],
@@ -167,6 +169,7 @@ impl ReferenceLibrary {
             name: clip.name.clone(),
             fps: clip.fps,
             kick_foot: clip.kick_leg.index(),
+            strike_frame: clip.kick_frame,
             frames: clip.frames,
             joint_pos: clip.joint_pos.clone(),
             joint_vel: clip.joint_vel.clone(),
@@ -193,6 +196,7 @@ impl ReferenceLibrary {
             name: "standing".into(),
             fps: 1.0 / dt_s,
             kick_foot: 0,
+            strike_frame: None,
             frames,
             joint_pos: control.default_pos.repeat(frames),
             joint_vel: vec![0.0; frames * robot.joints.len()],
@@ -279,6 +283,9 @@ fn check(clip: &ReferenceClip, robot: &RobotModel) -> Result<(), TaskError> {
             clip.fps, clip.kick_foot
         ));
     }
+    if let Some(strike) = clip.strike_frame.filter(|strike| *strike >= t) {
+        return fail(format!("expected a strike frame from 0 to {}, found {strike}", t - 1));
+    }
     let lengths = [
         ("joint_pos", clip.joint_pos.len(), t * joints),
         ("joint_vel", clip.joint_vel.len(), t * joints),
@@ -302,12 +309,8 @@ fn check(clip: &ReferenceClip, robot: &RobotModel) -> Result<(), TaskError> {
 
 fn facts(clip: &ReferenceClip, bodies: usize, anchor: usize, foot: usize) -> MotionFacts {
     let speed = |t: usize| clip.body_com_vel[t * bodies + foot].iter().map(|v| v * v).sum::<f64>().sqrt();
-    let mut strike = 0;
-    for t in 1..clip.frames {
-        if speed(t) > speed(strike) {
-            strike = t;
-        }
-    }
+    let fastest = (1..clip.frames).fold(0, |best, t| if speed(t) > speed(best) { t } else { best });
+    let strike = clip.strike_frame.unwrap_or(fastest);
     let start = clip.body_pos[anchor];
     let end = clip.body_pos[(clip.frames - 1) * bodies + anchor];
     let [w, x, y, z] = clip.body_quat[anchor];

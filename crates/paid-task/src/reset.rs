@@ -11,7 +11,7 @@ use crate::placement::{
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
 use crate::rolling::roll_decay;
-use crate::{InitialState, ReferenceLibrary, SamplerState};
+use crate::{BallCurriculum, InitialState, ReferenceLibrary, SamplerState};
 
 /// Everything drawn for a new episode.
 #[derive(Clone, Debug)]
@@ -26,8 +26,8 @@ pub(crate) struct Start {
     pub goal: [f64; 3],
 }
 
-/// What an episode is to be.
-struct Plan {
+/// Motion, phase and ball of an episode.
+struct EpisodePlan {
     motion: usize,
     frame: usize,
     /// Where the ball is to lie, world (x, y); `None` to let the placement draw it.
@@ -46,6 +46,7 @@ pub(crate) struct StartContext<'a> {
     pub config: &'a TaskConfig,
     pub library: &'a ReferenceLibrary,
     pub sampler: &'a SamplerState,
+    pub curriculum: BallCurriculum,
     pub forced: Option<&'a InitialState>,
     /// Number of the environment over all shards.
     pub env: u32,
@@ -71,9 +72,9 @@ pub(crate) fn velocity_noise(noise: &VelocityNoise, rng: &mut Rng) -> ([f64; 3],
 impl StartContext<'_> {
     /// Motion, frame and, by the workspace rule, ball: forced, or from the sampler. A start leaves at least one frame to
     /// track.
-    fn plan(&self, rng: &mut Rng) -> Plan {
+    fn plan(&self, rng: &mut Rng) -> EpisodePlan {
         if let Some(forced) = self.forced {
-            return Plan { motion: forced.motion, frame: forced.frame, ball: None };
+            return EpisodePlan { motion: forced.motion, frame: forced.frame, ball: None };
         }
         let preset = &self.config.preset;
         let by_workspace = preset.scene.ball && preset.ball.rule == BallRule::Workspace;
@@ -92,9 +93,9 @@ impl StartContext<'_> {
             } else {
                 draw_ball_of_motion(motions, motion, &preset.ball, rng)
             };
-            drawn_in(ball, &motions[motion], self.sampler.reach(&preset.ball))
+            drawn_in(ball, &motions[motion], self.curriculum.reach(&preset.ball))
         });
-        Plan { motion, frame, ball: ball.map(|xy| from_start_frame(&motions[motion], xy)) }
+        EpisodePlan { motion, frame, ball: ball.map(|xy| from_start_frame(&motions[motion], xy)) }
     }
 
     /// A frame of a bin, not too late for the ball.
@@ -181,14 +182,14 @@ impl StartContext<'_> {
         (params, offsets)
     }
 
-    /// Draws an episode's start for one lane. `prepare` sets the parameters in the simulator, so that the ground's height under
-    /// the robot is known.
+    /// Draws an episode's start for one lane. The drawn parameters are set in the simulator at once, so that it knows the ground's
+    /// height under the robot.
     pub(crate) fn draw<V, S>(&self, sim: &mut S, group: usize, lane: usize, rng: &mut Rng) -> Start
     where
         V: paid_lanes::Real,
         S: Simulator<V>,
     {
-        let Plan { motion, frame, ball: planned } = self.plan(rng);
+        let EpisodePlan { motion, frame, ball: planned } = self.plan(rng);
         let (params, joint_offset) = self.params(rng);
         let delays = self.delays(rng);
         sim.set_params(group, lane, &params);

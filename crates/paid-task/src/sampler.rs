@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::preset::{BallPlacement, SamplingPreset};
+use crate::preset::SamplingPreset;
 
 /// The failure histogram and the distribution that follows from it. Shards count failures; the trainer adds them up in a
 /// fixed order, calls [`SamplerState::update`] and hands the result to every shard.
@@ -10,14 +10,12 @@ use crate::preset::{BallPlacement, SamplingPreset};
 pub struct SamplerState {
     /// Number of motions.
     pub motions: usize,
-    /// Phase bins a motion: whole seconds of the longest clip plus 1 (release).
+    /// Phase bins per motion: whole seconds of the longest clip plus 1 (release).
     pub bins: usize,
     /// Exponential average of the failures, `[motion][bin]` flattened.
     pub failures: Vec<f32>,
     /// Probability of each pair, same order; sums to 1.
     pub probabilities: Vec<f32>,
-    /// How far the balls have spread from their first share of the way to their places, 0 to 1.
-    pub spread: f32,
 }
 
 impl SamplerState {
@@ -25,19 +23,7 @@ impl SamplerState {
     pub fn uniform(motions: usize, bins: usize) -> Self {
         let pairs = motions * bins;
         let probabilities = vec![1.0 / pairs as f32; pairs];
-        Self { motions, bins, failures: vec![0.0; pairs], probabilities, spread: 0.0 }
-    }
-
-    /// Lets the balls spread by a step if in an iteration this share of the episodes sent the ball toward the goal.
-    pub fn widen(&mut self, on_target: f64, preset: &BallPlacement) {
-        if on_target >= preset.spread_at {
-            self.spread = (self.spread + 1.0 / preset.spread_iterations.max(1) as f32).min(1.0);
-        }
-    }
-
-    /// Share of a ball's way from its motion's nominal place that it is moved now.
-    pub fn reach(&self, preset: &BallPlacement) -> f64 {
-        preset.spread_from + (1.0 - preset.spread_from) * f64::from(self.spread)
+        Self { motions, bins, failures: vec![0.0; pairs], probabilities }
     }
 
     /// Takes the failure counts of an iteration into the average and recomputes the probabilities:
@@ -90,7 +76,6 @@ impl SamplerState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::TaskPreset;
 
     fn preset() -> SamplingPreset {
         SamplingPreset {
@@ -127,23 +112,6 @@ mod tests {
         assert_eq!(sampler.draw(0.74), (1, 0));
         assert_eq!(sampler.draw(0.76), (1, 1));
         assert_eq!(sampler.draw(0.999_999_99), (1, 1));
-    }
-
-    #[test]
-    fn balls_spread_while_they_are_hit_and_stay_where_they_are_while_not() {
-        let stage2 = TaskPreset::builtin("paper_stage2").expect("a preset").ball;
-        let preset = BallPlacement { spread_from: 0.2, spread_at: 0.5, spread_iterations: 4, ..stage2 };
-        let mut sampler = SamplerState::uniform(1, 1);
-        let reach: Vec<f64> = [0.6, 0.4, 0.5, 0.9, 1.0, 1.0]
-            .iter()
-            .map(|&hits| {
-                sampler.widen(hits, &preset);
-                sampler.reach(&preset)
-            })
-            .collect();
-        for (found, expected) in reach.iter().zip([0.4, 0.4, 0.6, 0.8, 1.0, 1.0]) {
-            assert!((found - expected).abs() < 1e-6, "{reach:?}");
-        }
     }
 
     #[test]

@@ -8,7 +8,9 @@ use paid_policy::{ObservationLayout, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::library::body_index;
-use crate::{EvalControl, ReferenceLibrary, SamplerState, Task, TaskError, TaskMetrics, TaskPreset};
+use crate::{
+    BallCurriculum, EvalControl, ReferenceLibrary, SamplerState, Task, TaskError, TaskMetrics, TaskPreset,
+};
 
 /// Environments that report to a trainer and draw their episodes from its sampler. Observations are drawn with noise anew at each
 /// `observe`; in `step`, `terminated` stands for a failure and `truncated` for the end of the motion or the time limit, never both.
@@ -21,6 +23,8 @@ pub trait TrainShard: VecEnv {
     fn new_sampler(&self) -> SamplerState;
     /// From the next reset on, episodes are drawn from these probabilities.
     fn set_sampler(&mut self, sampler: &SamplerState);
+    /// From the next reset on, balls are placed by this progress of the curriculum.
+    fn set_ball_curriculum(&mut self, curriculum: BallCurriculum);
 }
 
 /// Environments of the task that one worker steps together: the trainer's and the evaluator's view.

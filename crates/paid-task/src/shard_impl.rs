@@ -6,8 +6,8 @@ use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::score::Sums;
 use crate::{
-    BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, REWARD_TERMS, RewardTermsInSamples,
-    SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
+    BallCurriculum, BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, REWARD_TERMS,
+    RewardTermsInSamples, SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
@@ -54,6 +54,9 @@ impl<V: Real, S: Simulator<V>> TrainShard for Task<V, S> {
             "sampler of another library"
         );
         self.sampler = sampler.clone();
+    }
+    fn set_ball_curriculum(&mut self, curriculum: BallCurriculum) {
+        self.curriculum = curriculum;
     }
 }
 

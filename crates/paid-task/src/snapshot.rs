@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::codec::{Reader, append, expect};
 use crate::task::EnvTask;
-use crate::{EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics};
+use crate::{BallCurriculum, EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x04";
+const MAGIC: &[u8; 8] = b"paidtsk\x05";
 
 /// What a shard must agree with.
 #[derive(Serialize, Deserialize)]
@@ -27,6 +27,7 @@ struct Header {
 struct Shard {
     observations: u64,
     sampler: SamplerState,
+    curriculum: BallCurriculum,
     failures: Vec<f32>,
     metrics: TaskMetrics,
     /// Running sums, the lanes of each one after another.
@@ -108,6 +109,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let shard = Shard {
             observations: self.observations,
             sampler: self.sampler.clone(),
+            curriculum: self.curriculum,
             failures: self.failures.clone(),
             metrics: self.metrics.clone(),
             sums: widen(self.sums.terms.iter().chain(&self.sums.tracking)),
@@ -139,6 +141,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         narrow("sums", sums, &shard.sums)?;
         (self.observations, self.sampler, self.failures) =
             (shard.observations, shard.sampler, shard.failures);
+        self.curriculum = shard.curriculum;
         self.metrics = shard.metrics;
         for index in 0..self.envs.len() {
             let environment = reader.value()?;

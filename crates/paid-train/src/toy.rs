@@ -2,7 +2,7 @@
 
 use paid_lanes::rng::Rng;
 use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
-use paid_task::{SamplerState, TaskMetrics, TrainShard};
+use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TrainShard};
 
 use crate::RunPreset;
 
@@ -144,4 +144,5 @@ impl TrainShard for Toy {
     fn set_sampler(&mut self, sampler: &SamplerState) {
         self.sampler = sampler.clone();
     }
+    fn set_ball_curriculum(&mut self, _: BallCurriculum) {}
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use paid_learn::{Checkpoint, Learner};
-use paid_task::{SamplerState, TaskMetrics, TaskShard, TrainShard};
+use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TaskShard, TrainShard};
 use serde::{Deserialize, Serialize};
 
 use crate::folder::PRESET_FILE;
@@ -18,6 +18,7 @@ pub struct Trainer<E: ?Sized = dyn TaskShard> {
     learner: Learner,
     shards: Vec<Box<E>>,
     sampler: SamplerState,
+    ball_curriculum: BallCurriculum,
     progress: Progress,
 }
 
@@ -80,7 +81,15 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             preset.run.seed,
         )
         .map_err(|error| TrainError::Setup(error.to_string()))?;
-        Ok(Self { preset: preset.clone(), motions, learner, shards, sampler, progress: Progress::default() })
+        Ok(Self {
+            preset: preset.clone(),
+            motions,
+            learner,
+            shards,
+            sampler,
+            ball_curriculum: BallCurriculum::default(),
+            progress: Progress::default(),
+        })
     }
 
     /// Counters.
@@ -153,7 +162,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         };
         describe(&metrics, self.preset.task.control_dt_s(), &mut record);
         if self.preset.task.scene.ball {
-            record.metrics.push("kick/reach", self.sampler.reach(&self.preset.task.ball));
+            record.metrics.push("kick/reach", self.ball_curriculum.reach(&self.preset.task.ball));
         }
         Ok(record)
     }
@@ -170,10 +179,11 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         }
         self.sampler.update(&failures, &self.preset.task.sampling);
         if metrics.kick.episodes > 0 {
-            self.sampler.widen(metrics.kick.on_target_share(), &self.preset.task.ball);
+            self.ball_curriculum.advance(metrics.kick.on_target_share(), &self.preset.task.ball);
         }
         for shard in &mut self.shards {
             shard.set_sampler(&self.sampler);
+            shard.set_ball_curriculum(self.ball_curriculum);
         }
         metrics
     }
@@ -188,7 +198,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             progress: self.progress.clone(),
             shards: self.shards.len(),
             motions: self.motions.clone(),
-            spread: self.sampler.spread,
+            spread: self.ball_curriculum.progress,
         };
         let meta = serde_json::to_vec(&meta)
             .map_err(|error| TrainError::Checkpoint { path: path.to_owned(), message: error.to_string() })?;
@@ -227,6 +237,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         self.progress.phase = phase;
         for shard in &mut self.shards {
             shard.set_sampler(&self.sampler);
+            shard.set_ball_curriculum(self.ball_curriculum);
         }
         Ok(())
     }
@@ -237,7 +248,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         let failures = self.failures_of(checkpoint)?;
         self.learner.restore(checkpoint)?;
         self.sampler.failures = failures;
-        self.sampler.spread = meta.spread;
+        self.ball_curriculum.progress = meta.spread;
         self.progress = meta.progress;
         Ok(())
     }

@@ -21,8 +21,8 @@ use crate::rolling::roll_decay;
 use crate::score::Sums;
 use crate::tracking::TrackingErrors;
 use crate::{
-    Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, ReferenceLibrary, SamplerState, TaskError,
-    TaskMetrics, TaskSetup,
+    BallCurriculum, Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, ReferenceLibrary,
+    SamplerState, TaskError, TaskMetrics, TaskSetup,
 };
 use step::push_interval;
 
@@ -63,6 +63,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) groups: Vec<GroupTask<V>>,
     pub(crate) envs: Vec<EnvTask>,
     pub(crate) sampler: SamplerState,
+    pub(crate) curriculum: BallCurriculum,
     pub(crate) failures: Vec<f32>,
     tracking: TrackingErrors<V>,
     pub(crate) sums: Sums<V>,
@@ -122,6 +123,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             groups: vec![GroupTask::new(&config, library.layout()); groups],
             envs: envs.collect(),
             sampler: SamplerState::uniform(library.len(), library.bins()),
+            curriculum: BallCurriculum::default(),
             failures: vec![0.0; library.len() * library.bins()],
             tracking: TrackingErrors::new(&config),
             sums: Sums::new(),
@@ -163,6 +165,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 config: &self.config,
                 library: &self.library,
                 sampler: &self.sampler,
+                curriculum: self.curriculum,
                 forced: env.forced.as_ref(),
                 env: env.id,
                 randomize,

@@ -1,11 +1,13 @@
 //! How episodes begin and end, and what is shown of them.
 
+use std::path::Path;
 use std::sync::Arc;
 
+use paid_motion::MotionLibrary;
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES,
+    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES, ReferenceClip,
     ReferenceLibrary, RewardTermsInSamples, Task, TaskPreset, TaskSetup, TaskShard, TimeLimit, TrainShard,
 };
 
@@ -227,4 +229,30 @@ fn pushes_come_every_one_to_three_seconds() {
         assert!((50..=150).contains(&gap), "{gap}");
     }
     assert!(pushes.iter().all(|(_, v, w)| v[0].abs() <= 0.5 && v[2].abs() <= 0.2 && w[2].abs() <= 0.78));
+}
+
+#[test]
+fn the_strike_is_the_frame_that_the_motion_states() {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let strike = |stated| {
+        let clip = ReferenceClip { strike_frame: stated, ..clip(&robot, &spec, 1) };
+        ReferenceLibrary::new(vec![clip], &robot, &spec).map(|library| library.facts()[0].clone())
+    };
+    // The foot is fastest in frame 40.
+    for (stated, frame, speed) in [(None, 40, 5.0), (Some(37), 37, SPEED)] {
+        let facts = strike(stated).expect("fits");
+        assert_eq!((facts.strike_frame, facts.strike_speed), (frame, speed));
+    }
+    let error = strike(Some(FRAMES)).expect_err("beyond the end").to_string();
+    assert!(error.contains("expected a strike frame from 0 to 59, found 60"), "{error}");
+}
+
+#[test]
+fn a_file_that_states_its_kick_frame_brings_it_to_the_task() {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let mut motions = MotionLibrary::open(Path::new(""), &robot, &spec, 50.0).expect("the built-in kicks");
+    let stated = motions.clips[0].kick_frame.expect("the built-in kicks state it");
+    motions.clips[0].kick_frame = Some(stated - 5);
+    let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("fits");
+    assert_eq!(library.facts()[0].strike_frame, stated - 5);
 }

@@ -21,6 +21,7 @@ pub fn clip(robot: &RobotModel, spec: &RobotSpec, kick_foot: usize) -> Reference
         name: format!("slide{kick_foot}"),
         fps: 50.0,
         kick_foot,
+        strike_frame: None,
         frames: FRAMES,
         joint_pos: Vec::new(),
         joint_vel: vec![0.0; FRAMES * robot.joints.len()],
