@@ -152,7 +152,7 @@ target_kl = 0.01
             (
                 "sigma = 0.05",
                 "sgima = 0.05",
-                "mine.toml:10: phases.1.task.rewards.body_pos.sgima: unknown key; did you mean 'task.rewards.body_pos.sigma'",
+                "mine.toml:9: phases.1.task.rewards.body_pos.sgima: unknown key; did you mean 'task.rewards.body_pos.sigma'",
             ),
             (
                 "sigma = 0.05",

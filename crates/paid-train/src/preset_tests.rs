@@ -35,10 +35,10 @@ fn own(file: &str, text: &str) -> (Tree, Option<String>) {
     (tree, base)
 }
 
-/// True if the file names the key, a table around it, or another kind of such a table.
-fn names(tree: &Tree, key: &str) -> bool {
-    let tables = key.match_indices('.').map(|(at, _)| &key[..at]);
-    tree.contains(key) || tables.into_iter().any(|table| tree.contains(&format!("{table}.kind")))
+/// True if the key stands in a table of which the file names another kind, so that nothing comes from the base.
+fn in_another_kind(tree: &Tree, key: &str) -> bool {
+    let mut tables = key.match_indices('.').map(|(at, _)| &key[..at]);
+    tables.any(|table| tree.contains(&format!("{table}.kind")))
 }
 
 #[test]
@@ -58,9 +58,17 @@ fn a_preset_differs_from_its_base_only_where_its_own_file_says_so() {
         let (mine, below) = (values(&resolved(name)), values(&resolved(&base)));
         for (key, value) in &mine {
             let differs = below.get(key) != Some(value);
-            assert!(!differs || names(&tree, key), "{name}: {key} = {value} is neither named nor {base}'s");
+            assert!(
+                !differs || (tree.contains(key) || in_another_kind(&tree, key)),
+                "{name}: {key} = {value} is neither named nor {base}'s"
+            );
         }
-        assert!(below.keys().all(|key| mine.contains_key(key) || names(&tree, key)), "{name}");
+        assert!(
+            below
+                .keys()
+                .all(|key| mine.contains_key(key) || (tree.contains(key) || in_another_kind(&tree, key))),
+            "{name}"
+        );
     }
 }
 
@@ -70,6 +78,9 @@ fn a_preset_names_nothing_that_its_base_says_already() {
         let (tree, Some(base)) = own(file, text) else { continue };
         let below = values(&resolved(&base));
         for (key, value, _) in tree.leaves() {
+            if in_another_kind(&tree, &key) && !key.ends_with(".kind") {
+                continue;
+            }
             let typed = values(&resolved(name)).get(&key).cloned();
             let told = typed.as_ref().is_some_and(|typed| below.get(&key) == Some(typed));
             assert!(!told, "{name}: {key} = {value} is {base}'s");
@@ -97,9 +108,17 @@ fn the_papers_presets_are_complete_and_a_chain_has_three_files_at_most() {
         assert!(resolved.files.len() <= 3, "{name}: {:?}", resolved.files);
         assert!(resolved.files.last().expect("a file").starts_with("paper_stage"), "{name}");
         if name.starts_with("paper_") {
-            let tree = &resolved.origins;
-            let left_out: Vec<_> =
-                tree.leaves().into_iter().filter(|leaf| *leaf.2 == Origin::Default).collect();
+            let left_out: Vec<_> = resolved
+                .origins
+                .leaves()
+                .into_iter()
+                .filter(|(key, _, origin)| {
+                    // Terms without noise need not be listed, and there are no phases.
+                    **origin == Origin::Default
+                        && !key.starts_with("task.observations.noise.")
+                        && key != "phases"
+                })
+                .collect();
             assert!(left_out.is_empty(), "{name}: {left_out:?}");
             assert_eq!(TaskPreset::builtin(name).expect("built in"), resolved.preset.task);
         }

@@ -94,7 +94,8 @@ fn key_error(error: &toml::de::Error) -> KeyError {
         let best = nearest(name, expected).map(|best| join(&key, best));
         key = join(&key, name);
         let list = if expected.is_empty() { "none".to_owned() } else { expected.join(", ") };
-        format!("unknown key{}; expected one of {list}", did_you_mean(best.as_deref()))
+        let hint = best.map_or_else(|| ".".to_owned(), |best| did_you_mean(Some(&best)));
+        format!("unknown key{hint} Known here: {list}")
     } else if let (true, Some(name)) = (message.starts_with("missing field"), quoted.first()) {
         key = join(&key, name);
         "expected a value, found none".to_owned()
@@ -141,7 +142,7 @@ mod tests {
         let text = refused("[run]\nenvs = 1\nshape = 0.5");
         assert_eq!(
             text,
-            "x.toml:3: run.shape: unknown key; did you mean 'run.share'?; expected one of envs, share"
+            "x.toml:3: run.shape: unknown key; did you mean 'run.share'? Known here: envs, share"
         );
     }
 
