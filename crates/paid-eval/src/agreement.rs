@@ -147,13 +147,14 @@ impl AgreementReport {
     pub fn csv(&self) -> String {
         let mut out = String::from(
             "trial,x,y,goal_builtin,goal_mujoco,contact_builtin,contact_mujoco,fell_builtin,fell_mujoco,\
-             first_time_s,first_quantity,first_difference\n",
+             first_time_s,first_quantity,first_difference,knowledge\n",
         );
+        let knowledge = self.builtin.engine.knowledge_name();
         for p in &self.pairs {
             let first = csv_fields(p.first.as_ref());
             let _ = writeln!(
                 out,
-                "{},{},{},{},{},{},{},{},{},{first}",
+                "{},{},{},{},{},{},{},{},{},{first},{knowledge}",
                 p.trial,
                 p.place[0],
                 p.place[1],

@@ -34,7 +34,7 @@ pub enum EvalError {
     Order(#[from] paid_robot::OrderError),
     /// A checkpoint.
     #[error(transparent)]
-    Checkpoint(#[from] paid_learn::CheckpointError),
+    Checkpoint(#[from] paid_policy::CheckpointError),
     /// A surface of a ball.
     #[error(transparent)]
     Surface(#[from] paid_sysid::SysidError),

@@ -14,6 +14,7 @@ use crate::agreement::{pairs, same};
 use crate::divergence::Trace;
 use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
+use crate::knowledge::Knowledge;
 use crate::metrics::statistics::Share;
 use crate::policy::DriverMaker;
 use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced, plan};
@@ -147,6 +148,8 @@ pub struct GapRow {
 pub struct GapReport {
     /// What was run in the built-in engine and in MuJoCo's own scene.
     pub titles: Vec<String>,
+    /// What the policy knew of ball and goal, in every row.
+    pub knowledge: Option<Knowledge>,
     /// The built-in engine, the same with another rounding (what agreement is possible at all), MuJoCo's own scene, then one
     /// difference at a time, then several together.
     pub rows: Vec<GapRow>,
@@ -166,7 +169,11 @@ pub fn evaluate(
     let trials = plan(&with(EngineChoice::Mujoco(Box::new(scene.clone())), setup.isa), options)?;
     let run = |engine: EngineChoice, isa: Isa| evaluate_traced(&with(engine, isa), policy, options, &trials);
     let reference = run(EngineChoice::Builtin, setup.isa)?;
-    let mut report = GapReport { titles: vec![reference.0.title()], rows: Vec::new() };
+    let mut report = GapReport {
+        titles: vec![reference.0.title()],
+        knowledge: reference.0.engine.knowledge.clone(),
+        rows: Vec::new(),
+    };
     report.rows.push(GapRow {
         name: "built-in engine".into(),
         what: "the reference".into(),
@@ -282,10 +289,11 @@ impl GapReport {
 
     /// The rows as CSV.
     pub fn csv(&self) -> String {
-        let mut out = format!("{}\n", COLUMNS.join(","));
+        let mut out = format!("{},knowledge\n", COLUMNS.join(","));
+        let knowledge = self.knowledge.as_ref().map_or("-", Knowledge::name);
         for row in &self.rows {
             // Writing to a string cannot fail.
-            let _ = writeln!(out, "{}", row.cells().map(|cell| cell.replace(',', ";")).join(","));
+            let _ = writeln!(out, "{},{knowledge}", row.cells().map(|cell| cell.replace(',', ";")).join(","));
         }
         out
     }

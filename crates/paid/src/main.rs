@@ -1,5 +1,8 @@
 //! The command line of PAiD: parse, call, print. One module per subcommand group.
 
+// The help texts are doc comments. Units stand in brackets there and are no links.
+#![allow(rustdoc::broken_intra_doc_links)]
+
 mod ablate;
 mod agent;
 mod bench;

@@ -19,39 +19,39 @@ use crate::threads::thread_count;
 /// Arguments of `paid train`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Which stage; without it both stages and the evaluation.
+    /// Stage to train [default: both, then the evaluation].
     #[arg(value_enum)]
     stage: Option<Stage>,
-    /// Built-in run preset or the path of a preset file; needs a stage [default: the stage's].
+    /// Run preset, built in or a file; needs a stage [default: the stage's].
     #[arg(long, value_name = "NAME|FILE", requires = "stage")]
     preset: Option<String>,
-    /// The same for Stage I where both stages are trained.
+    /// Run preset of Stage I, where both stages are trained [default: stage1].
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "stage")]
     stage1_preset: Option<String>,
-    /// The same for Stage II where both stages are trained.
+    /// Run preset of Stage II, where both stages are trained [default: stage2].
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "stage")]
     stage2_preset: Option<String>,
-    /// Start from the weights of this run folder (the mean of its last checkpoints) or checkpoint; needs a stage. The noise is the
-    /// policy's, but the preset's where Stage II begins from a Stage I policy.
+    /// Start from this policy: a run folder (the mean of its last checkpoints) or a checkpoint; needs a stage. Its action noise is kept,
+    /// except where Stage II starts from a Stage I policy: there the preset's applies.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
     from: Option<PathBuf>,
-    /// Continue the run in the output folder where its last checkpoint left it; what is left of its phases is spread over what is
-    /// left of its iterations or over --minutes.
+    /// Continue the run in the output folder from its last checkpoint. Its remaining phases are spread over the remaining iterations,
+    /// or over --minutes.
     #[arg(long)]
     resume: bool,
-    /// Folder of the motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
+    /// Folder of motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Output folder; both stages go to DIR/stage1 and DIR/stage2 [default: runs/stage1 or runs/stage2; runs for both].
+    /// Output folder [default: runs/stage1 or runs/stage2; runs for both stages, which go to its folders stage1 and stage2].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Stop after this much wall clock (for both stages: at most 65% of it for Stage I) [min].
+    /// Stop after this much wall clock [min]; of two stages the first takes at most 65% of it.
     #[arg(long, value_name = "M")]
     minutes: Option<f64>,
-    /// Iterations of the stage, or of each stage [default: the preset's].
+    /// Iterations of each stage [default: the preset's].
     #[arg(long, value_name = "N")]
     iterations: Option<u64>,
-    /// Worker threads; the result does not depend on it [default: all cores].
+    /// Worker threads; they do not change the result [default: all cores].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Change a preset value, such as learn.ppo.epochs=5 (repeatable).
@@ -73,9 +73,9 @@ const STAGE1_SHARE: f64 = 0.65;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Stage {
-    /// Track the motions.
+    /// Learn to follow the motions.
     Stage1,
-    /// Kick the ball.
+    /// Learn to kick the ball.
     Stage2,
 }
 

@@ -5,8 +5,8 @@ mod common;
 use std::fs;
 
 use common::{SMALL, paid, refuses, small, succeeds, write_motions};
-use paid_learn::Checkpoint;
 use paid_onnx::OnnxPolicy;
+use paid_policy::Checkpoint;
 use serde_json::Value;
 
 fn json(line: &str) -> Value {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_learn::{Checkpoint, Policy};
+use paid_policy::{Checkpoint, Policy};
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
