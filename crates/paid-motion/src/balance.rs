@@ -5,19 +5,19 @@ use paid_robot::RobotModel;
 
 use crate::{Clip, rotation_log};
 
-/// Standard gravity [m/s^2].
+/// Standard gravity `[m/s^2]`.
 pub const GRAVITY: f64 = 9.81;
 
 /// Balance of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Balance {
-    /// Center of mass of the whole robot, world [m].
+    /// Center of mass of the whole robot, world `[m]`.
     pub com: [f64; 3],
-    /// Force that the ground must give, world axes [N].
+    /// Force that the ground must give, world axes `[N]`.
     pub force: [f64; 3],
-    /// Zero-moment point on the floor (z = 0), world x, y [m]; the center of pressure if it is inside the support.
+    /// Zero-moment point on the floor (z = 0), world x, y `[m]`; the center of pressure if it is inside the support.
     pub zmp: [f64; 2],
-    /// Moment about the vertical through `zmp` that the ground must give [N m].
+    /// Moment about the vertical through `zmp` that the ground must give `[N m]`.
     pub yaw_moment: f64,
 }
 
@@ -107,7 +107,7 @@ pub fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     chain
 }
 
-/// How far a point of the floor is inside the convex hull of `support`; negative: the distance outside [m].
+/// How far a point of the floor is inside the convex hull of `support`; negative: the distance outside `[m]`.
 /// Minus infinity without any support.
 pub fn support_margin(support: &[[f64; 2]], point: [f64; 2]) -> f64 {
     let corners = hull(support);

@@ -69,34 +69,34 @@ pub struct Clip {
     pub joints: usize,
     /// B.
     pub bodies: usize,
-    /// Joint angles `[T, J]` [rad].
+    /// Joint angles `[T, J]` `[rad]`.
     pub joint_pos: Vec<f64>,
-    /// Joint velocities `[T, J]` [rad/s].
+    /// Joint velocities `[T, J]` `[rad/s]`.
     pub joint_vel: Vec<f64>,
-    /// Origins of the body frames `[T, B]`, world [m].
+    /// Origins of the body frames `[T, B]`, world `[m]`.
     pub body_pos: Vec<[f64; 3]>,
     /// Orientations of the body frames `[T, B]`, unit, w, x, y, z.
     pub body_quat: Vec<[f64; 4]>,
-    /// Velocities of the bodies' centers of mass `[T, B]`, world axes [m/s].
+    /// Velocities of the bodies' centers of mass `[T, B]`, world axes `[m/s]`.
     pub body_lin_vel: Vec<[f64; 3]>,
-    /// Angular velocities `[T, B]`, world axes [rad/s].
+    /// Angular velocities `[T, B]`, world axes `[rad/s]`.
     pub body_ang_vel: Vec<[f64; 3]>,
 }
 
 impl Clip {
-    /// Time from the first to the last frame [s].
+    /// Time from the first to the last frame `[s]`.
     pub fn duration_s(&self) -> f64 {
         (self.frames - 1) as f64 / self.fps
     }
-    /// Joint angles of frame `t` [rad].
+    /// Joint angles of frame `t` `[rad]`.
     pub fn joint_pos(&self, t: usize) -> &[f64] {
         &self.joint_pos[t * self.joints..(t + 1) * self.joints]
     }
-    /// Joint velocities of frame `t` [rad/s].
+    /// Joint velocities of frame `t` `[rad/s]`.
     pub fn joint_vel(&self, t: usize) -> &[f64] {
         &self.joint_vel[t * self.joints..(t + 1) * self.joints]
     }
-    /// Body origins of frame `t`, world [m].
+    /// Body origins of frame `t`, world `[m]`.
     pub fn body_pos(&self, t: usize) -> &[[f64; 3]] {
         &self.body_pos[t * self.bodies..(t + 1) * self.bodies]
     }
@@ -104,11 +104,11 @@ impl Clip {
     pub fn body_quat(&self, t: usize) -> &[[f64; 4]] {
         &self.body_quat[t * self.bodies..(t + 1) * self.bodies]
     }
-    /// Velocities of the bodies' centers of mass of frame `t`, world axes [m/s].
+    /// Velocities of the bodies' centers of mass of frame `t`, world axes `[m/s]`.
     pub fn body_lin_vel(&self, t: usize) -> &[[f64; 3]] {
         &self.body_lin_vel[t * self.bodies..(t + 1) * self.bodies]
     }
-    /// Angular velocities of frame `t`, world axes [rad/s].
+    /// Angular velocities of frame `t`, world axes `[rad/s]`.
     pub fn body_ang_vel(&self, t: usize) -> &[[f64; 3]] {
         &self.body_ang_vel[t * self.bodies..(t + 1) * self.bodies]
     }

@@ -1,5 +1,5 @@
-//! CSV motions as BeyondMimic and Unitree exchange them: one line a frame, position x, y, z of the base [m], its quaternion in the
-//! order x, y, z, w, then the joint angles [rad] in model order (depth-first), separated by commas.
+//! CSV motions as BeyondMimic and Unitree exchange them: one line a frame, position x, y, z of the base `[m]`, its quaternion in the
+//! order x, y, z, w, then the joint angles `[rad]` in model order (depth-first), separated by commas.
 //!
 //! Lines that begin with `#` are comments, which other readers skip. Ours state there what the numbers leave open, a key a line:
 //! `# fps: 50`, `# kick_leg: right`, `# kick_frame: 141`, `# joint_order: model` (or `policy`),
@@ -19,7 +19,7 @@ use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 const BASE: usize = 7;
 /// How far a quaternion's norm may be from one: files round to few digits.
 const UNIT_TOLERANCE: f64 = 1e-2;
-/// A larger file is no motion [bytes].
+/// A larger file is no motion `[bytes]`.
 const LARGEST: u64 = 1 << 30;
 
 /// Reads a CSV motion. Body poses come from forward kinematics, velocities from central differences.

@@ -11,7 +11,7 @@ use crate::read::RATES_HZ;
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
-/// A larger file is no motion [bytes].
+/// A larger file is no motion `[bytes]`.
 const LARGEST: u64 = 1 << 30;
 
 /// Whether a file begins as a pickle of protocol 2 to 5.
@@ -19,8 +19,8 @@ pub(crate) fn begins_as_pickle(head: &[u8]) -> bool {
     matches!(head, [0x80, 2..=5, ..])
 }
 
-/// Reads a GMR motion: a pickled dictionary with `fps` (a number), `root_pos` `[T, 3]` [m], `root_rot` `[T, 4]` (x, y, z, w) and
-/// `dof_pos` `[T, J]` [rad] in model order (depth-first), numpy arrays or lists. Other keys are ignored. No code of the file is run.
+/// Reads a GMR motion: a pickled dictionary with `fps` (a number), `root_pos` `[T, 3]` `[m]`, `root_rot` `[T, 4]` (x, y, z, w) and
+/// `dof_pos` `[T, J]` `[rad]` in model order (depth-first), numpy arrays or lists. Other keys are ignored. No code of the file is run.
 ///
 /// # Errors
 /// Names file, byte or key, what was expected and what was found; a frame rate that neither the file nor the options state.

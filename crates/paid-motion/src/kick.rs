@@ -9,21 +9,21 @@ use crate::Clip;
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct KickFacts {
     /// Displacement of the anchor from the first to the last frame, x forward and y left in the first frame's heading
-    /// of the anchor [m].
+    /// of the anchor `[m]`.
     pub anchor_displacement: [f64; 2],
-    /// Largest speed of the kicking foot's center of mass [m/s].
+    /// Largest speed of the kicking foot's center of mass `[m/s]`.
     pub peak_foot_speed: f64,
     /// The frame of that speed.
     pub kick_frame: usize,
     /// That frame as a share of the clip, 0 to 1.
     pub kick_phase: f64,
-    /// How far the kicking foot's origin rises from its lowest to its highest point over the clip [m].
+    /// How far the kicking foot's origin rises from its lowest to its highest point over the clip `[m]`.
     pub lift_m: f64,
-    /// Height of the lowest contact shape over the clip; negative below the floor [m].
+    /// Height of the lowest contact shape over the clip; negative below the floor `[m]`.
     pub lowest_point_m: f64,
 }
 
-/// `to - from` in the heading of the orientation `quat` (x forward, y left) [m].
+/// `to - from` in the heading of the orientation `quat` (x forward, y left) `[m]`.
 pub fn displacement_in_heading(quat: [f64; 4], from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
     let forward = Quat(quat).rotate(Vec3([1.0, 0.0, 0.0]));
     let norm = forward.x().hypot(forward.y());
@@ -64,7 +64,7 @@ pub fn kick_facts(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Option<K
     })
 }
 
-/// Height of the lowest point of all contact shapes that the robot trains with (of the body origins if it has none) [m].
+/// Height of the lowest point of all contact shapes that the robot trains with (of the body origins if it has none) `[m]`.
 /// Poses are in model order.
 pub fn lowest_point(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]]) -> f64 {
     let mut lowest = f64::INFINITY;

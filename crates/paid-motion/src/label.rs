@@ -12,7 +12,7 @@ pub struct KickLabel {
     pub leg: KickLeg,
     /// The frame in which that foot's center of mass is fastest.
     pub frame: usize,
-    /// Its speed there [m/s].
+    /// Its speed there `[m/s]`.
     pub speed: f64,
 }
 

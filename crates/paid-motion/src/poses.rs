@@ -9,7 +9,7 @@ use crate::resample::differentiate;
 use crate::{Clip, KickLeg};
 
 impl Clip {
-    /// A clip of `base` (world position [m], unit quaternion w, x, y, z) `[T]` and joint angles `[T, J]` [rad], model order. Body poses
+    /// A clip of `base` (world position `[m]`, unit quaternion w, x, y, z) `[T]` and joint angles `[T, J]` `[rad]`, model order. Body poses
     /// come from forward kinematics, velocities from central differences; name, path and labels are for the caller to fill in.
     ///
     /// # Panics

@@ -9,7 +9,7 @@ use crate::{Clip, KickLeg, MotionError};
 
 /// How far a stored quaternion's norm may be from one (single precision with room).
 const UNIT_TOLERANCE: f64 = 1e-3;
-/// Frame rates outside of this are taken for a mistake [Hz].
+/// Frame rates outside of this are taken for a mistake `[Hz]`.
 pub(crate) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
 
 /// Reads and checks a motion file at its own frame rate.

@@ -9,7 +9,7 @@ pub fn slerp(a: [f64; 4], b: [f64; 4], s: f64) -> [f64; 4] {
     Quat(turn).mul(Quat(a)).normalize().0
 }
 
-/// The rotation vector [rad], world axes, that turns `from` into `to`: `to = exp(v) from`, |v| at most pi.
+/// The rotation vector `[rad]`, world axes, that turns `from` into `to`: `to = exp(v) from`, |v| at most pi.
 pub fn rotation_log(from: [f64; 4], to: [f64; 4]) -> [f64; 3] {
     let Quat([mut w, mut x, mut y, mut z]) = Quat(to).mul(Quat(from).conj());
     if w < 0.0 {
@@ -21,7 +21,7 @@ pub fn rotation_log(from: [f64; 4], to: [f64; 4]) -> [f64; 3] {
     [x * scale, y * scale, z * scale]
 }
 
-/// The unit quaternion of a rotation vector [rad].
+/// The unit quaternion of a rotation vector `[rad]`.
 fn exp(v: [f64; 3]) -> [f64; 4] {
     let angle = (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).sqrt();
     let scale = if angle < 1e-9 { 0.5 } else { (0.5 * angle).sin() / angle };

@@ -131,7 +131,7 @@ impl Writer<'_> {
     }
 }
 
-/// Angles about x, y, z [degrees]; x turns first.
+/// Angles about x, y, z `[degrees]`; x turns first.
 fn angles(turn: Quat<f64>) -> String {
     let [z, y, x] = turn_angles(turn, [2, 1, 0]).map(f64::to_degrees);
     numbers([x, y, z])

@@ -35,7 +35,7 @@ pub fn bvh_text(motion: &HumanMotion) -> String {
 
 struct Writer<'a> {
     motion: &'a HumanMotion,
-    /// Place in the first frame in the parent's axes [cm].
+    /// Place in the first frame in the parent's axes `[cm]`.
     offsets: Vec<[f64; 3]>,
     /// True if the bone needs position channels.
     moves: Vec<bool>,

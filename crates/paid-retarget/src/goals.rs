@@ -4,13 +4,13 @@ use paid_lanes::{Quat, Vec3};
 
 use crate::{HumanMotion, Naming, RetargetError, Role, Table};
 
-/// Height of the human that the tables were made for [m].
+/// Height of the human that the tables were made for `[m]`.
 const TABLE_HEIGHT_M: f64 = 1.8;
 
 /// Where a body shall be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Goal {
-    /// Place of the task's point in the first and the second stage, world [m].
+    /// Place of the task's point in the first and the second stage, world `[m]`.
     pub pos: [[f64; 3]; 2],
     /// Orientation of the body, unit, w, x, y, z.
     pub quat: [f64; 4],

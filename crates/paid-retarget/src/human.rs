@@ -21,7 +21,7 @@ pub struct HumanMotion {
     pub frames: usize,
     /// The bones (N); lengths in the file's unit.
     pub skeleton: Skeleton,
-    /// Points of the bones `[T, N]` [m].
+    /// Points of the bones `[T, N]` `[m]`.
     pub pos: Vec<[f64; 3]>,
     /// Orientations of the bones `[T, N]`, unit, w, x, y, z.
     pub quat: Vec<[f64; 4]>,
@@ -59,7 +59,7 @@ impl HumanMotion {
         motion
     }
 
-    /// Points of frame `t` [m].
+    /// Points of frame `t` `[m]`.
     pub fn pos(&self, t: usize) -> &[[f64; 3]] {
         let n = self.skeleton.bones.len();
         &self.pos[t * n..(t + 1) * n]
@@ -71,7 +71,7 @@ impl HumanMotion {
         &self.quat[t * n..(t + 1) * n]
     }
 
-    /// Time from the first to the last frame [s].
+    /// Time from the first to the last frame `[s]`.
     pub fn duration_s(&self) -> f64 {
         (self.frames - 1) as f64 / self.fps
     }

@@ -9,11 +9,11 @@ use crate::{BoxedSystem, Goal, RetargetError, Table};
 /// Pose of the whole robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
-    /// Base position, world [m].
+    /// Base position, world `[m]`.
     pub base_pos: [f64; 3],
     /// Base orientation, unit, w, x, y, z.
     pub base_quat: [f64; 4],
-    /// Joint angles, model order [rad].
+    /// Joint angles, model order `[rad]`.
     pub joints: Vec<f64>,
 }
 
@@ -66,7 +66,7 @@ const LONGEST: usize = 40;
 const DAMPING: [f64; 2] = [2.0, 1e8];
 /// Damping up to which a small gain says something about the minimum; after refused steps it is beyond.
 const FREE: f64 = 30.0;
-/// How far beyond its bound an angle may be by rounding alone [rad].
+/// How far beyond its bound an angle may be by rounding alone `[rad]`.
 const ROUNDING: f64 = 1e-9;
 
 impl<'a> Solver<'a> {
@@ -242,7 +242,7 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// Distance [m] and angle [rad] of every task from its goal.
+    /// Distance `[m]` and angle `[rad]` of every task from its goal.
     pub fn errors(&self, pose: &Pose, goals: &[Goal]) -> Vec<[f64; 2]> {
         let poses = self.forward(pose);
         let error = |(part, goal): (&Part, &Goal)| {

@@ -9,7 +9,7 @@ use crate::skeleton::about;
 
 /// Meters of a unit of length in the texts that are written: the centimeter, as in nearly every BVH.
 pub const TEXT_UNIT_M: f64 = 0.01;
-/// A place that changes by less over a motion is constant [cm].
+/// A place that changes by less over a motion is constant `[cm]`.
 const CONSTANT_CM: f64 = 1e-5;
 
 /// The bones that hang on `parent`; the roots with `None`.
@@ -18,7 +18,7 @@ pub(crate) fn children(motion: &HumanMotion, parent: Option<usize>) -> impl Iter
     bones.filter(move |(_, bone)| bone.parent == parent).map(|(i, _)| i)
 }
 
-/// Place [cm] and turn of bone `i` in its parent's axes at frame `t`; a root's in the file's world, y up.
+/// Place `[cm]` and turn of bone `i` in its parent's axes at frame `t`; a root's in the file's world, y up.
 pub(crate) fn local_cm(motion: &HumanMotion, i: usize, t: usize) -> ([f64; 3], Quat<f64>) {
     let (pos, quat) = (motion.pos(t), motion.quat(t));
     let (from, axes) = match motion.skeleton.bones[i].parent {
@@ -31,7 +31,7 @@ pub(crate) fn local_cm(motion: &HumanMotion, i: usize, t: usize) -> ([f64; 3], Q
     (place.0, back.mul(Quat(quat[i])).normalize())
 }
 
-/// The place [cm] of the first of `frames` frames, if it is that of all.
+/// The place `[cm]` of the first of `frames` frames, if it is that of all.
 pub(crate) fn constant_cm(frames: usize, place: impl Fn(usize) -> [f64; 3]) -> Option<[f64; 3]> {
     let first = place(0);
     let still = |t| (Vec3(place(t)) - Vec3(first)).norm() <= CONSTANT_CM;
@@ -46,7 +46,7 @@ pub(crate) fn never_turns(motion: &HumanMotion, i: usize) -> bool {
     })
 }
 
-/// The angles [rad] about the coordinate axes `i`, `j`, `k`, all different, whose turns, multiplied in this order, are `q`.
+/// The angles `[rad]` about the coordinate axes `i`, `j`, `k`, all different, whose turns, multiplied in this order, are `q`.
 pub(crate) fn turn_angles(q: Quat<f64>, [i, j, k]: [usize; 3]) -> [f64; 3] {
     let m = q.to_mat().0;
     let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };

@@ -24,7 +24,7 @@ pub enum TimeScale {
 pub struct RetargetOptions {
     /// Frames a second of the clip.
     pub fps: f64,
-    /// Height of the human [m].
+    /// Height of the human `[m]`.
     pub height_m: f64,
     /// Part of the motion that is used, seconds of the file.
     pub span_s: [f64; 2],
@@ -64,11 +64,11 @@ pub struct Report {
     pub naming: &'static str,
     /// Everything takes this many times as long as in the file.
     pub time_scale: f64,
-    /// Mean over frames and bodies of the distance from the scaled human [m].
+    /// Mean over frames and bodies of the distance from the scaled human `[m]`.
     pub position_error_m: f64,
-    /// Largest such distance [m].
+    /// Largest such distance `[m]`.
     pub position_worst_m: f64,
-    /// Mean over frames and bodies of the angle from the human's orientation [rad].
+    /// Mean over frames and bodies of the angle from the human's orientation `[rad]`.
     pub rotation_error: f64,
     /// Linear systems solved a frame in the two stages.
     pub steps: [f64; 2],
@@ -78,17 +78,17 @@ pub struct Report {
     pub at_speed: f64,
     /// Largest joint speed over its limit.
     pub joint_speed: f64,
-    /// How far the whole clip was moved up to put the feet on the ground [m].
+    /// How far the whole clip was moved up to put the feet on the ground `[m]`.
     pub ground_shift_m: f64,
-    /// Lowest point of the robot below the ground [m].
+    /// Lowest point of the robot below the ground `[m]`.
     pub penetration_m: f64,
-    /// Longest way of a foot in one stance [m].
+    /// Longest way of a foot in one stance `[m]`.
     pub sliding_m: f64,
     /// The kick: frame of the fastest foot.
     pub kick_frame: usize,
-    /// Speed of the kicking foot's center of mass there [m/s].
+    /// Speed of the kicking foot's center of mass there `[m/s]`.
     pub kick_speed: f64,
-    /// Time of the inverse kinematics of all frames [s].
+    /// Time of the inverse kinematics of all frames `[s]`.
     pub solve_s: f64,
 }
 
@@ -103,7 +103,7 @@ pub struct Retargeted {
     pub report: Report,
 }
 
-/// Samples this near to an end of the range are at it [rad].
+/// Samples this near to an end of the range are at it `[rad]`.
 const AT_END: f64 = 1e-6;
 /// Stage one only leads the way.
 const LEAD: SolveLimits = SolveLimits { steps: 11, share: 1e-2 };

@@ -15,7 +15,7 @@ pub struct Bone {
     pub tail: [f64; 3],
     /// The axes that its angles are about, in its own rest axes (ASF), unit, w, x, y, z.
     pub axes: [f64; 4],
-    /// Rotations in the order of multiplication: axis (0 to 2), index of the channel that holds the angle [rad].
+    /// Rotations in the order of multiplication: axis (0 to 2), index of the channel that holds the angle `[rad]`.
     pub turns: Vec<(usize, usize)>,
     /// Channels that replace the coordinates of `head`.
     pub moves: [Option<usize>; 3],
@@ -54,7 +54,7 @@ pub struct Skeleton {
     pub channels: usize,
 }
 
-/// The rotation about a coordinate axis [rad].
+/// The rotation about a coordinate axis `[rad]`.
 pub(crate) fn about(axis: usize, angle: f64) -> Quat<f64> {
     let mut unit = [0.0; 3];
     unit[axis] = 1.0;

@@ -10,17 +10,17 @@ use crate::skeleton::about;
 pub struct BodyTask {
     /// The body.
     pub body: &'static str,
-    /// The point of the body that is placed [m, body frame].
+    /// The point of the body that is placed `[m, body frame]`.
     pub point: [f64; 3],
     /// The part of the human that it follows.
     pub role: Role,
     /// Length of the robot there over that of a human of 1.8 m.
     pub scale: f64,
-    /// Weights of position [1/m] and orientation [1/rad] in the first and the second stage.
+    /// Weights of position `[1/m]` and orientation `[1/rad]` in the first and the second stage.
     pub weights: [[f64; 2]; 2],
     /// Multiplied on the right of the part's orientation: the robot's axes, w, x, y, z.
     pub turn: [f64; 4],
-    /// Moves the position in the first stage [m, robot's axes].
+    /// Moves the position in the first stage `[m, robot's axes]`.
     pub shift: [f64; 3],
 }
 
@@ -29,14 +29,14 @@ pub struct BodyTask {
 pub struct Table {
     /// The tasks. The one of [`Role::Hips`] gives the scale of the place on the floor.
     pub tasks: Vec<BodyTask>,
-    /// Joint name and range [rad], narrower than the robot's where a human's is.
+    /// Joint name and range `[rad]`, narrower than the robot's where a human's is.
     pub ranges: Vec<(&'static str, [f64; 2])>,
 }
 
 /// A point of the sole in front of the ankle: what stands in for toes [m, frame of the ankle's last body].
 const TOE: [f64; 3] = [0.1, 0.0, -0.02];
 
-/// How far a foot's bone points down while the sole is flat, in the Bandai skeleton [rad].
+/// How far a foot's bone points down while the sole is flat, in the Bandai skeleton `[rad]`.
 const FOOT_SLOPE: f64 = 0.694;
 
 fn task(body: &'static str, role: Role, scale: f64, weights: [[f64; 2]; 2], turn: [f64; 4]) -> BodyTask {

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use crate::{Bone, HumanMotion, Skeleton};
 
-/// Largest differences of points [m] and orientations (1 - |cosine of half the angle|) of `a`'s bones, matched by name; `b` may have
+/// Largest differences of points `[m]` and orientations (1 - |cosine of half the angle|) of `a`'s bones, matched by name; `b` may have
 /// more bones.
 pub(crate) fn differences(a: &HumanMotion, b: &HumanMotion) -> [f64; 2] {
     assert_eq!(a.frames, b.frames);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::RetargetError;
 
-/// A larger file is no motion [bytes].
+/// A larger file is no motion `[bytes]`.
 pub(crate) const LARGEST: u64 = 1 << 28;
 
 /// A word of the text.

@@ -13,7 +13,7 @@ use crate::trial::Trial;
 /// Change of a drop's height `[m]` and share of a roll's speed from which their effects are computed.
 const SHIFT_M: f64 = 0.005;
 const SHIFT_SHARE: f64 = 0.01;
-/// What a start taken from first samples may be wrong by [m, share of the speed], and a sample `[m]` (standard deviations).
+/// What a start taken from first samples may be wrong by `[m, share of the speed]`, and a sample `[m]` (standard deviations).
 const START_SD_M: f64 = 0.03;
 const START_SD_SHARE: f64 = 0.1;
 const SAMPLE_SD_M: f64 = 0.005;

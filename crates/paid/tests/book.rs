@@ -181,6 +181,9 @@ fn shortened(args: &[String]) -> Vec<&str> {
             }
             args.extend(["--limit", "0.5"]);
         }
+        ["play", rest @ ..] if !rest.contains(&"--size") => {
+            args.extend(["--size", "160x120", "--pictures", "5"]);
+        }
         ["sysid", first, ..] if first.starts_with('-') => {
             args.extend(["--restarts", "2", "--generations", "20"])
         }

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_policy::{Checkpoint, Policy};
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
+use paid_policy::{Checkpoint, Policy};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_sysid::Surface;
 use paid_task::{ReferenceLibrary, TaskPreset};

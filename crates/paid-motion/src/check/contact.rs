@@ -5,19 +5,19 @@ use paid_robot::{RobotModel, Shape};
 
 use crate::Clip;
 
-/// Sole points lower than this above the foot's own floor may stand [m].
+/// Sole points lower than this above the foot's own floor may stand `[m]`.
 const NEAR: f64 = 0.02;
-/// Sole points that move faster do not stand [m/s].
+/// Sole points that move faster do not stand `[m/s]`.
 const SLOW: f64 = 0.35;
 
 /// One foot over a clip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FootContact {
-    /// For each frame the sole points that stand, world x, y [m].
+    /// For each frame the sole points that stand, world x, y `[m]`.
     pub standing: Vec<Vec<[f64; 2]>>,
-    /// For each frame the speed at which the stillest of the low points moves along the floor, 0 in the air [m/s].
+    /// For each frame the speed at which the stillest of the low points moves along the floor, 0 in the air `[m/s]`.
     pub slide: Vec<f64>,
-    /// Where the lowest point of the sole is while the foot rests: the median of the frames in which it is slow [m]. Other than
+    /// Where the lowest point of the sole is while the foot rests: the median of the frames in which it is slow `[m]`. Other than
     /// zero in clips that hover.
     pub floor: f64,
 }
@@ -89,7 +89,7 @@ fn resting_height(clip: &Clip, foot: usize, places: &[Vec<Vec3<f64>>]) -> f64 {
 }
 
 impl FootContact {
-    /// The longest way of sliding in one stance [m] and the frame where that stance ends.
+    /// The longest way of sliding in one stance `[m]` and the frame where that stance ends.
     pub fn longest_slide(&self, fps: f64) -> (f64, usize) {
         let (mut worst, mut way) = ((0.0, 0), 0.0);
         for t in 0..self.slide.len() {

@@ -22,13 +22,13 @@ pub struct CheckLimits {
     pub shortest_s: f64,
     /// Clip length [s]: the task's episodes last 10 s.
     pub duration_s: Limit,
-    /// Stored bodies against forward kinematics of the stored joints [m].
+    /// Stored bodies against forward kinematics of the stored joints `[m]`.
     pub kinematics_m: Limit,
-    /// Stored joint velocities against differences of the angles [rad/s].
+    /// Stored joint velocities against differences of the angles `[rad/s]`.
     pub joint_rate: Limit,
-    /// Stored body velocities against differences of the centers of mass [m/s].
+    /// Stored body velocities against differences of the centers of mass `[m/s]`.
     pub body_rate: Limit,
-    /// Joint angle beyond its range [rad].
+    /// Joint angle beyond its range `[rad]`.
     pub joint_range: Limit,
     /// Joint speed as a share of its limit.
     pub joint_speed: Limit,
@@ -36,21 +36,21 @@ pub struct CheckLimits {
     pub joint_jump: Limit,
     /// Speed of the base [m/s]: a robot that is elsewhere in the next frame.
     pub base_speed: Limit,
-    /// Depth of the lowest point below the floor [m].
+    /// Depth of the lowest point below the floor `[m]`.
     pub penetration_m: Limit,
-    /// Height of the lowest point above the floor [m]; a jump or a clip that hovers.
+    /// Height of the lowest point above the floor `[m]`; a jump or a clip that hovers.
     pub floating_m: Limit,
-    /// Way that a foot slides in one stance [m].
+    /// Way that a foot slides in one stance `[m]`.
     pub sliding_m: Limit,
-    /// Depth of two parts of the robot in each other [m].
+    /// Depth of two parts of the robot in each other `[m]`.
     pub overlap_m: Limit,
     /// Share of frames whose center of pressure is more than 2 cm outside of the standing soles.
     pub unbalanced: Limit,
     /// Share of frames that need more friction than a sole gives.
     pub slippery: Limit,
-    /// Angle between the start's heading and the foot's way at the kick [rad].
+    /// Angle between the start's heading and the foot's way at the kick `[rad]`.
     pub heading: Limit,
-    /// Distance of a stated kick frame from the fastest frame [s].
+    /// Distance of a stated kick frame from the fastest frame `[s]`.
     pub kick_frame_s: Limit,
 }
 

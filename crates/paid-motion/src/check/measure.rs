@@ -33,43 +33,43 @@ impl Worst {
 /// What is measured of a clip.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Measures {
-    /// First to last frame [s].
+    /// First to last frame `[s]`.
     pub duration_s: f64,
-    /// Largest speed of the labeled foot's center of mass [m/s].
+    /// Largest speed of the labeled foot's center of mass `[m/s]`.
     pub foot_speed: Worst,
-    /// Largest speed of the other foot [m/s].
+    /// Largest speed of the other foot `[m/s]`.
     pub other_foot_speed: Worst,
-    /// Angle between the anchor's first heading and the way of the labeled foot at its fastest [rad].
+    /// Angle between the anchor's first heading and the way of the labeled foot at its fastest `[rad]`.
     pub shot_angle: f64,
-    /// Angle between the anchor's first and last heading [rad].
+    /// Angle between the anchor's first and last heading `[rad]`.
     pub turn: f64,
-    /// Stored bodies against forward kinematics of the stored joints [m].
+    /// Stored bodies against forward kinematics of the stored joints `[m]`.
     pub kinematics_m: Worst,
-    /// Stored joint velocities against differences [rad/s].
+    /// Stored joint velocities against differences `[rad/s]`.
     pub joint_rate: Worst,
-    /// Stored body velocities against differences [m/s].
+    /// Stored body velocities against differences `[m/s]`.
     pub body_rate: Worst,
-    /// Joint angle beyond its range (negative: room left) [rad].
+    /// Joint angle beyond its range (negative: room left) `[rad]`.
     pub joint_range: Worst,
     /// Joint speed as a share of its limit.
     pub joint_speed: Worst,
     /// Change of joint velocity between frames as a share of the joint's speed limit.
     pub joint_jump: Worst,
-    /// Speed of the base [m/s].
+    /// Speed of the base `[m/s]`.
     pub base_speed: Worst,
-    /// Lowest point below the floor (negative: above) [m].
+    /// Lowest point below the floor (negative: above) `[m]`.
     pub penetration_m: Worst,
-    /// Lowest point above the floor [m].
+    /// Lowest point above the floor `[m]`.
     pub floating_m: Worst,
-    /// Way of a foot in one stance [m].
+    /// Way of a foot in one stance `[m]`.
     pub sliding_m: Worst,
-    /// Depth of parts in each other [m]; 0 if nothing touches.
+    /// Depth of parts in each other `[m]`; 0 if nothing touches.
     pub overlap_m: Worst,
     /// Share of frames with the center of pressure inside the standing soles.
     pub pressure_inside: f64,
     /// Share of frames with the center of pressure more than 2 cm outside.
     pub unbalanced: f64,
-    /// Least distance of the center of pressure from the edge of the standing soles while any stands, negative outside [m].
+    /// Least distance of the center of pressure from the edge of the standing soles while any stands, negative outside `[m]`.
     pub pressure_margin_m: f64,
     /// Share of frames that need friction above 0.8.
     pub slippery: f64,
@@ -194,7 +194,7 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
     })
 }
 
-/// The angle between two headings, 0 to pi [rad].
+/// The angle between two headings, 0 to pi `[rad]`.
 fn between(a: f64, b: f64) -> f64 {
     let (s, c) = (a - b).sin_cos();
     s.atan2(c).abs()

@@ -8,11 +8,11 @@ use paid_robot::{RobotModel, Shape};
 pub struct Overlap {
     /// The bodies.
     pub bodies: [usize; 2],
-    /// Depth [m].
+    /// Depth `[m]`.
     pub depth: f64,
 }
 
-/// Two ends and a radius, world [m].
+/// Two ends and a radius, world `[m]`.
 type Rod = (Vec3<f64>, Vec3<f64>, f64);
 
 /// Pairs of bodies whose `collision` shapes may not meet: all but a body with its parent and the model's exclusions.
@@ -83,7 +83,7 @@ fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
     }
 }
 
-/// Distance of two segments (closest points by clamping, Ericson, Real-Time Collision Detection, 5.1.9) [m].
+/// Distance of two segments (closest points by clamping, Ericson, Real-Time Collision Detection, 5.1.9) `[m]`.
 fn segment_distance([p, q]: [Vec3<f64>; 2], [u, v]: [Vec3<f64>; 2]) -> f64 {
     let (d, e, r) = (q - p, v - u, p - u);
     let (dd, ee, f) = (d.norm2(), e.norm2(), e.dot(r));

@@ -20,13 +20,13 @@ pub struct Biped<'a> {
     pub anchor: usize,
     /// Toe end of the foot's collision shape, foot frame [m]: the part that meets the ball.
     pub toe: [[f64; 3]; 2],
-    /// Radius of that shape [m].
+    /// Radius of that shape `[m]`.
     pub toe_radius: f64,
-    /// Points below each sole's contact balls, foot frame, foot level [m].
+    /// Points below each sole's contact balls, foot frame, foot level `[m]`.
     pub soles: [Vec<[f64; 3]>; 2],
-    /// Default joint angles [rad].
+    /// Default joint angles `[rad]`.
     pub default_pos: Vec<f64>,
-    /// Range that the generator keeps to [rad].
+    /// Range that the generator keeps to `[rad]`.
     pub range: Vec<[f64; 2]>,
     /// For each joint its mirror image and the sign of its angle there.
     pub mirror: Vec<(usize, f64)>,
@@ -92,19 +92,19 @@ impl<'a> Biped<'a> {
         })
     }
 
-    /// Height of the foot frame's origin when the sole is flat on the floor [m].
+    /// Height of the foot frame's origin when the sole is flat on the floor `[m]`.
     pub fn sole_height(&self) -> f64 {
         -self.soles[0].iter().map(|p| p[2]).fold(f64::INFINITY, f64::min)
     }
 
-    /// Middle of the sole in the foot frame, x forward [m].
+    /// Middle of the sole in the foot frame, x forward `[m]`.
     pub fn sole_center(&self) -> f64 {
         let xs = self.soles[0].iter().map(|p| p[0]);
         let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         f64::midpoint(low, high)
     }
 
-    /// Height of the base and half the distance of the feet in the default pose, soles on the floor [m].
+    /// Height of the base and half the distance of the feet in the default pose, soles on the floor `[m]`.
     pub fn stance(&self) -> (f64, f64) {
         let poses = kinematics::forward::<f64>(
             self.model,
@@ -116,7 +116,7 @@ impl<'a> Biped<'a> {
         (self.sole_height() - poses[self.feet[0]].pos.z(), half)
     }
 
-    /// How far the toe point must rise so that the sole stays above the floor when the foot pitches toe-down about it [m].
+    /// How far the toe point must rise so that the sole stays above the floor when the foot pitches toe-down about it `[m]`.
     pub fn dip(&self, side: usize, pitch: f64) -> f64 {
         let [tx, _, tz] = self.toe[side];
         let lowest = |angle: f64| {

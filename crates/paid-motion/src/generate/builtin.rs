@@ -8,10 +8,10 @@ use crate::KickLeg;
 /// Terms of generated clips: the project's own.
 pub const BUILTIN_LICENSE: &str = "MIT OR Apache-2.0";
 
-/// Distances of the two rings of balls [m] and the angle between neighbors on each [degrees]: about 30 cm along a ring,
+/// Distances of the two rings of balls `[m]` and the angle between neighbors on each [degrees]: about 30 cm along a ring,
 /// as in the paper's recordings.
 const RINGS: [(f64, f64); 2] = [(0.85, 20.0), (1.20, 14.0)];
-/// Angles of the powerful kicks [degrees] and their distance [m].
+/// Angles of the powerful kicks `[degrees]` and their distance `[m]`.
 const POWERFUL: ([f64; 3], f64) = ([0.0, 9.0, -9.0], 1.35);
 
 /// A kick of the library and the set that it belongs to.

@@ -37,12 +37,12 @@ use crate::{Balance, Clip, KickLeg, balance, rotation_log, support_margin};
 
 /// Rounds of correcting the center of mass by the whole body's pressure.
 const ROUNDS: usize = 5;
-/// How far a foot [m] and the base [m, rad] may be from their targets; more means that the legs do not reach or a joint is at
+/// How far a foot `[m]` and the base `[m, rad]` may be from their targets; more means that the legs do not reach or a joint is at
 /// its limit.
 const TOLERANCES: [f64; 2] = [1e-3, 5e-4];
 /// Steps beyond the fewest that are tried.
 const EXTRA_STEPS: usize = 3;
-/// By how much a follow-through that is beyond the leg is shortened, in turn [m].
+/// By how much a follow-through that is beyond the leg is shortened, in turn `[m]`.
 const SHORTER: [f64; 3] = [0.0, 0.04, 0.08];
 
 /// Why a kick cannot be made.
@@ -57,13 +57,13 @@ pub enum GenerateError {
          found ({:.2}, {:.2}) m", ball[0], ball[1]
     )]
     Ball {
-        /// Asked for [m].
+        /// Asked for `[m]`.
         ball: [f64; 2],
-        /// Nearest [m].
+        /// Nearest `[m]`.
         near: f64,
-        /// Farthest [m].
+        /// Farthest `[m]`.
         far: f64,
-        /// Largest angle off the heading [degrees].
+        /// Largest angle off the heading `[degrees]`.
         degrees: f64,
     },
     /// The legs cannot follow the plan.
@@ -72,9 +72,9 @@ pub enum GenerateError {
         ball[0], ball[1]
     )]
     Reach {
-        /// Asked for [m].
+        /// Asked for `[m]`.
         ball: [f64; 2],
-        /// When [s].
+        /// When `[s]`.
         time_s: f64,
         /// Largest error of feet and base, as a share of what is allowed.
         error: f64,
@@ -86,7 +86,7 @@ pub enum GenerateError {
 pub struct KickRequest {
     /// Name of the clip.
     pub name: String,
-    /// Ball, from where the anchor (torso) starts: x forward, y left [m].
+    /// Ball, from where the anchor (torso) starts: x forward, y left `[m]`.
     pub ball: [f64; 2],
     /// Kicking leg.
     pub leg: KickLeg,
@@ -99,20 +99,20 @@ pub struct KickRequest {
 pub struct GeneratedKick {
     /// The motion at [`FPS`]; the anchor starts above the origin with heading +x and ends above the ball's place.
     pub clip: Clip,
-    /// Ball, world [m].
+    /// Ball, world `[m]`.
     pub ball: [f64; 2],
-    /// Heading from ball to goal [rad].
+    /// Heading from ball to goal `[rad]`.
     pub aim: f64,
     /// The frame in which the toe touches the ball.
     pub contact_frame: usize,
-    /// Soles that stand, a list of corner points for each frame, world [m].
+    /// Soles that stand, a list of corner points for each frame, world `[m]`.
     pub support: Vec<Vec<[f64; 2]>>,
     /// Balance of each frame.
     pub balance: Vec<Balance>,
 }
 
 impl GeneratedKick {
-    /// How far the center of pressure is inside the standing soles, for each frame; negative outside [m].
+    /// How far the center of pressure is inside the standing soles, for each frame; negative outside `[m]`.
     pub fn margins(&self) -> Vec<f64> {
         self.support.iter().zip(&self.balance).map(|(s, b)| support_margin(s, b.zmp)).collect()
     }

@@ -6,29 +6,29 @@ use super::{Biped, GenerateError, KickStyle, Knot, Track};
 
 /// Frames a second of generated clips.
 pub const FPS: f64 = 50.0;
-/// Radius of a size-5 ball [m].
+/// Radius of a size-5 ball `[m]`.
 pub const BALL_RADIUS: f64 = 0.11;
-/// Distance of the goal from the start, along +x [m].
+/// Distance of the goal from the start, along +x `[m]`.
 pub const GOAL_DISTANCE: f64 = 5.0;
 /// Position of the plant foot and of the kicking foot in pairs.
 pub const PLANT: usize = 0;
 /// See [`PLANT`].
 pub const KICK: usize = 1;
 
-/// Nearest and farthest ball [m], and its largest angle off the heading [rad].
+/// Nearest and farthest ball `[m]`, and its largest angle off the heading `[rad]`.
 const RING: ([f64; 2], f64) = ([0.55, 2.0], 0.9);
 
-/// A foot flat on the floor: the point below its frame's origin [m] and its heading [rad], world.
+/// A foot flat on the floor: the point below its frame's origin `[m]` and its heading `[rad]`, world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foothold {
-    /// Position x, y [m].
+    /// Position x, y `[m]`.
     pub xy: [f64; 2],
-    /// Heading [rad].
+    /// Heading `[rad]`.
     pub yaw: f64,
 }
 
 impl Foothold {
-    /// A point given in the foot's axes [m], in the world.
+    /// A point given in the foot's axes `[m]`, in the world.
     pub fn point(self, [x, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.yaw.sin_cos();
         [self.xy[0] + c * x - s * y, self.xy[1] + s * x + c * y]
@@ -40,9 +40,9 @@ impl Foothold {
 pub struct Swing {
     /// 0 the plant foot, 1 the kicking foot.
     pub foot: usize,
-    /// It leaves the floor [s].
+    /// It leaves the floor `[s]`.
     pub lift: f64,
-    /// It is down again [s].
+    /// It is down again `[s]`.
     pub land: f64,
     /// Where it came from.
     pub from: Foothold,
@@ -50,7 +50,7 @@ pub struct Swing {
     pub to: Foothold,
 }
 
-/// The moments of the kick [s].
+/// The moments of the kick `[s]`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KickTimes {
     /// The foot leaves the floor.
@@ -74,16 +74,16 @@ pub struct Plan {
     pub swings: Vec<Swing>,
     /// Moments of the kick.
     pub kick: KickTimes,
-    /// Ball [m], world.
+    /// Ball `[m]`, world.
     pub ball: [f64; 2],
-    /// Heading of the shot [rad], world.
+    /// Heading of the shot `[rad]`, world.
     pub aim: f64,
-    /// Last frame [s].
+    /// Last frame `[s]`.
     pub end: f64,
 }
 
 impl Plan {
-    /// The plan for a ball at `ball`, as seen from the anchor's start (x forward, y left) [m]; `start_x` is where the feet
+    /// The plan for a ball at `ball`, as seen from the anchor's start (x forward, y left) `[m]`; `start_x` is where the feet
     /// start along x so that the anchor starts at the origin; `extra_steps` are taken beyond the fewest.
     ///
     /// # Errors
@@ -138,7 +138,7 @@ impl Plan {
         (self.end * FPS).round() as usize + 1
     }
 
-    /// Headings of the base: the middle of both feet's whenever one has come down: time [s], angle [rad].
+    /// Headings of the base: the middle of both feet's whenever one has come down: time `[s]`, angle `[rad]`.
     pub fn headings(&self) -> Vec<(f64, f64)> {
         let mut feet = self.start;
         let mut out = vec![(self.swings[0].lift - 0.2, 0.0)];
@@ -149,7 +149,7 @@ impl Plan {
         out
     }
 
-    /// Where the center of pressure should be: the middle of the sole that stands, moving over while both do [m].
+    /// Where the center of pressure should be: the middle of the sole that stands, moving over while both do `[m]`.
     pub fn pressure(&self, figure: &Biped<'_>) -> Track<2> {
         let center = figure.sole_center();
         let middle = |feet: [Foothold; 2]| {
@@ -168,7 +168,7 @@ impl Plan {
         Track::resting(&knots)
     }
 
-    /// Soles on the floor at time `t`: their corner points, world [m].
+    /// Soles on the floor at time `t`: their corner points, world `[m]`.
     pub fn support(&self, figure: &Biped<'_>, t: f64) -> Vec<[f64; 2]> {
         let (mut feet, mut aloft) = (self.start, [false; 2]);
         for swing in self.swings.iter().filter(|s| t > s.lift + 1e-9) {
@@ -186,7 +186,7 @@ impl Plan {
         &self.swings[self.swings.len() - 2]
     }
 
-    /// Way of the toe while it kicks, world [m], from lift to landing.
+    /// Way of the toe while it kicks, world `[m]`, from lift to landing.
     pub fn toe_way(&self, figure: &Biped<'_>, style: &KickStyle) -> Track<3> {
         let [x, y, z] = figure.toe[KICK];
         let down = figure.sole_height() + z;
@@ -217,12 +217,12 @@ impl Plan {
     }
 }
 
-/// A whole number of frames of about `seconds` [s].
+/// A whole number of frames of about `seconds` `[s]`.
 fn frames(seconds: f64) -> f64 {
     (seconds * FPS).round().max(1.0) / FPS
 }
 
-/// The next moment at which a foot may leave the floor [s].
+/// The next moment at which a foot may leave the floor `[s]`.
 struct Clock(f64);
 
 impl Clock {

@@ -6,17 +6,17 @@ use super::{Biped, KickStyle, Plan, Track};
 /// Courses of base and joints over time.
 #[derive(Clone, Debug)]
 pub struct Posture {
-    /// Height of the base [m].
+    /// Height of the base `[m]`.
     pub height: Track<1>,
-    /// Roll, pitch, yaw of the base [rad].
+    /// Roll, pitch, yaw of the base `[rad]`.
     pub turn: Track<3>,
-    /// Joints that do not follow from the feet, as offsets from the default pose [rad].
+    /// Joints that do not follow from the feet, as offsets from the default pose `[rad]`.
     pub offsets: Vec<(usize, Track<1>)>,
-    /// Angles of the kicking leg's ankle roll, ankle pitch and hip turn while the foot is free [rad].
+    /// Angles of the kicking leg's ankle roll, ankle pitch and hip turn while the foot is free `[rad]`.
     pub free: [(usize, Track<1>); 3],
 }
 
-/// Swing of the arms in a step [rad].
+/// Swing of the arms in a step `[rad]`.
 const WALK_ARMS: f64 = 0.22;
 
 impl Posture {
@@ -55,7 +55,7 @@ impl Posture {
         Self { height, turn, offsets: offsets(figure, plan, style), free: free(figure, plan, style) }
     }
 
-    /// Joint angles at time `t`, model order [rad]; those of the legs are the default pose's.
+    /// Joint angles at time `t`, model order `[rad]`; those of the legs are the default pose's.
     pub fn joints(&self, figure: &Biped<'_>, t: f64) -> Vec<f64> {
         let mut angles = figure.default_pos.clone();
         for (joint, course) in &self.offsets {

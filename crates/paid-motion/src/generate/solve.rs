@@ -9,22 +9,22 @@ use crate::rotation_log;
 /// Pose of the whole robot.
 #[derive(Clone, Debug)]
 pub struct Pose {
-    /// Base position, world [m].
+    /// Base position, world `[m]`.
     pub base_pos: [f64; 3],
     /// Base orientation, w, x, y, z.
     pub base_quat: [f64; 4],
-    /// Joint angles, model order [rad].
+    /// Joint angles, model order `[rad]`.
     pub joints: Vec<f64>,
 }
 
 /// What a foot shall do.
 #[derive(Clone, Copy, Debug)]
 pub struct FootTarget {
-    /// Position of the toe point ([`Biped::toe`]), world [m].
+    /// Position of the toe point ([`Biped::toe`]), world `[m]`.
     pub toe: [f64; 3],
-    /// Heading when flat [rad].
+    /// Heading when flat `[rad]`.
     pub yaw: f64,
-    /// Toe-down pitch when flat [rad].
+    /// Toe-down pitch when flat `[rad]`.
     pub pitch: f64,
     /// For roll, pitch and heading, 1: the sole is level at that heading; 0: the free joints have their angles; between: a mixture of both conditions.
     pub flat: [f64; 3],
@@ -33,15 +33,15 @@ pub struct FootTarget {
 /// What a frame shall be. Joints outside of the legs keep the angles of the pose that the solver starts from.
 #[derive(Clone, Debug)]
 pub struct Target {
-    /// Center of mass x, y, world [m].
+    /// Center of mass x, y, world `[m]`.
     pub com: [f64; 2],
-    /// Height of the base [m].
+    /// Height of the base `[m]`.
     pub height: f64,
     /// Orientation of the base, w, x, y, z.
     pub base_quat: [f64; 4],
     /// Left and right foot.
     pub feet: [FootTarget; 2],
-    /// For each foot that is not flat the joints and angles [rad] that take the place of its roll, pitch and heading.
+    /// For each foot that is not flat the joints and angles `[rad]` that take the place of its roll, pitch and heading.
     pub free: [[(usize, f64); 3]; 2],
 }
 
@@ -52,10 +52,10 @@ const BASE: f64 = 10.0;
 const LIMIT: f64 = 100.0;
 /// Levenberg-Marquardt damping; it slows the steps down and leaves the solution as it is.
 const DAMPING: f64 = 1e-4;
-/// Longest joint step of one iteration [rad].
+/// Longest joint step of one iteration `[rad]`.
 const LONGEST: f64 = 0.35;
 const ITERATIONS: usize = 60;
-/// Steps below this end the iteration [rad, m].
+/// Steps below this end the iteration `[rad, m]`.
 const CLOSE: f64 = 1e-10;
 
 /// A dense symmetric system of the normal equations.
@@ -218,7 +218,7 @@ fn turn_part(row: &mut [f64], arm: Vec3<f64>, k: usize) {
     row[3..6].copy_from_slice(&cross[k]);
 }
 
-/// Mass and first moment [kg m, world] of each body with everything beyond it.
+/// Mass and first moment `[kg m, world]` of each body with everything beyond it.
 fn subtree_moments(figure: &Biped<'_>, poses: &[BodyPose<f64>]) -> (Vec<f64>, Vec<Vec3<f64>>) {
     let bodies = &figure.model.bodies;
     let mut mass: Vec<f64> = bodies.iter().map(|b| b.mass).collect();

@@ -15,7 +15,7 @@ pub fn bump(s: f64) -> f64 {
 /// A point of a curve with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knot<const N: usize> {
-    /// Time [s].
+    /// Time `[s]`.
     pub t: f64,
     /// Value.
     pub pos: [f64; N],
@@ -33,12 +33,12 @@ impl<const N: usize> Track<N> {
         Self(knots)
     }
 
-    /// At rest at every knot (time [s], value).
+    /// At rest at every knot (time `[s]`, value).
     pub fn resting(knots: &[(f64, [f64; N])]) -> Self {
         Self(knots.iter().map(|&(t, pos)| Knot { t, pos, vel: [0.0; N] }).collect())
     }
 
-    /// The value at time `t` [s].
+    /// The value at time `t` `[s]`.
     pub fn at(&self, t: f64) -> [f64; N] {
         let after = self.0.partition_point(|k| k.t <= t);
         let (Some(a), b) = (self.0.get(after.saturating_sub(1)), self.0.get(after)) else { return [0.0; N] };

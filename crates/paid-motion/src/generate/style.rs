@@ -4,33 +4,33 @@
 /// right-footed kick; a left-footed one is its mirror image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KickStyle {
-    /// Speed of the toe at the ball [m/s].
+    /// Speed of the toe at the ball `[m/s]`.
     pub speed: f64,
-    /// Height of the toe's center at the ball [m]; a little below the ball's center.
+    /// Height of the toe's center at the ball `[m]`; a little below the ball's center.
     pub strike_height: f64,
-    /// How far behind the point of contact the toe swings back [m].
+    /// How far behind the point of contact the toe swings back `[m]`.
     pub back: f64,
     /// How far to the left of the shot's line the toe is there [m]: behind the hip, which is between plant foot and ball.
     pub back_side: f64,
-    /// Height of the toe there [m].
+    /// Height of the toe there `[m]`.
     pub back_height: f64,
-    /// How far past the point of contact the toe swings [m].
+    /// How far past the point of contact the toe swings `[m]`.
     pub through: f64,
-    /// Height of the toe there [m].
+    /// Height of the toe there `[m]`.
     pub through_height: f64,
     /// Outward turn of the leg about the hip at the ball [rad]: large for the inside of the foot, small for the instep.
     pub turn_out: f64,
-    /// Where the plant foot's ankle stands, from the ball [m].
+    /// Where the plant foot's ankle stands, from the ball `[m]`.
     pub plant: [f64; 2],
-    /// Where the kicking foot's ankle stands before it swings, from the plant foot's [m].
+    /// Where the kicking foot's ankle stands before it swings, from the plant foot's `[m]`.
     pub take_off: [f64; 2],
-    /// Height of the base while walking, in the back-swing, and at the ball [m].
+    /// Height of the base while walking, in the back-swing, and at the ball `[m]`.
     pub base_heights: [f64; 3],
-    /// Largest turn of shoulders against hips about the vertical [rad].
+    /// Largest turn of shoulders against hips about the vertical `[rad]`.
     pub waist: f64,
-    /// Swing of the arms in the kick [rad].
+    /// Swing of the arms in the kick `[rad]`.
     pub arms: f64,
-    /// Forward lean of the trunk in the back-swing [rad].
+    /// Forward lean of the trunk in the back-swing `[rad]`.
     pub lean: f64,
 }
 

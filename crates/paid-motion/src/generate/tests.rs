@@ -39,7 +39,7 @@ fn toe(kick: &GeneratedKick, figure: &Biped<'_>, t: usize) -> Vec3<f64> {
     pose.point(Vec3(figure.toe[side]))
 }
 
-/// Toe velocity at frame `t` as a central difference [m/s].
+/// Toe velocity at frame `t` as a central difference `[m/s]`.
 fn toe_velocity(kick: &GeneratedKick, figure: &Biped<'_>, t: usize) -> Vec3<f64> {
     (toe(kick, figure, t + 1) - toe(kick, figure, t - 1)).scale(0.5 * FPS)
 }

@@ -7,23 +7,23 @@ use super::plan::{KICK, PLANT};
 const LONGEST_STRIDE: f64 = 0.36;
 /// Least and largest distance across [m]: shins that do not touch; ankles that lean no farther than they can.
 const ACROSS: [f64; 2] = [0.165, 0.31];
-/// Longest way of one foot in one step [m].
+/// Longest way of one foot in one step `[m]`.
 const LONGEST_STEP: f64 = 0.70;
-/// Largest turn from one foothold to the next [rad], and on the whole way.
+/// Largest turn from one foothold to the next `[rad]`, and on the whole way.
 const TURNS: [f64; 2] = [0.45, 0.75];
-/// Turns of the last pair before the plant foot's step that are tried [rad]; a large positive one would have the kicking foot
+/// Turns of the last pair before the plant foot's step that are tried `[rad]`; a large positive one would have the kicking foot
 /// in the ball.
 const TAKE_OFF_TURNS: [f64; 6] = [0.0, 0.15, -0.15, -0.30, -0.45, 0.25];
 /// Most steps.
 const MOST: usize = 14;
-/// Rounds of pulling footholds to where steps are good, and how far a step may then still be off [m].
+/// Rounds of pulling footholds to where steps are good, and how far a step may then still be off `[m]`.
 const ROUNDS: usize = 200;
 const GOOD: f64 = 2e-3;
 
 /// A walk: which foot goes where, in order.
 pub type Walk = Vec<(usize, Foothold)>;
 
-/// The fewest good steps from `start` to the plant foot, the last; the kicking foot's last hold is `take_off` from it [m], in the
+/// The fewest good steps from `start` to the plant foot, the last; the kicking foot's last hold is `take_off` from it `[m]`, in the
 /// axes of a pair that may be turned a little. Under way the feet may turn toward the ball, so that one at the side is walked
 /// to and not only side-stepped to. `extra` more steps than the fewest make every one of them easier.
 pub fn approach(start: [Foothold; 2], plant: Foothold, take_off: [f64; 2], extra: usize) -> Option<Walk> {
@@ -103,7 +103,7 @@ fn walk(start: [Foothold; 2], goal: [Foothold; 2], heading: f64, count: usize) -
     good.then(|| (2..holds.len()).map(|k| (foot(k), holds[k])).collect())
 }
 
-/// How far `next` must move, world [m], so that it and the standing foothold `hold` are neither too far apart nor too near.
+/// How far `next` must move, world `[m]`, so that it and the standing foothold `hold` are neither too far apart nor too near.
 fn correction(hold: Foothold, foot: usize, next: Foothold) -> [f64; 2] {
     let (s, c) = f64::midpoint(hold.yaw, next.yaw).sin_cos();
     let apart = [next.xy[0] - hold.xy[0], next.xy[1] - hold.xy[1]];
@@ -114,7 +114,7 @@ fn correction(hold: Foothold, foot: usize, next: Foothold) -> [f64; 2] {
     [c * dx - s * dy, s * dx + c * dy]
 }
 
-/// The longest distance of two successive holds [m].
+/// The longest distance of two successive holds `[m]`.
 fn longest(start: [Foothold; 2], walk: &Walk) -> f64 {
     let mut at = start;
     let mut longest: f64 = 0.0;
