@@ -51,6 +51,14 @@ pub enum EvalError {
     /// The policy cannot be read or run.
     #[error("policy: {0}")]
     Policy(String),
+    /// The policy file names the motions that it was trained on, and they are not here.
+    #[error("{}: the policy was trained on the motions '{motions}'; expected their folder, found none", policy.display())]
+    Motions {
+        /// The policy file.
+        policy: PathBuf,
+        /// Name of the folder of its motions.
+        motions: String,
+    },
     /// The policy returned a number that is not finite.
     #[error(
         "policy: action {action} of trial {trial} at control step {step} is {value}, expected a finite number"

@@ -25,7 +25,6 @@ pub struct TaskPreset {
     /// Name for logs.
     pub name: String,
     /// What the robot follows.
-    #[serde(default)]
     pub reference: ReferenceSource,
     /// Time limit of an episode [s]; reaching it is a truncation.
     pub episode_length_s: f64,

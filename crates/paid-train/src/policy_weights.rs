@@ -53,12 +53,33 @@ fn mean(newest: &Path, others: &[Numbered]) -> Result<Checkpoint, TrainError> {
 }
 
 /// Writes a checkpoint of weights, normalizers and preset only: small, free of anything that comes from the motion files, such as
-/// environment states. It can be evaluated, exported and started from, not resumed.
+/// environment states. It can be evaluated, exported and started from, not resumed. Of the motions' folder only the name is
+/// kept: a path is of no use on another machine.
 ///
 /// # Errors
 /// If `weights` has no preset, or the file cannot be written; an earlier file stays whole.
 pub fn write_weights(weights: &Checkpoint, path: &Path) -> Result<(), TrainError> {
-    let preset = RunPreset::of_checkpoint(weights)?.to_toml()?;
-    weights.save_weights(path, &[(PRESET_FILE, preset.as_bytes())])?;
+    let mut preset = RunPreset::of_checkpoint(weights)?;
+    preset.run.motions = folder_name(&preset.run.motions);
+    weights.save_weights(path, &[(PRESET_FILE, preset.to_toml()?.as_bytes())])?;
     Ok(())
+}
+
+/// The last part of a path; empty for an empty path.
+fn folder_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_policy_file_keeps_the_name_of_the_motions_folder_and_no_path() {
+        for (path, name) in
+            [("/somewhere/data/kicks/", "kicks"), ("../kicks", "kicks"), ("kicks", "kicks"), ("", "")]
+        {
+            assert_eq!(folder_name(path), name);
+        }
+    }
 }

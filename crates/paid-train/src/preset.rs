@@ -48,7 +48,6 @@ pub struct RunConfig {
     pub keep_checkpoints: usize,
     /// The policy of the run is the mean of the checkpoints of its last part, this share of the iterations (of those that are kept):
     /// a little better than any one of them. With 0 it is the last.
-    #[serde(default)]
     pub average_last: f64,
     /// `auto`, `avx512`, `avx2` or `portable`. Two instruction sets round differently, so a run repeats bit for bit only on
     /// the same one.

@@ -117,7 +117,10 @@ impl Subject {
         let scene = spec.scene.resolve(&mut task, source.usual_scene())?;
         let (mut robot, mut robot_spec) = load_robot(source.robot().unwrap_or(&spec.robot))?;
         check_feet(&scene, &robot)?;
-        let folder = spec.motions.clone().unwrap_or_else(|| source.motions());
+        let folder = match &spec.motions {
+            Some(folder) => folder.clone(),
+            None => source.motions_here()?,
+        };
         let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / task.control_dt_s())?;
         let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
         let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?);

@@ -63,11 +63,16 @@ impl PolicySource {
     }
 
     /// The folder of the motions that it was trained on; empty for the built-in kicks and for a file that does not say.
-    pub fn motions(&self) -> PathBuf {
-        match self {
-            Self::Network(trained) => PathBuf::from(&trained.preset.run.motions),
-            _ => PathBuf::new(),
+    ///
+    /// # Errors
+    /// If the file names a folder that this machine does not have. Other motions would give another score without a word.
+    pub fn motions_here(&self) -> Result<PathBuf, EvalError> {
+        let Self::Network(trained) = self else { return Ok(PathBuf::new()) };
+        let motions = &trained.preset.run.motions;
+        if motions.is_empty() || Path::new(motions).exists() {
+            return Ok(PathBuf::from(motions));
         }
+        Err(EvalError::Motions { policy: trained.checkpoint.clone(), motions: motions.clone() })
     }
 
     /// The task that it was trained in. For a file that does not say it is the built-in task `fallback`, in which a ball is seen as

@@ -19,10 +19,8 @@ pub struct KickPreset {
     pub min_ball_speed: f64,
     /// Horizontal ball speed from which direction pays in full; below it pays in proportion to the speed `[m/s]`. 0: in full
     /// from `min_ball_speed` on, so that a ball that will not reach the goal pays as much as one that will.
-    #[serde(default)]
     pub full_ball_speed: f64,
     /// How long before the reference's strike the first contact may come and still pay `[s]`; 0: at any time. A touch in walking
     /// otherwise pays a little, and is learned where the ball lies in the way of a step.
-    #[serde(default)]
     pub early_s: f64,
 }
