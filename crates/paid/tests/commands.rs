@@ -147,7 +147,7 @@ fn stage_two_starts_from_stage_one_and_a_run_resumes() {
 fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_second() {
     let folder = tempfile::tempdir().expect("folder");
     write_motions(folder.path());
-    let second = "base = \"stage2\"\nstage = \"stage2\"\n[task.sampling]\nmiss_weight = 0.25\n";
+    let second = "base = \"stage2\"\nstage = \"stage2\"\n[task.sampling]\nmiss_sampling_weight = 0.25\n";
     fs::write(folder.path().join("second.toml"), second).expect("a preset");
     succeeds(&paid(
         folder.path(),
