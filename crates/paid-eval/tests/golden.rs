@@ -145,7 +145,7 @@ fn the_demo_policy_scores_the_known_goals() {
 fn the_built_in_engine_gives_the_known_figures() {
     let found = figures(EngineChoice::Builtin);
     check("builtin", &found);
-    assert!(found["builtin contact"] > 0.0, "a golden evaluation without a kick says little: {found:?}");
+    assert!(found["builtin success"] > 0.0, "a golden evaluation without a goal says little: {found:?}");
 }
 
 #[test]
@@ -153,7 +153,7 @@ fn mujoco_gives_the_known_figures() {
     let Some(_) = paid_testing::mujoco("mujoco_gives_the_known_figures", Library::get()) else { return };
     let found = figures(EngineChoice::Mujoco(Box::default()));
     check("mujoco", &found);
-    assert!(found["mujoco contact"] > 0.0, "a golden evaluation without a kick says little: {found:?}");
+    assert!(found["mujoco success"] > 0.0, "a golden evaluation without a goal says little: {found:?}");
 }
 
 #[test]
