@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(fs::read(&good).expect("reads"), b"before");
         assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 2, "no temporary file is left");
         files.0.pop();
-        assert_eq!(files.write().expect("writes"), [good.clone()]);
+        assert_eq!(files.write().expect("writes"), std::slice::from_ref(&good));
         assert_eq!(fs::read(&good).expect("reads"), b"after");
     }
 }

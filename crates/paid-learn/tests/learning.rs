@@ -1,5 +1,7 @@
 //! Known problems are solved, and results do not depend on the number of threads.
 
+#![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
+
 mod common;
 
 use common::{PointMass, Recall};

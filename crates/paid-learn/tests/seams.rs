@@ -1,6 +1,8 @@
 //! What methods with rewards of their own (AMP) need of the learner: a further observation group, a reward that the learner
 //! computes, a second critic.
 
+#![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
+
 mod common;
 
 use common::{PointMass, WithMotion};

@@ -342,7 +342,7 @@ fn wrong_sizes_and_numbers_are_refused() {
     assert!(matches!(e, OnnxError::Shape { .. }), "{e}");
     // A layer whose own size is consistent but does not fit its neighbors.
     let e = error_after(|m| {
-        *initializer(m, "actor.0.bias") = TensorProto::float("actor.0.bias", &[7], &[0.0; 7])
+        *initializer(m, "actor.0.bias") = TensorProto::float("actor.0.bias", &[7], &[0.0; 7]);
     });
     assert!(matches!(e, OnnxError::Graph { .. }), "{e}");
     let e = error_after(|m| {

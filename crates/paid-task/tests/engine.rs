@@ -413,9 +413,9 @@ fn workspace_balls_belong_to_their_motion_and_late_starts_are_on_the_way() {
             assert!((shift - expected).abs() < 0.1, "{env} frame {}: {shift} {expected}", sample.frame);
         }
         if sample.frame == 0 {
-            first += 1
+            first += 1;
         } else {
-            late += 1
+            late += 1;
         }
         motions.insert(sample.motion);
     }

@@ -34,6 +34,7 @@ impl Toy {
     }
 
     /// Shards of a small preset.
+    #[expect(clippy::vec_box, reason = "the learner takes boxed environments")]
     pub fn shards(preset: &RunPreset) -> Vec<Box<Self>> {
         let envs = preset.run.envs / preset.run.shards;
         (0..preset.run.shards).map(|k| Box::new(Self::new(envs, k as u32))).collect()

@@ -185,7 +185,7 @@ fn shortened(args: &[String]) -> Vec<&str> {
             args.extend(["--size", "160x120", "--pictures", "5"]);
         }
         ["sysid", first, ..] if first.starts_with('-') => {
-            args.extend(["--restarts", "2", "--generations", "20"])
+            args.extend(["--restarts", "2", "--generations", "20"]);
         }
         _ => {}
     }
@@ -229,10 +229,9 @@ fn the_commands_in_the_text_run() {
         let folder = tempfile::tempdir().expect("a folder");
         copy(&root().join("policies/demo"), &folder.path().join("policies/demo"));
         for block in blocks(&page).iter().filter(|b| b.mark == "toml") {
-            if let Some(name) = block.text.lines().next().and_then(|l| l.strip_prefix("# ")) {
-                if name.ends_with(".toml") {
-                    fs::write(folder.path().join(name), &block.text).expect("writes");
-                }
+            let name = block.text.lines().next().and_then(|l| l.strip_prefix("# "));
+            if let Some(name) = name.filter(|n| n.ends_with(".toml")) {
+                fs::write(folder.path().join(name), &block.text).expect("writes");
             }
         }
         for command in commands.iter().filter(|c| c.run) {

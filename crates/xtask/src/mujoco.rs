@@ -134,7 +134,7 @@ fn extract(wheel: &Path, library: &Path) -> Result<(), Error> {
     let file = File::open(wheel).map_err(io_error(wheel))?;
     let mut archive = zip::ZipArchive::new(file).map_err(wheel_error)?;
     let suffix = format!("/{}", library_name());
-    let names = archive.file_names().filter_map(Result::ok).map(|n| n.into_owned());
+    let names = archive.file_names().filter_map(Result::ok).map(std::borrow::Cow::into_owned);
     let inside = names.into_iter().find(|n| n.ends_with(&suffix));
     let Some(inside) = inside else {
         return Err(Error::Missing { place: wheel.to_owned(), expected: library_name() });

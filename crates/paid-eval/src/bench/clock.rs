@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn a_contender_that_cannot_be_made_is_an_error() {
         let make = || Err::<(), _>(EvalError::Policy("no contender".to_owned()));
-        let error = timed(2, 0.01, make, |_| 1).unwrap_err();
+        let error = timed(2, 0.01, make, |()| 1).unwrap_err();
         assert_eq!(error.to_string(), "policy: no contender");
     }
 }

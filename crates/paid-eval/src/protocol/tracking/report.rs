@@ -151,7 +151,7 @@ impl TrackingReport {
                 cell(c.exact, 2, |m| m.foot_speed),
                 percent(c.exact, |m| m.foot_speed_share),
                 percent(c.exact, |m| m.lift_share),
-                cell(c.exact, 4, |m| m.auj()),
+                cell(c.exact, 4, MeanScore::auj),
                 format!("{}/{}", c.perturbed_completed.count, c.perturbed_completed.trials),
                 cell(c.perturbed, 1, |m| m.errors.mpjpe_mm),
                 cell(c.perturbed, 1, |m| m.errors.g_mpjpe_mm),
@@ -173,7 +173,7 @@ impl TrackingReport {
                     cell(m, 2, |m| m.errors.mpjpe_mm),
                     cell(m, 2, |m| m.errors.g_mpjpe_mm),
                     cell(m, 2, |m| m.errors.velocity_error_mm),
-                    cell(m, 4, |m| m.auj()),
+                    cell(m, 4, MeanScore::auj),
                 ]);
             }
             for p in self.paper.iter().filter(|p| p.set == s.set) {
