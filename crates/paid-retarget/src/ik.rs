@@ -50,7 +50,7 @@ struct Part {
 pub struct Solver<'a> {
     model: &'a RobotModel,
     parts: Vec<Part>,
-    /// Range of every joint [rad]: the robot's, narrowed by the table.
+    /// Range of every joint `[rad]`: the robot's, narrowed by the table.
     pub range: Vec<[f64; 2]>,
     system: BoxedSystem,
     low: Vec<f64>,

@@ -22,14 +22,14 @@ pub enum BallRule {
 pub struct BallPlacement {
     /// Which balls belong to which motion.
     pub rule: BallRule,
-    /// `workspace`: range ahead of the first frame's anchor, along its heading [m]. The evaluation's effective workspace and a quarter of
+    /// `workspace`: range ahead of the first frame's anchor, along its heading `[m]`. The evaluation's effective workspace and a quarter of
     /// a meter around it is 0.25 to 2.25, and -1.25 to 1.25 to the left.
     pub ahead_m: Range,
-    /// `workspace`: range to its left [m].
+    /// `workspace`: range to its left `[m]`.
     pub left_m: Range,
-    /// `arc`: half-width of the uniform angle offset [degrees].
+    /// `arc`: half-width of the uniform angle offset `[degrees]`.
     pub angle_deg: f64,
-    /// `arc`: half-width of the uniform radius offset [m].
+    /// `arc`: half-width of the uniform radius offset `[m]`.
     pub radius_m: f64,
     /// `workspace`: share of a ball's way from its motion's nominal place that it is moved at first; 1 puts it where it was
     /// drawn from the beginning. The share grows to 1 while the robot hits (below): a policy that can only follow its motion
@@ -39,11 +39,11 @@ pub struct BallPlacement {
     pub spread_at: f64,
     /// Iterations with that success from the first share to 1.
     pub spread_iterations: u32,
-    /// Half-width of the uniform initial velocity in x and in y [m/s].
+    /// Half-width of the uniform initial velocity in x and in y `[m/s]`.
     pub velocity: f64,
     /// Share of episodes whose ball rolls at the start; the others' lies still.
     pub rolling_share: f64,
-    /// Placements nearer than this to a foot (ankle to ball center, horizontally) are redrawn [m].
+    /// Placements nearer than this to a foot (ankle to ball center, horizontally) are redrawn `[m]`.
     pub clearance_m: f64,
 }
 
@@ -51,12 +51,12 @@ pub struct BallPlacement {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalPreset {
-    /// Center of the rectangle ahead of the motion's first base position, along its heading [m].
+    /// Center of the rectangle ahead of the motion's first base position, along its heading `[m]`.
     pub distance_m: f64,
-    /// Side of the rectangle across the heading [m].
+    /// Side of the rectangle across the heading `[m]`.
     pub rectangle_across_m: f64,
-    /// Side of the rectangle along the heading [m].
+    /// Side of the rectangle along the heading `[m]`.
     pub rectangle_along_m: f64,
-    /// Width of the goal mouth for the goal statistics [m].
+    /// Width of the goal mouth for the goal statistics `[m]`.
     pub width_m: f64,
 }

@@ -34,11 +34,11 @@ pub(crate) struct TaskConfig {
     pub bodies: usize,
     /// Policy joints of the waist.
     pub waist: Vec<usize>,
-    /// Center of mass of the base in its frame [m].
+    /// Center of mass of the base in its frame `[m]`.
     pub base_com: [f64; 3],
     /// True if episodes follow a reference motion.
     pub has_reference: bool,
-    /// Control period [s].
+    /// Control period `[s]`.
     pub dt_s: f64,
     /// Time limit [control steps].
     pub max_steps: u32,

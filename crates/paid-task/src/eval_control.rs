@@ -12,13 +12,13 @@ pub struct InitialState {
     /// Frame of the motion; 0 is its start.
     pub frame: usize,
     /// Ball center (x, y) in the motion's start frame (origin: the anchor's horizontal position at frame 0; x along its
-    /// heading, y left) [m]; `None`: the motion's nominal place.
+    /// heading, y left) `[m]`; `None`: the motion's nominal place.
     pub ball_xy: Option<[f64; 2]>,
-    /// Initial ball velocity in the same axes [m/s].
+    /// Initial ball velocity in the same axes `[m/s]`.
     pub ball_velocity: [f64; 2],
-    /// Goal center (x, y) in the same frame [m]; `None`: the center of the preset's rectangle.
+    /// Goal center (x, y) in the same frame `[m]`; `None`: the center of the preset's rectangle.
     pub goal_xy: Option<[f64; 2]>,
-    /// Displacement (x, y) of the robot from the reference in the same axes [m].
+    /// Displacement (x, y) of the robot from the reference in the same axes `[m]`.
     pub displacement: [f64; 2],
     /// True: the preset's reset noise is added.
     pub noise: bool,
@@ -50,22 +50,22 @@ pub struct KickEvent {
     pub correct: bool,
     /// Model index of the body that the engine says touched the ball; `None` if it does not say.
     pub body: Option<usize>,
-    /// Velocity of that foot's center of mass just after the contact step, world axes [m/s].
+    /// Velocity of that foot's center of mass just after the contact step, world axes `[m/s]`.
     pub foot_vel: [f64; 3],
-    /// Ball velocity 5 control steps after the contact, world axes [m/s]; `None` before then.
+    /// Ball velocity 5 control steps after the contact, world axes `[m/s]`; `None` before then.
     pub ball_vel_after: Option<[f64; 3]>,
 }
 
 /// Pose and velocity of a body, world axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodySample {
-    /// Origin of the body frame [m].
+    /// Origin of the body frame `[m]`.
     pub pos: [f64; 3],
     /// Body frame in the world, row-major.
     pub rot: [[f64; 3]; 3],
-    /// Velocity of the center of mass [m/s].
+    /// Velocity of the center of mass `[m/s]`.
     pub com_vel: [f64; 3],
-    /// Angular velocity [rad/s].
+    /// Angular velocity `[rad/s]`.
     pub ang_vel: [f64; 3],
 }
 
@@ -83,23 +83,23 @@ pub struct EnvSample {
     pub motion_ended: bool,
     /// Bodies, model order.
     pub bodies: Vec<BodySample>,
-    /// Joint angles, model order [rad].
+    /// Joint angles, model order `[rad]`.
     pub joint_pos: Vec<f64>,
-    /// Joint velocities, model order [rad/s].
+    /// Joint velocities, model order `[rad/s]`.
     pub joint_vel: Vec<f64>,
-    /// Actuator torques, model order [N m].
+    /// Actuator torques, model order `[N m]`.
     pub joint_torque: Vec<f64>,
-    /// Net contact force on each body, model order, world axes [N].
+    /// Net contact force on each body, model order, world axes `[N]`.
     pub contact_force: Vec<[f64; 3]>,
-    /// Ball center [m].
+    /// Ball center `[m]`.
     pub ball_pos: [f64; 3],
-    /// Ball velocity [m/s].
+    /// Ball velocity `[m/s]`.
     pub ball_vel: [f64; 3],
-    /// Force of the robot on the ball, world axes [N].
+    /// Force of the robot on the ball, world axes `[N]`.
     pub ball_force: [f64; 3],
-    /// Goal center [m].
+    /// Goal center `[m]`.
     pub goal_pos: [f64; 3],
-    /// Heading of the motion's first frame in the world [rad]: the goal plane is perpendicular to it.
+    /// Heading of the motion's first frame in the world `[rad]`: the goal plane is perpendicular to it.
     pub heading: f64,
     /// The first kick of the episode.
     pub kick: Option<KickEvent>,

@@ -26,9 +26,9 @@ pub(crate) struct KickState<V> {
     pub z_window: V,
     /// Squared horizontal distance of the ball from anchor and base at the first contact `[m^2]`.
     pub distance2: [V; 2],
-    /// Where the ball was before the first contact [m].
+    /// Where the ball was before the first contact `[m]`.
     pub before: Vec3<V>,
-    /// Largest horizontal ball speed within the window after the first contact [m/s].
+    /// Largest horizontal ball speed within the window after the first contact `[m/s]`.
     pub best_speed: V,
     /// Cosine of the ball's direction to the goal's at that speed.
     pub best_cosine: V,
@@ -139,7 +139,7 @@ impl<V: Real> KickState<V> {
         self.wait.set_lane(lane, wait as f64);
     }
 
-    /// Takes in the state after a control step. `robot_points` are anchor and base, world [m].
+    /// Takes in the state after a control step. `robot_points` are anchor and base, world `[m]`.
     #[inline(always)]
     pub(crate) fn advance(
         &mut self,

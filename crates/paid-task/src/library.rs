@@ -20,17 +20,17 @@ pub struct ReferenceClip {
     pub strike_frame: Option<usize>,
     /// Number of frames T.
     pub frames: usize,
-    /// Joint angles `[T, J]` [rad].
+    /// Joint angles `[T, J]` `[rad]`.
     pub joint_pos: Vec<f64>,
-    /// Joint velocities `[T, J]` [rad/s].
+    /// Joint velocities `[T, J]` `[rad/s]`.
     pub joint_vel: Vec<f64>,
-    /// Body origins `[T, B]`, world [m].
+    /// Body origins `[T, B]`, world `[m]`.
     pub body_pos: Vec<[f64; 3]>,
     /// Body orientations `[T, B]`, w, x, y, z.
     pub body_quat: Vec<[f64; 4]>,
-    /// Velocities of the bodies' centers of mass `[T, B]`, world [m/s].
+    /// Velocities of the bodies' centers of mass `[T, B]`, world `[m/s]`.
     pub body_com_vel: Vec<[f64; 3]>,
-    /// Angular velocities `[T, B]`, world [rad/s].
+    /// Angular velocities `[T, B]`, world `[rad/s]`.
     pub body_ang_vel: Vec<[f64; 3]>,
 }
 
@@ -47,13 +47,13 @@ pub struct MotionFacts {
     pub strike_frame: usize,
     /// Speed of the foot's center of mass in that frame `[m/s]`.
     pub strike_speed: f64,
-    /// Anchor position (x, y) in the first frame, world [m].
+    /// Anchor position (x, y) in the first frame, world `[m]`.
     pub start_xy: [f64; 2],
-    /// Base position (x, y) in the first frame, world [m].
+    /// Base position (x, y) in the first frame, world `[m]`.
     pub base_xy: [f64; 2],
-    /// Heading of the anchor's x axis in the first frame [rad].
+    /// Heading of the anchor's x axis in the first frame `[rad]`.
     pub heading: f64,
-    /// Anchor displacement from the first to the last frame, world axes [m]: from `start_xy` to the nominal ball.
+    /// Anchor displacement from the first to the last frame, world axes `[m]`: from `start_xy` to the nominal ball.
     pub displacement: [f64; 2],
 }
 
@@ -93,7 +93,7 @@ pub struct ReferenceLibrary {
     standing: bool,
 }
 
-/// Nominal place of the ball ahead of a robot without a reference: within the paper's workspace [m].
+/// Nominal place of the ball ahead of a robot without a reference: within the paper's workspace `[m]`.
 pub const STANDING_BALL_M: f64 = 1.0;
 
 /// Model index of a body.

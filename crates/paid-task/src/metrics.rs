@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{END_CAUSES, END_NAMES, REWARD_NAMES, REWARD_TERMS};
 
-/// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position [m] and orientation [rad],
-/// mean body position [m] and orientation [rad] (yaw-aligned), mean body linear [m/s] and angular [rad/s] velocity,
-/// norm of the joint angle [rad] and joint velocity [rad/s] errors.
+/// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position `[m]` and orientation `[rad]`,
+/// mean body position `[m]` and orientation `[rad]` (yaw-aligned), mean body linear `[m/s]` and angular `[rad/s]` velocity,
+/// norm of the joint angle `[rad]` and joint velocity `[rad/s]` errors.
 pub const TRACKING_NAMES: [&str; 8] = [
     "error_anchor_pos",
     "error_anchor_ori",
@@ -27,7 +27,7 @@ pub struct KickStatistics {
     pub contacts: u64,
     /// Of these, with the labeled foot first.
     pub correct_foot: u64,
-    /// Sum over contacts of the ball's horizontal speed, the largest of the outcome window [m/s].
+    /// Sum over contacts of the ball's horizontal speed, the largest of the outcome window `[m/s]`.
     pub ball_speed_sum: f64,
     /// Sum over contacts of the cosine between the ball's horizontal velocity (at that largest speed) and the goal's
     /// direction.
@@ -49,7 +49,7 @@ pub struct TaskMetrics {
     /// Sums over steps of the tracking errors, order of [`TRACKING_NAMES`].
     #[serde(with = "crate::codec::array")]
     pub tracking: [f64; TRACKING_NAMES.len()],
-    /// Largest speed of the labeled kicking foot's center of mass, summed over episodes that ended [m/s].
+    /// Largest speed of the labeled kicking foot's center of mass, summed over episodes that ended `[m/s]`.
     pub kick_foot_peak_sum: f64,
     /// The same of the reference over the same frames.
     pub reference_foot_peak_sum: f64,

@@ -26,7 +26,7 @@ pub struct TaskPreset {
     pub name: String,
     /// What the robot follows.
     pub reference: ReferenceSource,
-    /// Time limit of an episode [s]; reaching it is a truncation.
+    /// Time limit of an episode `[s]`; reaching it is a truncation.
     pub episode_length_s: f64,
     /// Ground, solver and control period.
     pub scene: SceneConfig,
@@ -120,13 +120,13 @@ impl ObservationPreset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityNoise {
-    /// x and y [m/s].
+    /// x and y `[m/s]`.
     pub xy: f64,
-    /// z [m/s].
+    /// z `[m/s]`.
     pub z: f64,
-    /// About x and y [rad/s].
+    /// About x and y `[rad/s]`.
     pub roll_pitch: f64,
-    /// About z [rad/s].
+    /// About z `[rad/s]`.
     pub yaw: f64,
 }
 
@@ -134,17 +134,17 @@ pub struct VelocityNoise {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResetPreset {
-    /// Base x and y [m].
+    /// Base x and y `[m]`.
     pub xy_m: f64,
-    /// Base z [m].
+    /// Base z `[m]`.
     pub z_m: f64,
-    /// Base roll and pitch [rad].
+    /// Base roll and pitch `[rad]`.
     pub roll_pitch_rad: f64,
-    /// Base yaw [rad].
+    /// Base yaw `[rad]`.
     pub yaw_rad: f64,
     /// Base velocity.
     pub velocity: VelocityNoise,
-    /// Joint angles [rad], clipped to the soft limits.
+    /// Joint angles `[rad]`, clipped to the soft limits.
     pub joint_rad: f64,
     /// True: the base is raised by the height of the ground under the higher foot, so that no episode begins inside it.
     pub lift_to_ground: bool,
@@ -172,7 +172,7 @@ pub struct SamplingPreset {
     /// More than 0 draws episodes to the motions whose shots miss: by the workspace rule half of the episodes from the first
     /// frame then take their motion from the sampler instead of from a uniform ball.
     pub miss_sampling_weight: f64,
-    /// Time after the first contact with the ball at which an episode times out [s]; 0: never. The outcome is decided by
+    /// Time after the first contact with the ball at which an episode times out `[s]`; 0: never. The outcome is decided by
     /// then, and almost half of a clip is follow-through and recovery.
     pub stop_after_kick_s: f64,
     /// Share of the environments in which it does; the others go on, so that the recovery stays in training.
@@ -185,7 +185,7 @@ pub struct SamplingPreset {
 pub struct PushPreset {
     /// True to push.
     pub enabled: bool,
-    /// Range of the time between pushes [s].
+    /// Range of the time between pushes `[s]`.
     pub interval_s: Range,
     /// Half-widths of the change.
     pub velocity: VelocityNoise,
@@ -321,7 +321,7 @@ impl TaskPreset {
         self.observations.policy.contains(&ObservationId::BallAtStrike)
     }
 
-    /// Duration of a control step [s].
+    /// Duration of a control step `[s]`.
     pub fn control_dt_s(&self) -> f64 {
         self.scene.physics_dt_s * self.scene.substeps as f64
     }

@@ -19,9 +19,9 @@ pub struct SurfacePreset {
     pub dynamic_friction: f64,
     /// Share of the normal approach speed that is returned.
     pub restitution: f64,
-    /// Linear damping [1/s].
+    /// Linear damping `[1/s]`.
     pub linear_damping: f64,
-    /// Angular damping [1/s].
+    /// Angular damping `[1/s]`.
     pub angular_damping: f64,
 }
 
@@ -77,15 +77,15 @@ pub struct RandomizationPreset {
     pub dynamic_friction: Range,
     /// Restitution.
     pub restitution: Range,
-    /// Error of the default joint angles [rad].
+    /// Error of the default joint angles `[rad]`.
     pub joint_default_rad: Range,
-    /// Offset of the base's center of mass along x [m].
+    /// Offset of the base's center of mass along x `[m]`.
     pub base_com_x_m: Range,
-    /// Offset of the base's center of mass along y and z [m].
+    /// Offset of the base's center of mass along y and z `[m]`.
     pub base_com_yz_m: Range,
     /// True: ball parameters below are drawn.
     pub ball: bool,
-    /// Ball mass [kg].
+    /// Ball mass `[kg]`.
     pub ball_mass_kg: Range,
     /// Ball static friction.
     pub ball_static_friction: Range,
@@ -93,9 +93,9 @@ pub struct RandomizationPreset {
     pub ball_dynamic_friction: Range,
     /// Ball restitution.
     pub ball_restitution: Range,
-    /// Ball linear damping [1/s].
+    /// Ball linear damping `[1/s]`.
     pub ball_linear_damping: Range,
-    /// Ball angular damping [1/s].
+    /// Ball angular damping `[1/s]`.
     pub ball_angular_damping: Range,
     /// Surfaces that the environments are split between by their number; none: the ball of `ball_params`, or of the ranges
     /// above.
@@ -109,10 +109,10 @@ pub struct RandomizationPreset {
     pub link_mass_scale: Range,
     /// Factor of mass and inertia of the base; [1, 1] is none.
     pub base_mass_scale: Range,
-    /// Delay between policy and joint targets [s], up to a control period: the target is the time average of the last and the
+    /// Delay between policy and joint targets `[s]`, up to a control period: the target is the time average of the last and the
     /// new one over the control step.
     pub action_delay_s: Range,
-    /// Age of gravity, angular velocity, joint angles and velocities in the policy's observation [s], up to a control period:
+    /// Age of gravity, angular velocity, joint angles and velocities in the policy's observation `[s]`, up to a control period:
     /// interpolated between two control steps.
     pub observation_delay_s: Range,
 }

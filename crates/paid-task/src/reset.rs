@@ -61,7 +61,7 @@ fn draw(range: Range, rng: &mut Rng) -> f64 {
     rng.uniform(range[0], range[1])
 }
 
-/// Uniform linear [m/s] and angular [rad/s] velocity noise, world axes.
+/// Uniform linear `[m/s]` and angular `[rad/s]` velocity noise, world axes.
 pub(crate) fn velocity_noise(noise: &VelocityNoise, rng: &mut Rng) -> ([f64; 3], [f64; 3]) {
     let mut symmetric = |half: f64| rng.uniform(-half, half);
     let linear = [symmetric(noise.xy), symmetric(noise.xy), symmetric(noise.z)];

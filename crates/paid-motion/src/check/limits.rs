@@ -18,9 +18,9 @@ impl Limit {
 /// Limits of all aspects.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CheckLimits {
-    /// Shortest clip without a warning [s]: less cannot hold an approach and a kick.
+    /// Shortest clip without a warning `[s]`: less cannot hold an approach and a kick.
     pub shortest_s: f64,
-    /// Clip length [s]: the task's episodes last 10 s.
+    /// Clip length `[s]`: the task's episodes last 10 s.
     pub duration_s: Limit,
     /// Stored bodies against forward kinematics of the stored joints `[m]`.
     pub kinematics_m: Limit,

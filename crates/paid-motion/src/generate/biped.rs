@@ -18,7 +18,7 @@ pub struct Biped<'a> {
     pub free: [[usize; 3]; 2],
     /// The body that a clip's displacement is measured at.
     pub anchor: usize,
-    /// Toe end of the foot's collision shape, foot frame [m]: the part that meets the ball.
+    /// Toe end of the foot's collision shape, foot frame `[m]`: the part that meets the ball.
     pub toe: [[f64; 3]; 2],
     /// Radius of that shape `[m]`.
     pub toe_radius: f64,

@@ -10,7 +10,7 @@ pub struct KickStyle {
     pub strike_height: f64,
     /// How far behind the point of contact the toe swings back `[m]`.
     pub back: f64,
-    /// How far to the left of the shot's line the toe is there [m]: behind the hip, which is between plant foot and ball.
+    /// How far to the left of the shot's line the toe is there `[m]`: behind the hip, which is between plant foot and ball.
     pub back_side: f64,
     /// Height of the toe there `[m]`.
     pub back_height: f64,
@@ -18,7 +18,7 @@ pub struct KickStyle {
     pub through: f64,
     /// Height of the toe there `[m]`.
     pub through_height: f64,
-    /// Outward turn of the leg about the hip at the ball [rad]: large for the inside of the foot, small for the instep.
+    /// Outward turn of the leg about the hip at the ball `[rad]`: large for the inside of the foot, small for the instep.
     pub turn_out: f64,
     /// Where the plant foot's ankle stands, from the ball `[m]`.
     pub plant: [f64; 2],

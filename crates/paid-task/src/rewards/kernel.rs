@@ -20,7 +20,7 @@ pub(crate) fn gaussian<V: Real>(error2: V, sigma: f64) -> V {
     (error2 * V::c(-1.0 / (sigma * sigma))).exp()
 }
 
-/// The kernel of a squared error while the time to the strike is within `around_s` [s]; zero elsewhere. An `around_s` of 0 is
+/// The kernel of a squared error while the time to the strike is within `around_s` `[s]`; zero elsewhere. An `around_s` of 0 is
 /// the whole motion.
 #[inline(always)]
 pub(crate) fn around_strike<V: Real>(error2: V, to_strike_s: V, sigma: f64, around_s: f64) -> V {

@@ -75,7 +75,7 @@ impl<'a, V: Real> RewardInput<'a, V> {
         &self.state.bodies[self.config.followed[self.config.anchor]]
     }
 
-    /// Where the ball was before the robot touched it, world [m].
+    /// Where the ball was before the robot touched it, world `[m]`.
     #[inline(always)]
     pub(crate) fn ball_before(&self) -> Vec3<V> {
         self.group.kick.before
@@ -124,7 +124,7 @@ macro_rules! reward_terms {
             /// What counts as a kick.
             pub kick: KickPreset,
             $(
-                #[doc = concat!("See [`", stringify!($Term), "`].")]
+                #[doc = concat!("The term `", stringify!($Term), "`.")]
                 #[serde(default)]
                 pub $name: $Term,
             )+
