@@ -64,7 +64,7 @@ macro_rules! termination_terms {
         #[serde(default, deny_unknown_fields)]
         pub struct TerminationPreset {
             $(
-                #[doc = concat!("See [`struct@", stringify!($Term), "`].")]
+                #[doc = concat!("The term `", stringify!($Term), "`.")]
                 pub $name: $Term,
             )+
         }
@@ -74,7 +74,7 @@ macro_rules! termination_terms {
         #[repr(u8)]
         pub enum EndCause {
             $(
-                #[doc = concat!("Failure: see [`struct@", stringify!($Term), "`].")]
+                #[doc = concat!("Failure: see `", stringify!($Term), "`.")]
                 $Term,
             )+
             /// A number of the state was not finite; counted as a failure.
