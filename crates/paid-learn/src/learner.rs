@@ -12,8 +12,9 @@ use crate::model::Model;
 use crate::parallel::for_each;
 use crate::rollout::RolloutLayout;
 use crate::shard::{Collect, Shard};
+use crate::stats::{CollectStats, IterationStats, UpdateStats};
 use crate::transitions::Transitions;
-use crate::update::{Gradients, Schedule, UpdateStats, Worker, update};
+use crate::update::{Gradients, Schedule, Worker, update};
 use paid_policy::Policy;
 use paid_policy::normalizer::Normalizer;
 use paid_policy::{ObservationGroup, VecEnv};
@@ -44,50 +45,6 @@ pub struct Learner {
     pub(crate) shards: Vec<Shard>,
     workers: Vec<Worker>,
     gradients: Gradients,
-}
-
-/// What a collection saw and took.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CollectStats {
-    /// Samples (control steps times environments).
-    pub samples: usize,
-    /// Mean of the task's reward per control step.
-    pub mean_reward: f64,
-    /// Mean of the learned reward per control step, before any weight.
-    pub mean_learned_reward: f64,
-    /// Episodes that failed.
-    pub terminated: u64,
-    /// Episodes that were cut.
-    pub truncated: u64,
-    /// Observations and rewards that were not finite (replaced by zero).
-    pub non_finite: u64,
-    /// Wall clock `[s]`.
-    pub wall_s: f64,
-    /// Time in environments `[s]`, summed over threads.
-    pub env_s: f64,
-    /// Time in normalization `[s]`, summed over threads.
-    pub normalize_s: f64,
-    /// Time in networks and sampling `[s]`, summed over threads.
-    pub forward_s: f64,
-}
-
-/// One iteration: a horizon and an update.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct IterationStats {
-    /// Number of the iteration, from 1.
-    pub iteration: u64,
-    /// Collection.
-    pub collect: CollectStats,
-    /// Update.
-    pub update: UpdateStats,
-    /// Wall clock of the update `[s]`.
-    pub learn_s: f64,
-    /// Learning rate after it.
-    pub learning_rate: f64,
-    /// Mean standard deviation of the actions after it.
-    pub mean_std: f64,
-    /// Entropy of the policy after it `[nat]`.
-    pub entropy: f64,
 }
 
 /// Environments that a learner cannot work with.

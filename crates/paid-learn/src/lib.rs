@@ -63,16 +63,17 @@ pub mod net;
 pub mod parallel;
 pub mod rollout;
 pub mod shard;
+pub mod stats;
 pub mod transitions;
 pub mod update;
 pub mod value_loss;
 
 pub use config::{ConfigError, LearnConfig, PpoConfig};
 pub use learned_reward::{LearnedReward, RewardRole};
-pub use learner::{CollectStats, IterationStats, Learner, ShardError};
+pub use learner::{Learner, ShardError};
 pub use model::Model;
+pub use stats::{CollectStats, IterationStats, UpdateStats};
 pub use transitions::Transitions;
-pub use update::UpdateStats;
 
 // What the learner takes and gives, so that its callers need not name two crates.
 pub use paid_policy::{

@@ -10,6 +10,7 @@ use crate::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
 use crate::parallel::for_each;
 use crate::rollout::unit_ref;
 use crate::shard::Shard;
+use crate::stats::UpdateStats;
 use crate::value_loss::{ValueBatch, value_loss};
 use paid_policy::element::Element;
 use paid_policy::net::State;
@@ -47,27 +48,6 @@ impl Gradients {
     fn networks_mut(&mut self) -> impl Iterator<Item = &mut NetworkGradient> {
         core::iter::once(&mut self.actor).chain(&mut self.critics)
     }
-}
-
-/// Means over the gradient steps of an update.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct UpdateStats {
-    /// Clipped surrogate loss.
-    pub surrogate_loss: f64,
-    /// Value loss of the task's critic, before its weight.
-    pub value_loss: f64,
-    /// Value loss of the learned reward's critic, before its weight; 0 if there is none.
-    pub learned_value_loss: f64,
-    /// Divergence from the policy that collected.
-    pub kl: f64,
-    /// Share of samples outside the clip range.
-    pub clip_fraction: f64,
-    /// Norm of the gradient before clipping.
-    pub grad_norm: f64,
-    /// Gradient steps taken.
-    pub steps: u64,
-    /// Gradient steps left out because the gradient was not finite.
-    pub skipped: u64,
 }
 
 /// What persists between updates, besides the models.

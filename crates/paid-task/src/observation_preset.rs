@@ -1,0 +1,59 @@
+//! What policy and critic observe, with which noise.
+
+use paid_policy::observation::{self, Need, ObservationId, ObservationNoise};
+use paid_policy::{Dimensions, ObservationLayout};
+use paid_robot::RobotSpec;
+use serde::{Deserialize, Serialize};
+
+use crate::TaskError;
+use crate::preset::{PerceptionPreset, ReferenceSource, value_error};
+
+/// What is observed, and how wrongly.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ObservationPreset {
+    /// Terms of the policy's observation, in order. With `ball_at_strike` among them the policy sees a rolling ball where it will be
+    /// when the reference strikes, and motions are chosen by that place too; the paper's policy sees `ball_pos` and is recurrent.
+    pub policy: Vec<ObservationId>,
+    /// Terms of the critic's observation, in order.
+    pub critic: Vec<ObservationId>,
+    /// Half-widths of uniform noise on the policy's terms, by name; terms that are left out have none.
+    pub noise: ObservationNoise,
+    /// Errors of ball and goal perception.
+    pub perception: PerceptionPreset,
+}
+
+impl ObservationPreset {
+    /// What the numbers of both observations mean for a robot.
+    ///
+    /// # Errors
+    /// If a list is empty or has a term twice.
+    pub fn layout(&self, spec: &RobotSpec) -> Result<ObservationLayout, TaskError> {
+        self.check(ReferenceSource::Motions)?;
+        let dimensions = Dimensions::of(spec);
+        ObservationLayout::new(&self.policy, &self.critic, dimensions)
+            .map_err(|error| TaskError::Observations { list: "policy, critic", error })
+    }
+
+    /// The policy must do without what only a simulator knows, and both without the reference if there is none.
+    pub(crate) fn check(&self, reference: ReferenceSource) -> Result<(), TaskError> {
+        let critic: &[Need] = match reference {
+            ReferenceSource::Motions => &[Need::Scene, Need::Privileged, Need::Reference],
+            ReferenceSource::None => &[Need::Scene, Need::Privileged],
+        };
+        let policy: Vec<Need> = critic.iter().copied().filter(|need| *need != Need::Privileged).collect();
+        for (list, ids, available) in
+            [("policy", &self.policy, &policy[..]), ("critic", &self.critic, critic)]
+        {
+            observation::check(ids, available).map_err(|error| TaskError::Observations { list, error })?;
+        }
+        for id in ObservationId::ALL {
+            let half_width = self.noise.half_width(id);
+            if !(half_width >= 0.0 && half_width.is_finite()) {
+                let key = format!("observations.noise.{}", id.name());
+                return Err(value_error(&key, "zero or more", half_width.to_string()));
+            }
+        }
+        self.perception.check()
+    }
+}
