@@ -41,7 +41,7 @@ impl TermInfo {
         let noise = ParameterInfo {
             name: "noise",
             summary:
-                "Half-width of uniform noise on each number of the policy's copy, under `observations.noise`."
+                "Half-width of uniform noise on each number of the policy's copy, as the paper's presets have it; 0 where `observations.noise` leaves it out."
                     .into(),
             default: format!("{:?}", info.noise.half_width),
             unit: info.unit,
