@@ -3,6 +3,19 @@
 //!
 //! A [`Clip`] is in *model order* (see [`paid_robot`]); the orders of files are permuted by name on the way in. Every
 //! quaternion is w, x, y, z and unit; positions are world meters, velocities per second.
+//!
+//! The kicks that the program generates, at 50 frames per second:
+//!
+//! ```
+//! use paid_motion::MotionLibrary;
+//! use paid_robot::{RobotModel, RobotSpec};
+//!
+//! let kicks = MotionLibrary::builtin(&RobotModel::g1(), &RobotSpec::g1(), 50.0)?;
+//! let kick = &kicks.clips[0];
+//! assert_eq!((kicks.clips.len(), kick.joints, kick.fps), (13, 29, 50.0));
+//! assert_eq!(kick.joint_pos.len(), kick.frames * kick.joints);
+//! # Ok::<(), paid_motion::MotionError>(())
+//! ```
 
 mod balance;
 pub mod check;

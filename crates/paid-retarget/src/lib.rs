@@ -6,6 +6,39 @@
 //! ranges and speeds. The result is a [`paid_motion::Clip`].
 //!
 //! The method and the tables are those of GMR (General Motion Retargeting, arXiv 2510.02252); the solver is our own.
+//!
+//! A person of two bones, in centimeters with y up, comes out in meters with z up:
+//!
+//! ```
+//! use paid_retarget::parse_bvh;
+//!
+//! let text = "HIERARCHY
+//! ROOT Hips
+//! {
+//!   OFFSET 0 0 0
+//!   CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+//!   JOINT Head
+//!   {
+//!     OFFSET 0 60 0
+//!     CHANNELS 3 Zrotation Xrotation Yrotation
+//!     End Site
+//!     {
+//!       OFFSET 0 10 0
+//!     }
+//!   }
+//! }
+//! MOTION
+//! Frames: 2
+//! Frame Time: 0.04
+//! 0 90 0 0 0 0 0 0 0
+//! 0 95 0 0 0 0 0 0 0
+//! ";
+//! let person = parse_bvh(text, "person.bvh".as_ref(), 0.01)?;
+//! let head = person.skeleton.find("Head").expect("a bone");
+//! assert_eq!((person.frames, person.fps), (2, 25.0));
+//! assert!((person.pos(0)[head][2] - 1.5).abs() < 1e-9);
+//! # Ok::<(), paid_retarget::RetargetError>(())
+//! ```
 
 mod amc_text;
 mod asf;

@@ -29,7 +29,7 @@ pub struct Row {
     pub value: Value,
     /// Where it comes from.
     pub origin: Origin,
-    /// Index of a phase, the value from then on, and where it comes from.
+    /// Index of a phase, the value it sets, and where that comes from.
     pub later: Vec<(usize, Value, Origin)>,
 }
 
