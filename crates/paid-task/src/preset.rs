@@ -254,6 +254,12 @@ mod tests {
     }
 
     #[test]
+    fn the_papers_ball_is_the_engines_default_one() {
+        let ball = TaskPreset::builtin("paper_stage2").expect("valid").ball_params;
+        assert_eq!(ball, BallParams::default());
+    }
+
+    #[test]
     fn stage_weights_are_the_papers() {
         let one = TaskPreset::builtin("paper_stage1").expect("valid").rewards;
         let two = TaskPreset::builtin("paper_stage2").expect("valid").rewards;
