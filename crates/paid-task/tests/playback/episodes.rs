@@ -1,17 +1,16 @@
 //! How episodes begin and end, and what is shown of them.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use paid_motion::MotionLibrary;
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES, ReferenceClip,
-    ReferenceLibrary, RewardTermsInSamples, Task, TaskPreset, TaskSetup, TaskShard, TimeLimit, TrainShard,
+    ReferenceLibrary, RewardTermsInSamples, Task, TaskPreset, TaskShard, TimeLimit, TrainShard,
 };
 
-use crate::simulator::{FRAMES, Playback, SPEED, clip, playback_with_height, steps, task};
+use crate::simulator::{FRAMES, Playback, SPEED, clip, playback, playback_with_height, steps, task};
 
 #[test]
 fn a_state_that_is_not_finite_ends_the_episode_and_nothing_else() {
@@ -105,17 +104,10 @@ fn observations_are_placed_as_the_layout_says() {
 
 /// A task with the preset's own noise whose episodes last one step.
 fn restless(name: &str, more: &[&str]) -> Task<f64, Playback> {
-    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
-    let library = Arc::new(library);
-    let sim = Playback::new(&robot, &library, usize::MAX);
     let overrides: Vec<String> = more.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with(&format!("paper_{name}"), &overrides).expect("valid");
-    let mut task = Task::new(
-        sim,
-        &TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 1 },
-    )
-    .expect("fits");
+    let clip = clip(&RobotModel::g1(), &RobotSpec::g1(), 1);
+    let mut task = playback(clip, &preset, usize::MAX, |_| ());
     task.eval().set_rules(EpisodeRules {
         time_limit: TimeLimit::Steps(1),
         after_end: AfterEnd::Restart,

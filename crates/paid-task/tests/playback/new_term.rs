@@ -1,13 +1,12 @@
 //! How a reward term is added: three steps, shown on `upright`. ARCHITECTURE.md shows the same lines.
 
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 
 use paid_lanes::Quat;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{REWARD_NAMES, ReferenceLibrary, RewardPreset, Task, TaskSetup, terms_table};
+use paid_task::{REWARD_NAMES, RewardPreset, Task, terms_table};
 
-use crate::simulator::{Playback, clip, preset, steps, term};
+use crate::simulator::{Playback, clip, playback, preset, steps, term};
 
 /// Step 1: the term's file. All of it is compiled with the crate; its test stands below the term.
 const FILE: &str = include_str!("../../src/rewards/upright.rs");
@@ -50,18 +49,6 @@ fn lying_robot() -> Task<f64, Playback> {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let mut lying = clip(&robot, &spec, 1);
     lying.body_quat.fill(Quat::from_roll_pitch_yaw(FRAC_PI_2, 0.0, -FRAC_PI_2).0);
-    let library = Arc::new(ReferenceLibrary::new(vec![lying], &robot, &spec).expect("fits"));
-    let sim = Playback::new(&robot, &library, usize::MAX);
-    Task::new(
-        sim,
-        &TaskSetup {
-            robot: &robot,
-            spec: &spec,
-            library: &library,
-            preset: &preset("stage1", &[&VALUE.replacen(" = ", "=", 1)]),
-            first_env: 0,
-            seed: 1,
-        },
-    )
-    .expect("fits")
+    let preset = preset("stage1", &[&VALUE.replacen(" = ", "=", 1)]);
+    playback(lying, &preset, usize::MAX, |_| ())
 }

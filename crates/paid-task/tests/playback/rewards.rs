@@ -1,11 +1,9 @@
 //! What tracking and kicks are paid.
 
-use std::sync::Arc;
-
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EndCause, EvalControl, REWARD_NAMES, ReferenceLibrary, Task, TaskSetup, TrainShard};
+use paid_task::{EndCause, EvalControl, REWARD_NAMES, TrainShard};
 
-use crate::simulator::{FRAMES, Playback, clip, playback_with_height, preset, steps, task, term};
+use crate::simulator::{FRAMES, clip, playback, playback_with_height, preset, steps, task, term};
 
 #[test]
 fn perfect_tracking_earns_every_weight_until_the_motion_ends() {
@@ -41,24 +39,9 @@ fn a_lift_of_the_whole_robot_fails_by_anchor_height_and_is_counted() {
 #[test]
 fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_asks() {
     for (limit, ends) in [("0.0", 0), ("0.5", 1)] {
-        let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
-        let library = Arc::new(library);
-        let sim = Playback { aside: 0.6, ..Playback::new(&robot, &library, usize::MAX) };
+        let clip = clip(&RobotModel::g1(), &RobotSpec::g1(), 1);
         let set = format!("terminations.anchor_distance.limit_m={limit}");
-        let preset = preset("stage1", &[&set]);
-        let mut task = Task::new(
-            sim,
-            &TaskSetup {
-                robot: &robot,
-                spec: &spec,
-                library: &library,
-                preset: &preset,
-                first_env: 0,
-                seed: 1,
-            },
-        )
-        .expect("fits");
+        let mut task = playback(clip, &preset("stage1", &[&set]), usize::MAX, |sim| sim.aside = 0.6);
         assert_eq!(steps(&mut task, 1)[0].1, ends);
         assert_eq!(task.take_metrics().ends[EndCause::AnchorDistance as usize], u64::from(ends));
     }

@@ -184,21 +184,22 @@ pub fn preset(name: &str, more: &[&str]) -> TaskPreset {
 
 pub fn task(name: &str, more: &[&str], kick_foot: usize, kick_at: usize) -> Task<f64, Playback> {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let library = ReferenceLibrary::new(vec![clip(&robot, &spec, kick_foot)], &robot, &spec).expect("fits");
-    let library = Arc::new(library);
-    let sim = Playback::new(&robot, &library, kick_at);
-    Task::new(
-        sim,
-        &TaskSetup {
-            robot: &robot,
-            spec: &spec,
-            library: &library,
-            preset: &preset(name, more),
-            first_env: 0,
-            seed: 1,
-        },
-    )
-    .expect("fits")
+    playback(clip(&robot, &spec, kick_foot), &preset(name, more), kick_at, |_| ())
+}
+
+/// A task whose simulator plays back `clip`, after `change` of the simulator.
+pub fn playback(
+    clip: ReferenceClip,
+    preset: &TaskPreset,
+    kick_at: usize,
+    change: impl FnOnce(&mut Playback),
+) -> Task<f64, Playback> {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let library = Arc::new(ReferenceLibrary::new(vec![clip], &robot, &spec).expect("fits"));
+    let mut sim = Playback::new(&robot, &library, kick_at);
+    change(&mut sim);
+    let setup = TaskSetup { robot: &robot, spec: &spec, library: &library, preset, first_env: 0, seed: 1 };
+    Task::new(sim, &setup).expect("fits")
 }
 
 /// Steps with zero actions: rewards and (terminated, truncated) of each step.
@@ -218,21 +219,6 @@ pub fn term(task: &mut Task<f64, Playback>, name: &str) -> f64 {
 }
 
 pub fn playback_with_height(height: f64) -> Task<f64, Playback> {
-    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let library = ReferenceLibrary::new(vec![clip(&robot, &spec, 1)], &robot, &spec).expect("fits");
-    let library = Arc::new(library);
-    let mut sim = Playback::new(&robot, &library, usize::MAX);
-    sim.foot_height = height;
-    Task::new(
-        sim,
-        &TaskSetup {
-            robot: &robot,
-            spec: &spec,
-            library: &library,
-            preset: &preset("stage1", &[]),
-            first_env: 0,
-            seed: 1,
-        },
-    )
-    .expect("fits")
+    let clip = clip(&RobotModel::g1(), &RobotSpec::g1(), 1);
+    playback(clip, &preset("stage1", &[]), usize::MAX, |sim| sim.foot_height = height)
 }
