@@ -306,6 +306,14 @@ fn metadata_that_contradicts_the_contract_is_refused() {
 }
 
 #[test]
+fn a_contract_with_the_earlier_spelling_of_license_is_read() {
+    let contract = contract(None);
+    let text = serde_json::to_string(&contract).unwrap().replace("\"license\"", "\"licence\"");
+    assert!(text.contains("licence"));
+    assert_eq!(serde_json::from_str::<Contract>(&text).unwrap(), contract);
+}
+
+#[test]
 fn a_newer_or_unreadable_contract_is_refused() {
     let set = |text: String| {
         error_after(|m| {

@@ -17,6 +17,8 @@ pub struct Contract {
     /// Name of the robot.
     pub robot: String,
     /// Terms under which the file may be used, with their reason (the motions that it was trained on).
+    // Files of earlier versions spell it the British way.
+    #[serde(alias = "licence")]
     pub license: String,
     /// Time between two actions `[s]`.
     pub control_period_s: f64,
