@@ -1,7 +1,7 @@
 //! Prints the learner's speed: `cargo run --release -p paid-learn --example learner_speed -- [threads] [seconds]`.
 
 use paid_learn::bench::{BenchSize, bench};
-use paid_learn::{LearnConfig, LstmConfig, NetworkConfig, NetworkKind, PpoConfig};
+use paid_learn::{LearnConfig, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, Precision};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -11,6 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         actor: network.clone(),
         critic: network,
         ppo: PpoConfig::default(),
+        precision: Precision::Auto,
     };
     let lstm = |layers| NetworkConfig {
         kind: NetworkKind::Lstm,

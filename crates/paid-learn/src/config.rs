@@ -1,5 +1,6 @@
 //! What a preset says about networks and PPO. Unknown keys are refused.
 
+use paid_policy::bf16::Precision;
 use paid_policy::{NetworkConfig, NetworkKind};
 use serde::{Deserialize, Serialize};
 
@@ -99,6 +100,8 @@ impl PpoConfig {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LearnConfig {
+    /// Numbers of the products of hidden layers, in rollout and update alike. Weights, sums, the last layer, losses and Adam are f32.
+    pub precision: Precision,
     /// Policy network.
     pub actor: NetworkConfig,
     /// Value network.

@@ -9,13 +9,15 @@ use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, entropy};
 use crate::learned_reward::{LearnedReward, RewardRole, RewardStream};
 use crate::model::Model;
+use crate::operands::Operands;
 use crate::parallel::for_each;
 use crate::rollout::RolloutLayout;
 use crate::shard::{Collect, Shard};
 use crate::stats::{CollectStats, IterationStats, UpdateStats};
 use crate::transitions::Transitions;
-use crate::update::{Gradients, Schedule, Worker, update};
+use crate::update::{Gradients, Networks, Schedule, Worker, update};
 use paid_policy::Policy;
+use paid_policy::bf16::Kernel;
 use paid_policy::normalizer::Normalizer;
 use paid_policy::{ObservationGroup, VecEnv};
 
@@ -45,6 +47,9 @@ pub struct Learner {
     pub(crate) shards: Vec<Shard>,
     workers: Vec<Worker>,
     gradients: Gradients,
+    /// What computes the products of hidden layers; `None`: f32.
+    kernel: Option<Kernel>,
+    operands: Operands,
 }
 
 /// Environments that a learner cannot work with.
@@ -91,6 +96,8 @@ impl Learner {
             shards: Vec::new(),
             workers: Vec::new(),
             gradients: Gradients::default(),
+            kernel: config.precision.kernel(),
+            operands: Operands::default(),
         })
     }
 
@@ -127,6 +134,11 @@ impl Learner {
     /// The configuration it was made from.
     pub fn config(&self) -> &LearnConfig {
         &self.config
+    }
+
+    /// What computes the products of hidden layers: `f32`, or the name of a bfloat16 kernel ([`Kernel::name`]).
+    pub fn products(&self) -> &'static str {
+        self.kernel.map_or("f32", Kernel::name)
     }
 
     /// Iterations done.
@@ -212,9 +224,12 @@ impl Learner {
         let start = Instant::now();
         self.prepare_shards(envs)?;
         self.prepare_workers(threads);
+        let models = core::iter::once(&self.actor).chain(&self.critics);
+        self.operands.refresh(self.kernel, models, &mut self.workers);
         let shared = Collect {
             actor: &self.actor,
             critics: &self.critics,
+            operands: &self.operands,
             learned: self.learned.as_ref(),
             policy_normalizer: &self.policy_normalizer,
             critic_normalizer: &self.critic_normalizer,
@@ -279,7 +294,12 @@ impl Learner {
         let ppo = PpoConfig { max_std: self.std_limit, ..self.config.ppo.clone() };
         let stats = update(
             &ppo,
-            (&mut self.actor, &mut self.critics),
+            Networks {
+                actor: &mut self.actor,
+                critics: &mut self.critics,
+                kernel: self.kernel,
+                operands: &mut self.operands,
+            },
             &mut self.schedule,
             &self.shards,
             &mut self.gradients,

@@ -60,6 +60,7 @@ pub mod learned_reward;
 pub mod learner;
 pub mod model;
 pub mod net;
+mod operands;
 pub mod parallel;
 pub mod rollout;
 pub mod shard;
@@ -76,6 +77,7 @@ pub use stats::{CollectStats, IterationStats, UpdateStats};
 pub use transitions::Transitions;
 
 // What the learner takes and gives, so that its callers need not name two crates.
+pub use paid_policy::bf16::Precision;
 pub use paid_policy::{
     Checkpoint, CheckpointError, LstmConfig, NetworkConfig, NetworkKind, ObservationGroup, Policy,
     StepBuffers, VecEnv,

@@ -6,6 +6,7 @@ use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, sample};
 use crate::learned_reward::{RewardRole, RewardStream};
 use crate::model::Model;
+use crate::operands::Operands;
 use crate::rollout::{Rollout, RolloutLayout, block_mut, unit_ref};
 use crate::transitions::Transitions;
 use paid_policy::matrix::{Mat, MatMut};
@@ -73,6 +74,8 @@ pub struct Collect<'a> {
     pub actor: &'a Model,
     /// Value functions: the task's, then that of the learned reward if it has its own.
     pub critics: &'a [Model],
+    /// Their weights in the products.
+    pub operands: &'a Operands,
     /// A reward that the learner computes.
     pub learned: Option<&'a RewardStream>,
     /// Normalizer of the policy's observation.
@@ -222,11 +225,13 @@ impl Shard {
         let actor = shared.actor;
         let mean = block_mut(&mut r.mean, actions, place);
         let x = columns(&r.policy_obs, policy_obs);
-        actor.net.step(&actor.params, x, &mut self.actor_state[b], mean, work);
+        let weights = shared.operands.weights(0, actor);
+        actor.net.step(weights, x, &mut self.actor_state[b], mean, work);
         for (k, critic) in shared.critics.iter().enumerate() {
             let value = MatMut::new(&mut r.streams[k].value[place.range()], 1, place.width, place.width);
             let x = columns(&r.critic_obs, critic_obs);
-            critic.net.step(&critic.params, x, &mut self.critic_states[k][b], value, work);
+            let weights = shared.operands.weights(k + 1, critic);
+            critic.net.step(weights, x, &mut self.critic_states[k][b], value, work);
         }
         let key = NoiseKey {
             first_env: shared.noise.first_env + first as u32,
@@ -293,7 +298,8 @@ impl Shard {
                 let x = Mat::new(&normalized, rows, n, n).columns(block.start, block.len());
                 let last_value = &mut self.rollout.streams[k].last_value[block.clone()];
                 let out = MatMut::new(last_value, 1, block.len(), block.len());
-                critic.net.step(&critic.params, x, &mut state, out, work);
+                let weights = shared.operands.weights(k + 1, critic);
+                critic.net.step(weights, x, &mut state, out, work);
             }
         }
         self.stats.forward_s += start.elapsed().as_secs_f64();

@@ -7,11 +7,13 @@ use crate::config::PpoConfig;
 use crate::gaussian::{ActorBatch, ActorLoss, ActorLossConfig, actor_loss};
 use crate::model::Model;
 use crate::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
+use crate::operands::Operands;
 use crate::parallel::for_each;
 use crate::rollout::unit_ref;
 use crate::shard::Shard;
 use crate::stats::UpdateStats;
 use crate::value_loss::{ValueBatch, value_loss};
+use paid_policy::bf16::Kernel;
 use paid_policy::element::Element;
 use paid_policy::net::State;
 
@@ -74,11 +76,25 @@ struct Slice<'a> {
     grads: &'a mut [f32],
 }
 
+/// The networks that an update changes, and what computes their products.
+#[derive(Debug)]
+pub struct Networks<'a> {
+    /// Policy.
+    pub actor: &'a mut Model,
+    /// Value functions.
+    pub critics: &'a mut [Model],
+    /// Kernel of the products of hidden layers; `None`: f32.
+    pub kernel: Option<Kernel>,
+    /// The weights that the products read, made from the models before each minibatch.
+    pub operands: &'a mut Operands,
+}
+
 /// What the slices of an update read.
 struct Shared<'a> {
     config: &'a PpoConfig,
     actor: &'a Model,
     critics: &'a [Model],
+    operands: &'a Operands,
     old_log_std: &'a [f32],
     shards: &'a [Shard],
     advantage: (f64, f64),
@@ -87,12 +103,13 @@ struct Shared<'a> {
 /// Runs epochs and minibatches over what the shards collected.
 pub fn update(
     config: &PpoConfig,
-    (actor, critics): (&mut Model, &mut [Model]),
+    networks: Networks<'_>,
     schedule: &mut Schedule,
     shards: &[Shard],
     gradients: &mut Gradients,
     workers: &mut [Worker],
 ) -> UpdateStats {
+    let Networks { actor, critics, kernel, operands } = networks;
     let mut units: Vec<(usize, usize)> = Vec::new();
     for (k, shard) in shards.iter().enumerate() {
         units.extend((0..shard.rollout.layout.units()).map(|unit| (k, unit)));
@@ -107,7 +124,9 @@ pub fn update(
         }
         for part in 0..minibatches {
             let batch = &units[part * units.len() / minibatches..(part + 1) * units.len() / minibatches];
-            let shared = Shared { config, actor, critics, old_log_std: &old_log_std, shards, advantage };
+            operands.refresh(kernel, core::iter::once(&*actor).chain(&*critics), workers);
+            let shared =
+                Shared { config, actor, critics, operands, old_log_std: &old_log_std, shards, advantage };
             let losses = minibatch_gradient(&shared, batch, gradients, workers);
             if config.adaptive_learning_rate && losses.kl.is_finite() {
                 schedule.learning_rate = adapted(config, schedule.learning_rate, losses.kl);
@@ -263,7 +282,8 @@ fn train_actor(
     let Worker { train, dlog_prob, .. } = worker;
     dlog_prob.resize(place.stride, 0.0);
     let sequence = sequence(shard, &r.policy_obs, rows, unit, &shard.actor_start);
-    net.train(shared.actor.weights(), grads, sequence, train, &mut |columns, mean, dmean| {
+    let weights = shared.operands.weights(0, shared.actor);
+    net.train(weights, grads, sequence, train, &mut |columns, mean, dmean| {
         let samples = place.unit + columns.start..place.unit + columns.end;
         let batch = ActorBatch {
             action: unit_ref(&r.action, actions, place).columns(columns.start, columns.len()),
@@ -295,7 +315,8 @@ fn train_critic(
     let mut total = 0.0;
     let sequence = sequence(shard, &r.critic_obs, r.dims[1], unit, &shard.critic_starts[critic]);
     let (model, stream) = (&shared.critics[critic], &r.streams[critic]);
-    model.net.train(&model.params, grads, sequence, &mut worker.train, &mut |columns, value, mut dvalue| {
+    let weights = shared.operands.weights(critic + 1, model);
+    model.net.train(weights, grads, sequence, &mut worker.train, &mut |columns, value, mut dvalue| {
         let samples = place.unit + columns.start..place.unit + columns.end;
         let batch =
             ValueBatch { old_value: &stream.value[samples.clone()], returns: &stream.returns[samples] };

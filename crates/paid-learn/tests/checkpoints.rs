@@ -20,6 +20,7 @@ fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
         actor: network.clone(),
         critic: network,
         ppo: PpoConfig { horizon: 8, minibatches: 2, block: 32, sequence_block: 16, ..PpoConfig::default() },
+        ..LearnConfig::default()
     }
 }
 

@@ -28,6 +28,7 @@ fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
         actor: network.clone(),
         critic: network,
         ppo: PpoConfig { minibatches: 4, epochs: 4, block: 32, sequence_block: 16, ..PpoConfig::default() },
+        ..LearnConfig::default()
     }
 }
 

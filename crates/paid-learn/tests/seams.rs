@@ -22,6 +22,7 @@ fn config(kind: NetworkKind) -> LearnConfig {
         actor: network.clone(),
         critic: network,
         ppo: PpoConfig { minibatches: 4, epochs: 4, block: 32, sequence_block: 16, ..PpoConfig::default() },
+        ..LearnConfig::default()
     }
 }
 

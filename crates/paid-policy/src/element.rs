@@ -6,6 +6,12 @@ use paid_lanes::{Isa, IsaVisitor, Kernel, MAX_LANES, Real, Scalar};
 pub trait Element: Scalar {
     /// Runs a kernel with the widest lanes of this CPU (`f64`: one lane).
     fn launch<K: Lanewise<Self>>(kernel: K) -> K::Output;
+
+    /// `values`, if they are `f32`: only those have products in bfloat16.
+    fn f32s(values: &[Self]) -> Option<&[f32]>;
+
+    /// The same, writable.
+    fn f32s_mut(values: &mut [Self]) -> Option<&mut [f32]>;
 }
 
 /// A computation over lanes of `S`. Mark the implementation and all that it calls `#[inline(always)]`.
@@ -41,11 +47,27 @@ impl Element for f32 {
     fn launch<K: Lanewise<f32>>(kernel: K) -> K::Output {
         Isa::detect().dispatch(Choose(kernel))
     }
+
+    fn f32s(values: &[Self]) -> Option<&[f32]> {
+        Some(values)
+    }
+
+    fn f32s_mut(values: &mut [Self]) -> Option<&mut [f32]> {
+        Some(values)
+    }
 }
 
 impl Element for f64 {
     fn launch<K: Lanewise<f64>>(kernel: K) -> K::Output {
         <f64 as Real>::run(Enter(kernel, core::marker::PhantomData::<f64>))
+    }
+
+    fn f32s(_values: &[Self]) -> Option<&[f32]> {
+        None
+    }
+
+    fn f32s_mut(_values: &mut [Self]) -> Option<&mut [f32]> {
+        None
     }
 }
 

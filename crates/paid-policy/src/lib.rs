@@ -40,6 +40,7 @@
 //! ```
 
 pub mod action;
+pub mod bf16;
 pub mod checkpoint;
 pub mod config;
 pub mod contract;

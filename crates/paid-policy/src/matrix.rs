@@ -51,6 +51,12 @@ impl<'a, S: Element> Mat<'a, S> {
         }
     }
 
+    /// The same matrix, if its elements are `f32`.
+    pub(crate) fn f32(self) -> Option<Mat<'a, f32>> {
+        let Self { rows, cols, row_stride, col_stride, .. } = self;
+        S::f32s(self.data).map(|data| Mat { data, rows, cols, row_stride, col_stride })
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.rows
@@ -68,6 +74,18 @@ impl<'a, S: Element> Mat<'a, S> {
     pub fn columns(self, first: usize, count: usize) -> Self {
         assert!(self.col_stride == 1 && first + count <= self.cols, "columns out of range");
         Self { data: &self.data[first.min(self.data.len())..], cols: count, ..self }
+    }
+
+    /// Element (`r`, `c`).
+    #[inline(always)]
+    pub fn get(&self, r: usize, c: usize) -> S {
+        self.data[r * self.row_stride + c * self.col_stride]
+    }
+
+    /// Row `r`, if its elements lie side by side.
+    #[inline(always)]
+    pub(crate) fn contiguous_row(&self, r: usize) -> Option<&'a [S]> {
+        (self.col_stride == 1 && r < self.rows).then(|| self.row(r))
     }
 
     /// Row `r` of a matrix that was not transposed.
@@ -110,6 +128,25 @@ impl<'a, S: Element> MatMut<'a, S> {
         assert!(first + count <= self.cols, "columns out of range");
         let start = first.min(self.data.len());
         MatMut { data: &mut self.data[start..], rows: self.rows, cols: count, stride: self.stride }
+    }
+
+    /// The elements from (`row`, `col`) to the last of the block `[rows, cols]` there, and how far its rows are apart.
+    ///
+    /// # Panics
+    /// If the block is empty or reaches beyond the matrix.
+    pub(crate) fn block(&mut self, row: usize, rows: usize, col: usize, cols: usize) -> (&mut [S], usize) {
+        assert!(
+            rows > 0 && cols > 0 && row + rows <= self.rows && col + cols <= self.cols,
+            "block out of range"
+        );
+        let first = row * self.stride + col;
+        (&mut self.data[first..first + (rows - 1) * self.stride + cols], self.stride)
+    }
+
+    /// The same matrix for a shorter time, if its elements are `f32`.
+    pub(crate) fn f32_mut(&mut self) -> Option<MatMut<'_, f32>> {
+        let (rows, cols, stride) = (self.rows, self.cols, self.stride);
+        S::f32s_mut(self.data).map(|data| MatMut { data, rows, cols, stride })
     }
 
     /// The same matrix for a shorter time.

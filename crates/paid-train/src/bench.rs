@@ -4,8 +4,8 @@ use std::fs;
 use std::time::Instant;
 
 use paid_lanes::rng::Rng;
-use paid_learn::Learner;
 use paid_learn::parallel::for_each;
+use paid_learn::{Learner, Precision};
 use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
 use paid_task::TaskShard;
 use serde::Serialize;
@@ -25,6 +25,8 @@ pub struct TrainBench {
     pub threads: usize,
     /// Instruction set of the physics.
     pub isa: String,
+    /// What computes the products of hidden layers, see [`Learner::products`].
+    pub products: String,
     /// Iterations that were measured.
     pub iterations: u64,
     /// Rollout and update together, as in training.
@@ -39,8 +41,82 @@ pub struct TrainBench {
     pub parts_samples_per_s: f64,
     /// The whole over what the parts would add up to.
     pub ratio: f64,
+    /// The same training in f32, in turns with the one above; nothing where that is in f32 itself.
+    pub f32: Option<F32Bench>,
     /// Largest memory of the process while training `[MiB]`; 0 where the system does not tell.
     pub peak_rss_mib: f64,
+}
+
+/// Rates of a training in f32 `[samples/s]`, and how many times faster the other is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct F32Bench {
+    /// Rollout and update together.
+    pub samples_per_s: f64,
+    /// Update alone.
+    pub update_samples_per_s: f64,
+    /// Gain of the whole.
+    pub gain: f64,
+    /// Gain of the update.
+    pub update_gain: f64,
+}
+
+/// A training in one precision.
+#[expect(clippy::vec_box, reason = "the learner takes boxed environments")]
+struct Side {
+    trainer: Trainer,
+    /// A learner of the same kind whose environments cost nothing.
+    alone: Learner,
+    stills: Vec<Box<Still>>,
+    /// Time in whole iterations, in the rollout's networks, in the update `[s]`.
+    times: [f64; 3],
+}
+
+impl Side {
+    fn new(preset: &RunPreset, scene: &Scene, threads: usize) -> Result<Self, TrainError> {
+        let mut trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
+        // The first iterations allocate; the memory of training is what they reach.
+        for _ in 0..2 {
+            trainer.iterate(threads)?;
+        }
+        let mut stills = Vec::new();
+        for (k, shard) in trainer.shards_mut().iter_mut().enumerate() {
+            let mut driver = Driver::new(&**shard, k as u32);
+            driver.roll(&mut **shard, 1);
+            stills.push(Box::new(Still {
+                groups: shard.observation_groups(),
+                actions: shard.action_dim(),
+                envs: shard.num_envs(),
+                values: driver.values,
+            }));
+        }
+        let alone = trainer.learner().clone();
+        let mut side = Self { trainer, alone, stills, times: [0.0; 3] };
+        side.forward(threads)?;
+        Ok(side)
+    }
+
+    fn forward(&mut self, threads: usize) -> Result<(), TrainError> {
+        let collected = self.alone.collect(&mut self.stills, threads);
+        collected.map_err(|error| TrainError::Setup(error.to_string())).map(|_| ())
+    }
+
+    /// One iteration of the training, then each part of the learner alone.
+    fn iterate(&mut self, threads: usize) -> Result<(), TrainError> {
+        let mut lap = Instant::now();
+        let mut take = |slot: &mut f64| {
+            *slot += lap.elapsed().as_secs_f64();
+            lap = Instant::now();
+        };
+        self.trainer.iterate(threads)?;
+        let mut times = self.times;
+        take(&mut times[0]);
+        self.forward(threads)?;
+        take(&mut times[1]);
+        self.alone.update(threads);
+        take(&mut times[2]);
+        self.times = times;
+        Ok(())
+    }
 }
 
 /// An environment that costs nothing: it shows one stored observation for ever.
@@ -115,7 +191,7 @@ impl Driver {
     }
 }
 
-/// Trains for about `seconds` (three quarters of it in the parts) and measures.
+/// Trains for about `seconds` (most of it in the parts, and half of it in f32 where the preset's precision is another) and measures.
 ///
 /// # Errors
 /// If the preset's robot, motions or task cannot be built.
@@ -126,64 +202,60 @@ pub fn bench_train(
     seconds: f64,
 ) -> Result<TrainBench, TrainError> {
     let scene = Scene::load(preset)?;
-    let mut trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
-    // The first iterations allocate; the memory of training is what they reach.
-    for _ in 0..2 {
-        trainer.iterate(threads)?;
-    }
+    let mut side = Side::new(preset, &scene, threads)?;
     let peak_rss_mib = peak_rss_mib();
+    let mut plain = None;
+    if side.alone.products() != "f32" {
+        let mut preset = preset.clone();
+        preset.learn.precision = Precision::F32;
+        plain = Some(Side::new(&preset, &scene, threads)?);
+    }
+    let shards = side.trainer.shards_mut();
     let mut drivers: Vec<_> =
-        trainer.shards_mut().iter().enumerate().map(|(i, shard)| Driver::new(&**shard, i as u32)).collect();
+        shards.iter().enumerate().map(|(k, shard)| Driver::new(&**shard, k as u32)).collect();
     let horizon = preset.learn.ppo.horizon;
     let mut workers = vec![(); threads];
-    let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
-    roll(&mut trainer, &mut drivers, &mut workers, 1);
-    let mut stills = Vec::new();
-    for (driver, shard) in drivers.iter().zip(trainer.shards_mut()) {
-        stills.push(Box::new(Still {
-            groups: shard.observation_groups(),
-            actions: shard.action_dim(),
-            envs: shard.num_envs(),
-            values: driver.values.clone(),
-        }));
-    }
-    let mut forward: Learner = trainer.learner().clone();
-    forward.collect(&mut stills, threads).map_err(|e| setup(&e))?;
-    let mut times = [0.0; 4];
+    let mut env_s = 0.0;
     let mut iterations = 0;
     let begin = Instant::now();
     while iterations == 0 || begin.elapsed().as_secs_f64() < seconds {
-        let mut lap = Instant::now();
-        let mut take = |slot: &mut f64| {
-            *slot += lap.elapsed().as_secs_f64();
-            lap = Instant::now();
-        };
-        trainer.iterate(threads)?;
-        take(&mut times[0]);
-        roll(&mut trainer, &mut drivers, &mut workers, horizon);
-        take(&mut times[1]);
-        forward.collect(&mut stills, threads).map_err(|e| setup(&e))?;
-        take(&mut times[2]);
-        forward.update(threads);
-        take(&mut times[3]);
+        side.iterate(threads)?;
+        let start = Instant::now();
+        roll(&mut side.trainer, &mut drivers, &mut workers, horizon);
+        env_s += start.elapsed().as_secs_f64();
+        if let Some(plain) = &mut plain {
+            plain.iterate(threads)?;
+        }
         iterations += 1;
     }
     let samples = iterations as f64 * (preset.run.envs * horizon) as f64;
-    let [whole, env, forward, update] = times.map(|time| samples / time);
-    let parts = samples / (times[1] + times[2] + times[3]);
+    let rates = |side: &Side| side.times.map(|time| samples / time);
+    let [whole, forward, update] = rates(&side);
+    let parts = samples / (env_s + side.times[1] + side.times[2]);
+    let f32 = plain.as_ref().map(|plain| {
+        let [plain_whole, _, plain_update] = rates(plain);
+        F32Bench {
+            samples_per_s: plain_whole,
+            update_samples_per_s: plain_update,
+            gain: whole / plain_whole,
+            update_gain: update / plain_update,
+        }
+    });
     Ok(TrainBench {
         name: name.to_owned(),
         envs: preset.run.envs,
         shards: preset.run.shards,
         threads,
         isa: preset.isa().map_err(TrainError::Setup)?.to_string(),
+        products: side.alone.products().to_owned(),
         iterations,
         samples_per_s: whole,
-        env_samples_per_s: env,
+        env_samples_per_s: samples / env_s,
         forward_samples_per_s: forward,
         update_samples_per_s: update,
         parts_samples_per_s: parts,
         ratio: whole / parts,
+        f32,
         peak_rss_mib,
     })
 }

@@ -56,6 +56,8 @@ pub struct Record {
     pub iterations: u64,
     /// Environment steps done in the stage, this iteration included.
     pub samples: u64,
+    /// What computed the products of hidden layers: `f32`, or a bfloat16 kernel ([`paid_learn::Learner::products`]).
+    pub products: String,
     /// Training time of the stage so far, earlier starts included `[s]`.
     pub elapsed_s: f64,
     /// Time left to the end of this start, estimated `[s]`.
@@ -131,13 +133,14 @@ impl Record {
         // Writing into a String cannot fail.
         let _ = writeln!(
             out,
-            "{} iteration {}{of}  {:.2} M samples  {:.0} samples/s  collect {:.3} s  learn {:.3} s  elapsed {}  ETA {}",
+            "{} iteration {}{of}  {:.2} M samples  {:.0} samples/s  collect {:.3} s  learn {:.3} s ({})  elapsed {}  ETA {}",
             self.stage,
             self.iteration,
             self.samples as f64 / 1e6,
             self.samples_per_s,
             self.collect_s,
             self.learn_s,
+            self.products,
             duration(self.elapsed_s),
             duration(self.eta_s),
         );

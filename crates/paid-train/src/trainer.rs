@@ -141,6 +141,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             iteration: progress.iteration,
             iterations: self.preset.run.iterations,
             samples: progress.samples,
+            products: self.learner.products().to_owned(),
             elapsed_s: progress.elapsed_s,
             samples_per_s: stats.collect.samples as f64 / elapsed,
             collect_s: stats.collect.wall_s,

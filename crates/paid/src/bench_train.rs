@@ -70,8 +70,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
 
 fn print(found: &TrainBench) {
     println!(
-        "{}: {} environments in {} shards, {} threads, {}, {} iterations",
-        found.name, found.envs, found.shards, found.threads, found.isa, found.iterations
+        "{}: {} environments in {} shards, {} threads, {}, products in {}, {} iterations",
+        found.name, found.envs, found.shards, found.threads, found.isa, found.products, found.iterations
     );
     for (part, rate) in [
         ("training, end to end", found.samples_per_s),
@@ -83,5 +83,15 @@ fn print(found: &TrainBench) {
         println!("  {part:<26} {rate:>10.0} samples/s");
     }
     println!("  whole over parts           {:>10.2}", found.ratio);
+    if let Some(plain) = &found.f32 {
+        println!(
+            "  in f32, end to end         {:>10.0} samples/s: {:.2} times slower",
+            plain.samples_per_s, plain.gain
+        );
+        println!(
+            "  in f32, update alone       {:>10.0} samples/s: {:.2} times slower",
+            plain.update_samples_per_s, plain.update_gain
+        );
+    }
     println!("  peak memory                {:>10.0} MiB", found.peak_rss_mib);
 }

@@ -1,26 +1,27 @@
 //! Training of a fully connected layer: the way back.
 
 use paid_lanes::{Real, Scalar};
+use paid_policy::bf16::Scratch;
 use paid_policy::element::{Element, Lanewise, load, store, sum};
-use paid_policy::matrix::{Mat, MatMut, multiply};
-use paid_policy::net::Linear;
+use paid_policy::matrix::{Mat, MatMut};
+use paid_policy::net::{Linear, Weights};
 
-/// Turns `dy` (gradient of the output `y`) into the gradient before the activation, adds the gradients of `W` and
+/// Turns `dy` (gradient of the output `y` for the input `x`) into the gradient before the activation, adds the gradients of `W` and
 /// `b` to `grads`, and writes the gradient of the input to `dx` if wanted.
 pub fn backward<S: Element>(
     layer: &Linear,
-    params: &[S],
+    weights: Weights<'_, S>,
     grads: &mut [S],
-    x: Mat<'_, S>,
-    y: Mat<'_, S>,
+    [x, y]: [Mat<'_, S>; 2],
     mut dy: MatMut<'_, S>,
     dx: Option<MatMut<'_, S>>,
+    scratch: &mut Scratch,
 ) {
     S::launch(EluBackward { y, dy: dy.reborrow(), dbias: &mut grads[layer.bias.clone()], elu: layer.elu });
     let dw = MatMut::new(&mut grads[layer.weight.clone()], layer.output, layer.input, layer.input);
-    multiply(dw, dy.as_ref(), x.t(), true);
+    weights.add_outer(&layer.weight, dy.as_ref(), x, dw, scratch);
     if let Some(dx) = dx {
-        multiply(dx, layer.weights(params).t(), dy.as_ref(), false);
+        weights.transposed_times(&layer.weight, dy.as_ref(), dx, scratch);
     }
 }
 

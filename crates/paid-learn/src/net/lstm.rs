@@ -1,9 +1,10 @@
 //! Training of an LSTM layer: forward with caches, and back through time.
 
 use paid_lanes::{Real, Scalar};
+use paid_policy::bf16::Scratch;
 use paid_policy::element::{Element, Lanewise, load, store, sum};
-use paid_policy::matrix::{Mat, MatMut, multiply};
-use paid_policy::net::{Cell, Lstm};
+use paid_policy::matrix::{Mat, MatMut};
+use paid_policy::net::{Cell, Lstm, Weights};
 
 /// What the forward pass over a sequence keeps for the backward pass; matrices of `steps * width` columns, step `t` in
 /// columns `t * width ..`.
@@ -62,17 +63,18 @@ pub struct Steps<'a, S> {
 /// Runs `layer` over a whole sequence `x` `[input, steps * width]` from the states `h0`, `c0` `[size, width]`.
 pub fn forward<S: Element>(
     layer: &Lstm,
-    params: &[S],
+    weights: Weights<'_, S>,
     x: Mat<'_, S>,
     steps: Steps<'_, S>,
-    h0: &[S],
-    c0: &[S],
+    (h0, c0): (&[S], &[S]),
     cache: &mut LstmCache<S>,
+    scratch: &mut Scratch,
 ) {
     let Steps { steps, width, mask } = steps;
     let (size, cols) = (layer.size, steps * width);
     cache.resize(size, cols, width);
-    multiply(MatMut::new(&mut cache.gates, 4 * size, cols, cols), layer.w_ih(params), x, false);
+    let gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
+    weights.times(&layer.weight_ih, x, gates, false, scratch);
     cache.c.copy_from_slice(&c0[..size * width]);
     for t in 0..steps {
         let first = t * width;
@@ -92,10 +94,10 @@ pub fn forward<S: Element>(
         }
         let h_prev = Mat::new(&cache.h_prev, size, cols, cols).columns(first, width);
         let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
-        multiply(gates.columns(first, width), layer.w_hh(params), h_prev, true);
+        weights.times(&layer.weight_hh, h_prev, gates.columns(first, width), true, scratch);
         S::launch(Cell {
             gates: gates.columns(first, width),
-            bias: &params[layer.bias.clone()],
+            bias: &weights.values()[layer.bias.clone()],
             c: MatMut::new(&mut cache.c, size, width, width),
             h: MatMut::new(&mut cache.h, size, cols, cols).columns(first, width),
             tanh_c: Some(MatMut::new(&mut cache.tanh_c, size, cols, cols).columns(first, width)),
@@ -103,16 +105,18 @@ pub fn forward<S: Element>(
     }
 }
 
+#[allow(clippy::too_many_arguments)]
 /// Backward through time from the output gradient in the cache; adds to `grads`, writes the input gradient to `dx`
 /// `[input, steps * width]` if wanted. The states at the start are constants (truncated backpropagation).
 pub fn backward<S: Element>(
     layer: &Lstm,
-    params: &[S],
+    weights: Weights<'_, S>,
     grads: &mut [S],
     x: Mat<'_, S>,
     steps: Steps<'_, S>,
     cache: &mut LstmCache<S>,
     dx: Option<MatMut<'_, S>>,
+    scratch: &mut Scratch,
 ) {
     let Steps { steps, width, mask } = steps;
     let (size, cols) = (layer.size, steps * width);
@@ -135,7 +139,7 @@ pub fn backward<S: Element>(
             // into this step's columns (already used) and added to those of step t-1 under the mask.
             let mut dh = MatMut::new(&mut cache.dh, size, cols, cols);
             let dgates = Mat::new(&cache.gates, 4 * size, cols, cols).columns(first, width);
-            multiply(dh.columns(first, width), layer.w_hh(params).t(), dgates, false);
+            weights.transposed_times(&layer.weight_hh, dgates, dh.columns(first, width), scratch);
             for r in 0..size {
                 let row = dh.row(r);
                 for i in 0..width {
@@ -151,11 +155,11 @@ pub fn backward<S: Element>(
     let dgates = Mat::new(&cache.gates, 4 * size, cols, cols);
     let h_prev = Mat::new(&cache.h_prev, size, cols, cols);
     let dw_hh = MatMut::new(&mut grads[layer.weight_hh.clone()], 4 * size, size, size);
-    multiply(dw_hh, dgates, h_prev.t(), true);
+    weights.add_outer(&layer.weight_hh, dgates, h_prev, dw_hh, scratch);
     let dw_ih = MatMut::new(&mut grads[layer.weight_ih.clone()], 4 * size, layer.input, layer.input);
-    multiply(dw_ih, dgates, x.t(), true);
+    weights.add_outer(&layer.weight_ih, dgates, x, dw_ih, scratch);
     if let Some(dx) = dx {
-        multiply(dx, layer.w_ih(params).t(), dgates, false);
+        weights.transposed_times(&layer.weight_ih, dgates, dx, scratch);
     }
 }
 

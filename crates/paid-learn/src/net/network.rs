@@ -2,9 +2,10 @@
 
 use core::ops::Range;
 
+use paid_policy::bf16::Scratch;
 use paid_policy::element::Element;
 use paid_policy::matrix::{Mat, MatMut};
-use paid_policy::net::{CHUNK, Network, State};
+use paid_policy::net::{CHUNK, Network, State, Weights};
 
 use super::lstm::{LstmCache, Steps};
 use super::{linear, lstm};
@@ -19,6 +20,7 @@ pub struct TrainWorkspace<S> {
     activations: Vec<Vec<S>>,
     gradients: [Vec<S>; 2],
     output_gradient: Vec<S>,
+    scratch: Scratch,
 }
 
 /// A piece of experience: `steps` steps of `width` environments in `steps * width` step-major columns.
@@ -41,9 +43,9 @@ pub trait TrainNetwork {
     ///
     /// `loss(columns, outputs, gradient)` gets the outputs `[output, columns.len()]` and writes the loss's gradient with
     /// respect to them. Columns come in chunks, in order, each once.
-    fn train<S: Element>(
+    fn train<'w, S: Element>(
         &self,
-        params: &[S],
+        weights: impl Into<Weights<'w, S>>,
         grads: &mut [S],
         sequence: Sequence<'_, S>,
         work: &mut TrainWorkspace<S>,
@@ -67,14 +69,15 @@ impl TrainNetwork for Network {
         (2 * (3 * weights - first)) as f64
     }
 
-    fn train<S: Element>(
+    fn train<'w, S: Element>(
         &self,
-        params: &[S],
+        weights: impl Into<Weights<'w, S>>,
         grads: &mut [S],
         sequence: Sequence<'_, S>,
         work: &mut TrainWorkspace<S>,
         loss: &mut Loss<'_, S>,
     ) {
+        let weights = weights.into();
         let Sequence { input, steps, state } = sequence;
         let cols = input.cols();
         let mut caches = core::mem::take(&mut work.lstm);
@@ -82,7 +85,8 @@ impl TrainNetwork for Network {
         for (k, layer) in self.lstm.iter().enumerate() {
             let (below, here) = caches.split_at_mut(k);
             let x = below.last().map_or(input, LstmCache::output);
-            lstm::forward(layer, params, x, steps, &state.h[k], &state.c[k], &mut here[0]);
+            let start = (&state.h[k][..], &state.c[k][..]);
+            lstm::forward(layer, weights, x, steps, start, &mut here[0], &mut work.scratch);
         }
         let mut first = 0;
         while first < cols {
@@ -91,9 +95,9 @@ impl TrainNetwork for Network {
                 Some(cache) => {
                     let (x, mut dx) = cache.output_and_gradient();
                     let (x, dx) = (x.columns(first, n), dx.columns(first, n));
-                    train_mlp(self, params, grads, x, Some(dx), first, work, loss);
+                    train_mlp(self, weights, grads, x, Some(dx), first, work, loss);
                 }
-                None => train_mlp(self, params, grads, input.columns(first, n), None, first, work, loss),
+                None => train_mlp(self, weights, grads, input.columns(first, n), None, first, work, loss),
             }
             first += n;
         }
@@ -102,9 +106,21 @@ impl TrainNetwork for Network {
             match below.last_mut() {
                 Some(below) => {
                     let (x, dx) = below.output_and_gradient();
-                    lstm::backward(layer, params, grads, x, steps, &mut here[0], Some(dx));
+                    lstm::backward(
+                        layer,
+                        weights,
+                        grads,
+                        x,
+                        steps,
+                        &mut here[0],
+                        Some(dx),
+                        &mut work.scratch,
+                    );
                 }
-                None => lstm::backward(layer, params, grads, input, steps, &mut here[0], None),
+                None => {
+                    let cache = &mut here[0];
+                    lstm::backward(layer, weights, grads, input, steps, cache, None, &mut work.scratch);
+                }
             }
         }
         work.lstm = caches;
@@ -114,7 +130,7 @@ impl TrainNetwork for Network {
 #[allow(clippy::too_many_arguments)]
 fn train_mlp<S: Element>(
     net: &Network,
-    params: &[S],
+    weights: Weights<'_, S>,
     grads: &mut [S],
     x: Mat<'_, S>,
     mut dx: Option<MatMut<'_, S>>,
@@ -123,13 +139,13 @@ fn train_mlp<S: Element>(
     loss: &mut Loss<'_, S>,
 ) {
     let n = x.cols();
-    let TrainWorkspace { activations, gradients, output_gradient, .. } = work;
+    let TrainWorkspace { activations, gradients, output_gradient, scratch, .. } = work;
     activations.resize_with(net.mlp.len(), Vec::new);
     for (k, layer) in net.mlp.iter().enumerate() {
         let (below, here) = activations.split_at_mut(k);
         let input = below.last().map_or(x, |below| Mat::new(below, layer.input, n, n));
         here[0].resize(layer.output * n, S::default());
-        layer.forward(params, input, MatMut::new(&mut here[0], layer.output, n, n));
+        layer.forward(weights, input, MatMut::new(&mut here[0], layer.output, n, n), scratch);
     }
     let last = net.mlp.len() - 1;
     output_gradient.resize(net.output * n, S::default());
@@ -147,11 +163,11 @@ fn train_mlp<S: Element>(
         let y = Mat::new(&activations[k], layer.output, n, n);
         let dy = MatMut::new(above, layer.output, n, n);
         if k == 0 {
-            linear::backward(layer, params, grads, x, y, dy, dx.take());
+            linear::backward(layer, weights, grads, [x, y], dy, dx.take(), scratch);
         } else {
             let input = Mat::new(&activations[k - 1], layer.input, n, n);
             let into = MatMut::new(below, layer.input, n, n);
-            linear::backward(layer, params, grads, input, y, dy, Some(into));
+            linear::backward(layer, weights, grads, [input, y], dy, Some(into), scratch);
             // The output's gradient is not a scratch of full width: after the first layer only the two spares swap.
             let next = free.take().unwrap_or(above);
             above = below;

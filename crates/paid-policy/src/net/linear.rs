@@ -5,9 +5,11 @@ use core::ops::Range;
 use paid_lanes::rng::Rng;
 use paid_lanes::{Real, Scalar};
 
+use super::Weights;
 use super::layout::Layout;
+use crate::bf16::Scratch;
 use crate::element::{Element, Lanewise, load, store};
-use crate::matrix::{Mat, MatMut, multiply};
+use crate::matrix::{Mat, MatMut};
 
 /// `y = W x + b`, then ELU (`alpha` 1) if `elu`. `W` is `[output, input]`, row-major.
 #[derive(Clone, Debug)]
@@ -43,15 +45,16 @@ impl Linear {
         }
     }
 
-    /// `W` as a matrix.
-    pub fn weights<'a, S: Element>(&self, params: &'a [S]) -> Mat<'a, S> {
-        Mat::new(&params[self.weight.clone()], self.output, self.input, self.input)
-    }
-
     /// `x` `[input, n]` to `y` `[output, n]`, activation included.
-    pub fn forward<S: Element>(&self, params: &[S], x: Mat<'_, S>, mut y: MatMut<'_, S>) {
-        multiply(y.reborrow(), self.weights(params), x, false);
-        S::launch(BiasElu { y, bias: &params[self.bias.clone()], elu: self.elu });
+    pub fn forward<S: Element>(
+        &self,
+        weights: Weights<'_, S>,
+        x: Mat<'_, S>,
+        mut y: MatMut<'_, S>,
+        scratch: &mut Scratch,
+    ) {
+        weights.times(&self.weight, x, y.reborrow(), false, scratch);
+        S::launch(BiasElu { y, bias: &weights.values()[self.bias.clone()], elu: self.elu });
     }
 }
 

@@ -5,9 +5,11 @@ use core::ops::Range;
 use paid_lanes::rng::Rng;
 use paid_lanes::{Real, Scalar};
 
+use super::Weights;
 use super::layout::Layout;
+use crate::bf16::Scratch;
 use crate::element::{Element, Lanewise, load, store};
-use crate::matrix::{Mat, MatMut, multiply};
+use crate::matrix::{Mat, MatMut};
 
 /// `c' = f c + i g`, `h' = o tanh(c')` with `i, f, o = sigmoid(.)`, `g = tanh(.)` of `W_ih x + W_hh h + b`.
 #[derive(Clone, Debug)]
@@ -43,30 +45,23 @@ impl Lstm {
         }
     }
 
-    /// `W_ih` as a matrix.
-    pub fn w_ih<'a, S: Element>(&self, params: &'a [S]) -> Mat<'a, S> {
-        Mat::new(&params[self.weight_ih.clone()], 4 * self.size, self.input, self.input)
-    }
-
-    /// `W_hh` as a matrix.
-    pub fn w_hh<'a, S: Element>(&self, params: &'a [S]) -> Mat<'a, S> {
-        Mat::new(&params[self.weight_hh.clone()], 4 * self.size, self.size, self.size)
-    }
-
     /// One step without caches: `x` `[input, n]`, `h` and `c` `[size, n]` are replaced; `gates` is scratch of `4 size * n`.
     pub fn step<S: Element>(
         &self,
-        params: &[S],
+        weights: Weights<'_, S>,
         x: Mat<'_, S>,
         h: MatMut<'_, S>,
         c: MatMut<'_, S>,
         gates: &mut [S],
+        scratch: &mut Scratch,
     ) {
         let n = x.cols();
         let gates = &mut gates[..4 * self.size * n];
-        multiply(MatMut::new(gates, 4 * self.size, n, n), self.w_ih(params), x, false);
-        multiply(MatMut::new(gates, 4 * self.size, n, n), self.w_hh(params), h.as_ref(), true);
-        let bias = &params[self.bias.clone()];
+        let into = MatMut::new(gates, 4 * self.size, n, n);
+        weights.times(&self.weight_ih, x, into, false, scratch);
+        let into = MatMut::new(gates, 4 * self.size, n, n);
+        weights.times(&self.weight_hh, h.as_ref(), into, true, scratch);
+        let bias = &weights.values()[self.bias.clone()];
         S::launch(Cell { gates: MatMut::new(gates, 4 * self.size, n, n), bias, c, h, tanh_c: None });
     }
 }

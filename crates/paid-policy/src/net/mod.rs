@@ -7,8 +7,10 @@ mod layout;
 mod linear;
 mod lstm;
 mod network;
+mod weights;
 
 pub use layout::{Layout, TensorSpec};
 pub use linear::Linear;
 pub use lstm::{Cell, Lstm};
 pub use network::{CHUNK, Network, State, StepWorkspace};
+pub use weights::{PackedWeights, Weights};

@@ -2,7 +2,8 @@
 
 use paid_lanes::rng::Rng;
 
-use super::{Layout, Linear, Lstm};
+use super::{Layout, Linear, Lstm, Weights};
+use crate::bf16::Scratch;
 use crate::config::{NetworkConfig, NetworkKind};
 use crate::element::Element;
 use crate::matrix::{Mat, MatMut};
@@ -52,6 +53,7 @@ pub struct StepWorkspace<S> {
     gates: Vec<S>,
     a: Vec<S>,
     b: Vec<S>,
+    scratch: Scratch,
 }
 
 impl Network {
@@ -104,26 +106,27 @@ impl Network {
     }
 
     /// One step: `x` `[input, n]` to `out` `[output, n]`; the state (of `n` environments) moves on.
-    pub fn step<S: Element>(
+    pub fn step<'w, S: Element>(
         &self,
-        params: &[S],
+        weights: impl Into<Weights<'w, S>>,
         x: Mat<'_, S>,
         state: &mut State<S>,
         mut out: MatMut<'_, S>,
         work: &mut StepWorkspace<S>,
     ) {
+        let weights = weights.into();
         let n = x.cols();
         let mut first = 0;
         while first < n {
             let count = CHUNK.min(n - first);
-            self.step_chunk(params, x.columns(first, count), first, state, out.columns(first, count), work);
+            self.step_chunk(weights, x.columns(first, count), first, state, out.columns(first, count), work);
             first += count;
         }
     }
 
     fn step_chunk<S: Element>(
         &self,
-        params: &[S],
+        weights: Weights<'_, S>,
         x: Mat<'_, S>,
         first: usize,
         state: &mut State<S>,
@@ -145,7 +148,8 @@ impl Network {
             };
             let mut h = MatMut::new(&mut here[0], layer.size, envs, envs);
             let mut c = MatMut::new(&mut state.c[k], layer.size, envs, envs);
-            layer.step(params, input, h.columns(first, n), c.columns(first, n), &mut work.gates);
+            let (h, c) = (h.columns(first, n), c.columns(first, n));
+            layer.step(weights, input, h, c, &mut work.gates, &mut work.scratch);
         }
         let (mut source, mut target) = (&mut work.a, &mut work.b);
         for (k, layer) in self.mlp.iter().enumerate() {
@@ -155,9 +159,10 @@ impl Network {
                 _ => Mat::new(source, layer.input, n, n),
             };
             if k + 1 == self.mlp.len() {
-                layer.forward(params, input, out.reborrow());
+                layer.forward(weights, input, out.reborrow(), &mut work.scratch);
             } else {
-                layer.forward(params, input, MatMut::new(target, layer.output, n, n));
+                let into = MatMut::new(target, layer.output, n, n);
+                layer.forward(weights, input, into, &mut work.scratch);
                 core::mem::swap(&mut source, &mut target);
             }
         }
