@@ -33,12 +33,18 @@ pub struct EngineFacts {
     pub surfaces: String,
     /// What the policy knew of ball and goal; `None` without a ball.
     pub knowledge: Option<Knowledge>,
+    /// From so long after the strike on the ball was shown where it had lain `[s]`; `None` if it was shown wherever it went.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shown_where_it_lay_s: Option<f64>,
 }
 
 impl EngineFacts {
     /// The policy's knowledge in words, with a separator before it; nothing without a ball.
     pub fn knowledge_text(&self) -> String {
-        self.knowledge.as_ref().map_or_else(String::new, |k| format!("; knowledge: {k}"))
+        let shown = self.shown_where_it_lay_s.map_or_else(String::new, |s| {
+            format!(", the ball shown where it lay from {s} s after the strike on")
+        });
+        self.knowledge.as_ref().map_or_else(String::new, |k| format!("; knowledge: {k}{shown}"))
     }
 
     /// The policy's knowledge in one word, `-` without a ball.
@@ -60,6 +66,8 @@ impl EngineChoice {
     pub fn facts(&self, preset: &TaskPreset) -> EngineFacts {
         let ball_mass_kg = preset.scene.ball.then_some(preset.ball_params.mass_kg);
         let knowledge = preset.scene.ball.then(|| Knowledge::of(preset));
+        let after_strike = preset.ball.after_strike.times().filter(|_| preset.scene.ball);
+        let shown_where_it_lay_s = after_strike.map(|times| times.from_s);
         match self {
             Self::Builtin => EngineFacts {
                 name: "built-in".to_owned(),
@@ -67,6 +75,7 @@ impl EngineChoice {
                 ball_mass_kg,
                 surfaces: materials(preset),
                 knowledge,
+                shown_where_it_lay_s,
             },
             Self::Mujoco(scene) => EngineFacts {
                 name: format!("MuJoCo {}", paid_mujoco::MUJOCO_VERSION),
@@ -74,6 +83,7 @@ impl EngineChoice {
                 ball_mass_kg,
                 surfaces: surfaces(scene, preset),
                 knowledge,
+                shown_where_it_lay_s,
             },
         }
     }

@@ -1,4 +1,5 @@
-//! What it takes to know where ball and goal are: camera geometry, the noise of a seen position, prediction of a rolling ball.
+//! What it takes to know where ball and goal are: camera geometry, the noise of a seen position, prediction of a rolling ball, and
+//! what is shown of the ball after the strike.
 //!
 //! Everything is written over [`paid_lanes::Real`]: one environment per SIMD lane in training, plain `f64` elsewhere.
 //!
@@ -13,10 +14,12 @@
 //! assert!((moved.x() - 0.27).abs() < 0.01);
 //! ```
 
+mod after_strike;
 mod camera;
 mod noise;
 mod rolling;
 
+pub use after_strike::{AfterStrike, AfterStrikeTimes};
 pub use camera::Camera;
 pub use noise::PositionNoise;
 pub use rolling::{effective_time, predicted_displacement, roll_decay};

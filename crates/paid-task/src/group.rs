@@ -3,6 +3,7 @@
 use paid_lanes::{Real, Vec3};
 
 use crate::REWARD_TERMS;
+use crate::after_strike::ShownBall;
 use crate::camera::CameraState;
 use crate::config::TaskConfig;
 use crate::delay::Delays;
@@ -36,6 +37,8 @@ pub(crate) struct GroupTask<V> {
     pub memory: BallMemory<V>,
     /// Ball and goal from a camera, where the preset has one.
     pub camera: Option<CameraState<V>>,
+    /// Where the ball lay at the strike, where the preset shows that.
+    pub shown_ball: Option<ShownBall<V>>,
     /// Delays of actions and observations, where the preset has them.
     pub delays: Option<Delays<V>>,
     /// Undiscounted return so far.
@@ -63,6 +66,7 @@ impl<V: Real> GroupTask<V> {
             kick: KickState::new(),
             memory: BallMemory::new(),
             camera: CameraState::new(config),
+            shown_ball: ShownBall::new(config),
             delays: Delays::new(config),
             episode_return: V::zero(),
             foot_peak: V::zero(),
@@ -85,6 +89,7 @@ impl<V: Real> GroupTask<V> {
         fields.extend([&mut self.episode_return, &mut self.foot_peak, &mut self.reference_peak]);
         fields.extend(self.camera.iter_mut().flat_map(CameraState::fields));
         fields.extend(self.delays.iter_mut().flat_map(Delays::fields));
+        fields.extend(self.shown_ball.iter_mut().flat_map(ShownBall::fields));
         fields
     }
 }

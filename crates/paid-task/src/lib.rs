@@ -4,6 +4,7 @@
 //! environments, one per SIMD lane.
 
 mod act;
+mod after_strike;
 mod agent;
 mod ball_preset;
 mod camera;

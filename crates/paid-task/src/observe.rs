@@ -200,7 +200,7 @@ pub(crate) struct Draw<'a, V> {
 pub(crate) struct Observe<'a, V> {
     pub config: &'a TaskConfig,
     pub state: &'a GroupState<V>,
-    pub group: &'a GroupTask<V>,
+    pub group: &'a mut GroupTask<V>,
     pub robot: &'a mut RobotBuffer<V>,
     /// Ball and goal as the policy sees them, where that is not the truth.
     pub perceived: Option<SceneView<V>>,
@@ -218,7 +218,9 @@ impl<V: Real> Kernel for Observe<'_, V> {
         let (config, state, group) = (self.config, self.state, self.group);
         self.robot.fill_joints(config, state, &group.joint_offset);
         self.robot.fill_bodies(config, state);
-        let truth = true_scene(config, state, group);
+        let mut truth = true_scene(config, state, group);
+        let mut seen = self.perceived.unwrap_or(truth);
+        group.show_after_strike(config, &base_pose(state), &mut truth, &mut seen);
         let views = Views {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),
@@ -228,7 +230,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
         let mut rows = Rows { out: self.critic, stride: self.stride, at: self.first };
         observe(&config.observations.critic, &views, &mut rows);
 
-        let views = Views { scene: Some(self.perceived.unwrap_or(truth)), ..views };
+        let views = Views { scene: Some(seen), ..views };
         let draw = self.draw;
         if !draw.envs.is_empty() {
             fill_symmetric(draw.values, draw.envs, NOISE_STREAM, draw.seed, draw.count);

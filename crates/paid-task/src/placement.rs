@@ -205,6 +205,7 @@ mod tests {
             velocity: 0.3,
             rolling_share: 0.5,
             clearance_m: 0.3,
+            after_strike: crate::preset::AfterStrikePreset::default(),
         }
     }
 

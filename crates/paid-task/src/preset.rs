@@ -7,7 +7,7 @@ use paid_physics::{BallParams, Material, SceneConfig};
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
 
-pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
+pub use crate::ball_preset::{AfterStrikePreset, BallPlacement, BallRule, GoalPreset, ShownAfterStrike};
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
 use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
@@ -143,6 +143,7 @@ impl TaskPreset {
         ];
         check_ranges(&ranges)?;
         self.observations.check(self.reference)?;
+        self.ball.after_strike.check(self.reference)?;
         self.randomization.check(self.control_dt_s())?;
         let positive = [
             ("episode_length_s", self.episode_length_s),

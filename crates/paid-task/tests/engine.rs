@@ -133,8 +133,8 @@ fn a_restored_shard_continues_bit_for_bit() {
     }
 }
 
-/// Every option of `[randomization]` and of the camera.
-const SIM_TO_REAL: [&str; 13] = [
+/// Every option of `[randomization]` and of the camera, and episodes from any phase that are shown where the ball lay.
+const SIM_TO_REAL: [&str; 15] = [
     "randomization.robot=true",
     "randomization.surfaces=[{name=\"a\",static_friction=0.8,dynamic_friction=0.1,restitution=0.7,linear_damping=0.01,\
      angular_damping=4.0}]",
@@ -149,6 +149,8 @@ const SIM_TO_REAL: [&str; 13] = [
     "observations.perception.frame_s=0.033",
     "observations.perception.dropout=0.2",
     "observations.perception.visible_band=true",
+    "ball.after_strike.show=where_it_lay",
+    "sampling.latest_start_before_strike_s=-1",
 ];
 
 #[test]

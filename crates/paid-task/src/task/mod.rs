@@ -209,6 +209,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             if let Some(camera) = &mut task.camera {
                 camera.reset_lane(lane, [ball, goal], &pose, &self.config, &mut env.reset_rng);
             }
+            if let Some(shown) = &mut task.shown_ball {
+                shown.reset_lane(lane, start.state.ball_pos);
+            }
             if let Some(delays) = &mut task.delays {
                 delays.reset_lane(lane, start.delays);
             }

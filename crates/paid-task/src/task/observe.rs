@@ -55,7 +55,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         V::run(Observe {
             config: &self.config,
             state: self.sim.state(group),
-            group: &self.groups[group],
+            group: &mut self.groups[group],
             robot: &mut self.robot,
             perceived,
             draw: Draw {

@@ -1,5 +1,6 @@
 //! The task over a simulator that plays the reference back: what a perfect robot is paid, and how episodes end.
 
+mod after_strike;
 mod episodes;
 mod new_term;
 mod rewards;
