@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::preset::Range;
+use crate::TaskError;
+use crate::preset::{Range, ReferenceSource, value_error};
 
 /// Uniform noise on velocities, half-widths.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +66,49 @@ pub struct SamplingPreset {
     pub stop_after_kick_s: f64,
     /// Share of the environments in which it does; the others go on, so that the recovery stays in training.
     pub stop_share: f64,
+    /// Share of the episodes that begin after the strike, at a frame between it and the end of holding, with the ball on its way to
+    /// the goal. What they do is no kick and counts as none.
+    #[serde(default)]
+    pub after_strike_share: f64,
+    /// Share of the starts at the first frame whose robot has the last pose of another motion instead, at rest at the first frame's
+    /// place, its heading off by up to 0.15 rad.
+    #[serde(default)]
+    pub from_last_pose_share: f64,
+    /// Share of the starts at the first frame whose robot has the state in which a held episode of the same shard ended, in the same
+    /// way. Needs `hold_s`; a start before there is such a state is the first frame's.
+    #[serde(default)]
+    pub from_end_state_share: f64,
+}
+
+impl SamplingPreset {
+    /// Refuses shares that are none, and starts that there are not. `hold_s` is how long last frames are held `[s]`.
+    pub(crate) fn check(&self, reference: ReferenceSource, hold_s: Range) -> Result<(), TaskError> {
+        let shares = [
+            ("after_strike_share", self.after_strike_share),
+            ("from_last_pose_share", self.from_last_pose_share),
+            ("from_end_state_share", self.from_end_state_share),
+        ];
+        for (name, share) in shares {
+            let key = format!("sampling.{name}");
+            if !(0.0..=1.0).contains(&share) {
+                return Err(value_error(&key, "a share between 0 and 1", share.to_string()));
+            }
+            if share > 0.0 && reference == ReferenceSource::None {
+                return Err(value_error(&key, "0 in a task without a reference", share.to_string()));
+            }
+        }
+        let both = self.from_last_pose_share + self.from_end_state_share;
+        if both > 1.0 {
+            let keys = "sampling.from_last_pose_share + from_end_state_share";
+            return Err(value_error(keys, "at most 1", both.to_string()));
+        }
+        if self.from_end_state_share > 0.0 && hold_s[1] <= 0.0 {
+            let expected = "0 while hold_s is [0, 0]: no episode is held to its end";
+            let found = self.from_end_state_share.to_string();
+            return Err(value_error("sampling.from_end_state_share", expected, found));
+        }
+        Ok(())
+    }
 }
 
 /// Sudden changes of the base velocity.

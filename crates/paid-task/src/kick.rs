@@ -139,6 +139,17 @@ impl<V: Real> KickState<V> {
         self.wait.set_lane(lane, wait as f64);
     }
 
+    /// Marks a lane's kick as over, for an episode that begins after it: `distance2` is the ball's squared distance from anchor and
+    /// base at the contact `[m^2]`. Nothing of it pays any more.
+    pub(crate) fn set_struck(&mut self, lane: usize, distance2: [f64; 2]) {
+        for flag in [&mut self.touched, &mut self.z_opened] {
+            flag.set_lane(lane, 1.0);
+        }
+        for (kept, value) in self.distance2.iter_mut().zip(distance2) {
+            kept.set_lane(lane, value);
+        }
+    }
+
     /// Takes in the state after a control step. `robot_points` are anchor and base, world `[m]`.
     #[inline(always)]
     pub(crate) fn advance(

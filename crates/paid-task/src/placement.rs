@@ -124,17 +124,18 @@ pub(crate) fn is_clear(ball: [f64; 2], feet: &[[f64; 2]; 2], clearance: f64) -> 
 pub(crate) fn clear_ball(
     facts: &MotionFacts,
     preset: &BallPlacement,
+    clearance_m: f64,
     feet: &[[f64; 2]; 2],
     rng: &mut Rng,
 ) -> [f64; 2] {
     let mut ball = draw_ball(facts, preset, rng);
     for _ in 0..15 {
-        if is_clear(ball, feet, preset.clearance_m) {
+        if is_clear(ball, feet, clearance_m) {
             return ball;
         }
         ball = draw_ball(facts, preset, rng);
     }
-    moved_clear(ball, facts.displacement, preset.clearance_m, feet)
+    moved_clear(ball, facts.displacement, clearance_m, feet)
 }
 
 /// `ball` moved straight away from the feet's middle until it is clear of them; along `way` if it lies on the middle.
@@ -282,7 +283,7 @@ mod tests {
     fn a_ball_under_a_foot_is_moved_clear() {
         let placement = BallPlacement { angle_deg: 0.0, radius_m: 0.0, ..arc() };
         let feet = [[1.1, 1.2], [0.9, 1.25]];
-        let ball = clear_ball(&facts(), &placement, &feet, &mut Rng::new(0, 0, 0));
+        let ball = clear_ball(&facts(), &placement, 0.3, &feet, &mut Rng::new(0, 0, 0));
         assert!(is_clear(ball, &feet, 0.3), "{ball:?}");
     }
 

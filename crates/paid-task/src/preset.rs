@@ -28,6 +28,9 @@ pub struct TaskPreset {
     pub reference: ReferenceSource,
     /// Time limit of an episode `[s]`; reaching it is a truncation.
     pub episode_length_s: f64,
+    /// For how long the robot is to stand in the motion's last pose before an episode ends, drawn for each one `[s]`.
+    #[serde(default)]
+    pub hold_s: Range,
     /// Ground, solver and control period.
     pub scene: SceneConfig,
     /// Nominal surface of the robot.
@@ -137,6 +140,7 @@ impl TaskPreset {
     /// The first value that is not.
     pub fn validate(&self) -> Result<(), TaskError> {
         let ranges = [
+            ("hold_s", self.hold_s),
             ("ball.ahead_m", self.ball.ahead_m),
             ("ball.left_m", self.ball.left_m),
             ("pushes.interval_s", self.pushes.interval_s),
@@ -145,6 +149,10 @@ impl TaskPreset {
         self.observations.check(self.reference)?;
         self.ball.after_strike.check(self.reference)?;
         self.randomization.check(self.control_dt_s())?;
+        if self.hold_s[0] < 0.0 || self.hold_s[1] > 60.0 {
+            return Err(value_error("hold_s", "times from 0 to 60 s", format!("{:?}", self.hold_s)));
+        }
+        self.sampling.check(self.reference, self.hold_s)?;
         let positive = [
             ("episode_length_s", self.episode_length_s),
             ("scene.physics_dt_s", self.scene.physics_dt_s),

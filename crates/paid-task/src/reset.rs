@@ -1,8 +1,8 @@
 //! How an episode begins: motion, phase, robot state, ball, goal and physical parameters.
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{Quat, Vec3};
-use paid_physics::{EnvParams, LaneState, Material, Simulator};
+use paid_lanes::Quat;
+use paid_physics::{EnvParams, LaneState, Simulator};
 
 use crate::config::TaskConfig;
 use crate::placement::{
@@ -11,6 +11,8 @@ use crate::placement::{
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
 use crate::rolling::roll_decay;
+use crate::stance::{EndStates, RobotState, Sole};
+use crate::starts::{Struck, gone, happens};
 use crate::{BallCurriculum, InitialState, ReferenceLibrary, SamplerState};
 
 /// Everything drawn for a new episode.
@@ -24,6 +26,10 @@ pub(crate) struct Start {
     pub state: LaneState,
     pub joint_offset: Vec<f64>,
     pub goal: [f64; 3],
+    /// For how long the last frame is held after the motion's end [control steps].
+    pub hold: usize,
+    /// Where the ball lay at the strike, in an episode that begins after it `[m]`.
+    pub struck: Option<Struck>,
 }
 
 /// Motion, phase and ball of an episode.
@@ -32,13 +38,12 @@ struct EpisodePlan {
     frame: usize,
     /// Where the ball is to lie, world (x, y); `None` to let the placement draw it.
     ball: Option<[f64; 2]>,
-}
-
-/// A foot on the ground (x, y), world.
-struct Sole {
-    place: [f64; 2],
-    /// Unit vector of the foot's x axis.
-    along: [f64; 2],
+    /// For how long the last frame is held [control steps].
+    hold: usize,
+    /// True if it begins after the strike.
+    after_strike: bool,
+    /// The robot's state, where that is not the frame's.
+    state: Option<RobotState>,
 }
 
 /// What the draw depends on.
@@ -47,6 +52,8 @@ pub(crate) struct StartContext<'a> {
     pub library: &'a ReferenceLibrary,
     pub sampler: &'a SamplerState,
     pub curriculum: BallCurriculum,
+    /// What earlier episodes of the shard ended in.
+    pub end_states: &'a EndStates,
     pub forced: Option<&'a InitialState>,
     /// Number of the environment over all shards.
     pub env: u32,
@@ -54,10 +61,7 @@ pub(crate) struct StartContext<'a> {
     pub randomize: bool,
 }
 
-/// A factor that changes nothing.
-const NONE: Range = [1.0, 1.0];
-
-fn draw(range: Range, rng: &mut Rng) -> f64 {
+pub(crate) fn draw(range: Range, rng: &mut Rng) -> f64 {
     rng.uniform(range[0], range[1])
 }
 
@@ -72,11 +76,21 @@ pub(crate) fn velocity_noise(noise: &VelocityNoise, rng: &mut Rng) -> ([f64; 3],
 impl StartContext<'_> {
     /// Motion, frame and, by the workspace rule, ball: forced, or from the sampler. A start leaves at least one frame to
     /// track.
-    fn plan(&self, rng: &mut Rng) -> EpisodePlan {
+    ///
+    /// `extra` is the stream of what the preset has switched on beyond: holding and other starts.
+    fn plan(&self, rng: &mut Rng, extra: &mut Rng) -> EpisodePlan {
         if let Some(forced) = self.forced {
-            return EpisodePlan { motion: forced.motion, frame: forced.frame, ball: None };
+            return EpisodePlan {
+                motion: forced.motion,
+                frame: forced.frame,
+                ball: None,
+                hold: 0,
+                after_strike: false,
+                state: None,
+            };
         }
         let preset = &self.config.preset;
+        let hold = self.hold(extra);
         let by_workspace = preset.scene.ball && preset.ball.rule == BallRule::Workspace;
         let (mut motion, bin) = self.sampler.draw(rng.unit());
         let mut frame = self.frame(motion, bin, rng);
@@ -84,6 +98,11 @@ impl StartContext<'_> {
             frame = 0;
         }
         let motions = self.library.facts();
+        let after_strike = happens(preset.sampling.after_strike_share, extra);
+        if after_strike {
+            let strike = motions[motion].strike_frame;
+            frame = strike + extra.below((motions[motion].frames - 1 + hold).saturating_sub(strike).max(1));
+        }
         let ball = by_workspace.then(|| {
             let by_motion = frame > 0 || (preset.sampling.miss_sampling_weight > 0.0 && rng.unit() < 0.5);
             let ball = if !by_motion {
@@ -95,7 +114,9 @@ impl StartContext<'_> {
             };
             drawn_in(ball, &motions[motion], self.curriculum.reach(&preset.ball))
         });
-        EpisodePlan { motion, frame, ball: ball.map(|xy| from_start_frame(&motions[motion], xy)) }
+        let state = if frame == 0 { self.other_start(motion, extra) } else { None };
+        let ball = ball.map(|xy| from_start_frame(&motions[motion], xy));
+        EpisodePlan { motion, frame, ball, hold, after_strike, state }
     }
 
     /// A frame of a bin, not too late for the ball.
@@ -113,83 +134,21 @@ impl StartContext<'_> {
         if frame > latest { fallback } else { frame }
     }
 
-    /// Factors of gains and masses, where the preset has them.
-    fn scales(&self, params: &mut EnvParams, rng: &mut Rng) {
-        let ranges = &self.config.preset.randomization;
-        if ranges.gain_scale != NONE {
-            params.gain_scale = [draw(ranges.gain_scale, rng), draw(ranges.gain_scale, rng)];
-        }
-        if ranges.link_mass_scale != NONE || ranges.base_mass_scale != NONE {
-            params.mass_scale = (0..self.config.bodies).map(|_| draw(ranges.link_mass_scale, rng)).collect();
-            params.mass_scale[0] = draw(ranges.base_mass_scale, rng);
-        }
-    }
-
-    /// Delays of actions and observations [control steps].
-    fn delays(&self, rng: &mut Rng) -> [f64; 2] {
-        let ranges = &self.config.preset.randomization;
-        if !self.randomize || !ranges.delays() {
-            return [0.0; 2];
-        }
-        [ranges.action_delay_s, ranges.observation_delay_s].map(|r| draw(r, rng) / self.config.dt_s)
-    }
-
-    /// Physical parameters: nominal, or drawn from the preset's ranges.
-    fn params(&self, rng: &mut Rng) -> (EnvParams, Vec<f64>) {
-        let preset = &self.config.preset;
-        let ranges = &preset.randomization;
-        let mut params =
-            EnvParams { robot: preset.robot_material, ball: preset.ball_params, ..EnvParams::default() };
-        let mut offsets = vec![0.0; self.config.joints()];
-        if !self.randomize {
-            return (params, offsets);
-        }
-        if let (true, paid_physics::Terrain::Rough { cell_m, size, .. }) =
-            (ranges.terrain_offset, &preset.scene.terrain)
-        {
-            let side = cell_m * *size as f64;
-            params.terrain_offset = [rng.uniform(0.0, side), rng.uniform(0.0, side)];
-        }
-        if ranges.robot {
-            let static_friction = draw(ranges.static_friction, rng);
-            params.robot = Material {
-                static_friction,
-                dynamic_friction: draw(ranges.dynamic_friction, rng).min(static_friction),
-                restitution: draw(ranges.restitution, rng),
-            };
-            params.base_com_offset =
-                [ranges.base_com_x_m, ranges.base_com_yz_m, ranges.base_com_yz_m].map(|r| draw(r, rng));
-            for offset in &mut offsets {
-                *offset = draw(ranges.joint_default_rad, rng);
-            }
-        }
-        if ranges.ball {
-            let static_friction = draw(ranges.ball_static_friction, rng);
-            params.ball.mass_kg = draw(ranges.ball_mass_kg, rng);
-            params.ball.material = Material {
-                static_friction,
-                dynamic_friction: draw(ranges.ball_dynamic_friction, rng).min(static_friction),
-                restitution: draw(ranges.ball_restitution, rng),
-            };
-            params.ball.linear_damping = draw(ranges.ball_linear_damping, rng);
-            params.ball.angular_damping = draw(ranges.ball_angular_damping, rng);
-        }
-        if !ranges.surfaces.is_empty() {
-            let surface = &ranges.surfaces[self.env as usize % ranges.surfaces.len()];
-            surface.perturbed(ranges.surface_deviation, rng).apply(&mut params.ball);
-        }
-        self.scales(&mut params, rng);
-        (params, offsets)
-    }
-
     /// Draws an episode's start for one lane. The drawn parameters are set in the simulator at once, so that it knows the ground's
     /// height under the robot.
-    pub(crate) fn draw<V, S>(&self, sim: &mut S, group: usize, lane: usize, rng: &mut Rng) -> Start
+    pub(crate) fn draw<V, S>(
+        &self,
+        sim: &mut S,
+        [group, lane]: [usize; 2],
+        rng: &mut Rng,
+        extra: &mut Rng,
+    ) -> Start
     where
         V: paid_lanes::Real,
         S: Simulator<V>,
     {
-        let EpisodePlan { motion, frame, ball: planned } = self.plan(rng);
+        let plan = self.plan(rng, extra);
+        let EpisodePlan { motion, frame, ball: planned, hold, .. } = plan;
         let (params, joint_offset) = self.params(rng);
         let delays = self.delays(rng);
         sim.set_params(group, lane, &params);
@@ -203,7 +162,8 @@ impl StartContext<'_> {
                 [0, 1].map(|k| way * (ball[k] - nominal[k]))
             }),
         };
-        let (mut state, feet) = self.robot(motion, frame, noisy, shift, rng);
+        let from = plan.state.unwrap_or_else(|| self.reference_state(motion, frame));
+        let (mut state, feet) = self.robot(&from, noisy, shift, rng);
         let ground = |xy: [f64; 2]| sim.ground_height(group, lane, xy);
         if self.config.preset.resets.lift_to_ground {
             // Three points of each sole, 8 cm apart along the foot.
@@ -217,7 +177,8 @@ impl StartContext<'_> {
         }
         let radius = params.ball.radius_m;
         let feet = [feet[0].place, feet[1].place];
-        let (ball, velocity) = self.ball([motion, frame], planned, &params.ball, &feet, rng);
+        let clearance = if plan.after_strike { 0.0 } else { self.config.preset.ball.clearance_m };
+        let (ball, velocity) = self.ball([motion, frame], planned, clearance, &params.ball, &feet, rng);
         state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
         if !self.config.preset.scene.ball {
             // A marker: at its height above the plane, whatever the terrain below.
@@ -233,7 +194,17 @@ impl StartContext<'_> {
                 .map_or_else(|| nominal_goal(facts, goal_preset), |xy| from_start_frame(facts, xy)),
             None => draw_goal(facts, goal_preset, rng),
         };
-        Start { motion, frame, params, delays, state, joint_offset, goal: [goal[0], goal[1], radius] }
+        let goal = [goal[0], goal[1], radius];
+        let struck = (plan.after_strike && self.config.preset.scene.ball).then(|| {
+            let struck = self.struck(motion, shift, state.ball_pos);
+            let since_s = frame.saturating_sub(facts.strike_frame) as f64 * self.config.dt_s;
+            let (ball, velocity) = gone(ball, [goal[0], goal[1]], since_s);
+            state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
+            state.ball_vel = [velocity[0], velocity[1], 0.0];
+            state.ball_ang_vel = [-velocity[1] / radius, velocity[0] / radius, 0.0];
+            struck
+        });
+        Start { motion, frame, params, delays, state, joint_offset, goal, hold, struck }
     }
 
     /// Ball place and velocity (x, y), world. Where the policy sees rolling balls ahead of time, the place is where the ball will be
@@ -242,6 +213,7 @@ impl StartContext<'_> {
         &self,
         [motion, frame]: [usize; 2],
         planned: Option<[f64; 2]>,
+        clearance_m: f64,
         params: &paid_physics::BallParams,
         feet: &[[f64; 2]; 2],
         rng: &mut Rng,
@@ -256,8 +228,8 @@ impl StartContext<'_> {
             return (nominal_ball(facts), [0.0; 2]);
         }
         let place = match planned {
-            Some(ball) => moved_clear(ball, facts.displacement, preset.clearance_m, feet),
-            None => clear_ball(facts, preset, feet, rng),
+            Some(ball) => moved_clear(ball, facts.displacement, clearance_m, feet),
+            None => clear_ball(facts, preset, clearance_m, feet, rng),
         };
         let rolls = rng.unit() < preset.rolling_share;
         let speed = if rolls { preset.velocity } else { 0.0 };
@@ -267,38 +239,28 @@ impl StartContext<'_> {
         }
         let back = RollingBall { place, velocity: velocity.map(|v| -v), decay: roll_decay(params) };
         let start = back.at_strike(facts, frame, self.config.dt_s);
-        (moved_clear(start, facts.displacement, preset.clearance_m, feet), velocity)
+        (moved_clear(start, facts.displacement, clearance_m, feet), velocity)
     }
 
-    /// The reference's state at a frame, displaced and with noise; and, for both feet, place and direction (x, y).
+    /// A state displaced and with noise; and, for both feet, place and direction (x, y).
     fn robot(
         &self,
-        motion: usize,
-        frame: usize,
+        from: &RobotState,
         noisy: bool,
         shift: [f64; 2],
         rng: &mut Rng,
     ) -> (LaneState, [Sole; 2]) {
         let config = self.config;
         let preset = &config.preset.resets;
-        let clip = &self.library.clips()[motion];
-        let joints = config.joints();
-        let bodies = clip.body_pos.len() / clip.frames;
-        let row = frame * bodies;
         let on = if noisy { 1.0 } else { 0.0 };
         let mut symmetric = |half: f64| on * rng.uniform(-half, half);
-        let pos = clip.body_pos[row];
+        let pos = from.base_pos;
         let offset =
             [symmetric(preset.xy_m) + shift[0], symmetric(preset.xy_m) + shift[1], symmetric(preset.z_m)];
         let [roll, pitch] = [symmetric(preset.roll_pitch_rad), symmetric(preset.roll_pitch_rad)];
         let turn = Quat::from_roll_pitch_yaw(roll, pitch, symmetric(preset.yaw_rad));
-        let reference_rot = Quat(clip.body_quat[row]);
-        let rot = turn.mul(reference_rot).normalize();
-        // The file's velocity is the center of mass's: v_origin = v_com - omega x (R com).
-        let omega = Vec3(clip.body_ang_vel[row]);
-        let arm = reference_rot.rotate(Vec3(config.base_com));
-        let origin = Vec3(clip.body_com_vel[row]) - omega.cross(arm);
-        let mut joint_pos = clip.joint_pos[frame * joints..][..joints].to_vec();
+        let rot = turn.mul(Quat(from.base_quat)).normalize();
+        let mut joint_pos = from.joint_pos.clone();
         for (q, [lo, hi]) in joint_pos.iter_mut().zip(&config.control.soft_range) {
             let noise = symmetric(preset.joint_rad);
             if noisy {
@@ -307,20 +269,16 @@ impl StartContext<'_> {
         }
         let (linear, angular) = velocity_noise(&preset.velocity, rng);
         let (linear, angular) = (linear.map(|v| v * on), angular.map(|v| v * on));
-        let feet = config.feet.map(|i| {
-            let foot = row + config.followed[i];
-            let p = clip.body_pos[foot];
-            let x = Quat(clip.body_quat[foot]).rotate(Vec3([1.0, 0.0, 0.0])).0;
-            let length = x[0].hypot(x[1]).max(1e-6);
-            Sole { place: [p[0] + offset[0], p[1] + offset[1]], along: [x[0] / length, x[1] / length] }
-        });
+        let feet = from
+            .soles
+            .map(|Sole { place: [x, y], along }| Sole { place: [x + offset[0], y + offset[1]], along });
         let state = LaneState {
             base_pos: [pos[0] + offset[0], pos[1] + offset[1], pos[2] + offset[2]],
             base_quat: rot.0,
-            base_lin_vel: [0, 1, 2].map(|k| origin.0[k] + linear[k]),
-            base_ang_vel: [0, 1, 2].map(|k| omega.0[k] + angular[k]),
+            base_lin_vel: [0, 1, 2].map(|k| from.lin_vel[k] + linear[k]),
+            base_ang_vel: [0, 1, 2].map(|k| from.ang_vel[k] + angular[k]),
             joint_pos,
-            joint_vel: clip.joint_vel[frame * joints..][..joints].to_vec(),
+            joint_vel: from.joint_vel.clone(),
             ball_pos: [0.0; 3],
             ball_vel: [0.0; 3],
             ball_ang_vel: [0.0; 3],

@@ -88,6 +88,9 @@ mod tests {
             miss_sampling_weight: 0.0,
             stop_after_kick_s: 0.0,
             stop_share: 0.0,
+            after_strike_share: 0.0,
+            from_last_pose_share: 0.0,
+            from_end_state_share: 0.0,
         }
     }
 

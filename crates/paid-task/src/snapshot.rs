@@ -5,11 +5,12 @@ use paid_physics::{EnvParams, LaneState, Simulator};
 use serde::{Deserialize, Serialize};
 
 use crate::codec::{Reader, append, expect};
+use crate::stance::EndStates;
 use crate::task::EnvTask;
 use crate::{BallCurriculum, EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x05";
+const MAGIC: &[u8; 8] = b"paidtsk\x06";
 
 /// What a shard must agree with.
 #[derive(Serialize, Deserialize)]
@@ -29,6 +30,7 @@ struct Shard {
     sampler: SamplerState,
     curriculum: BallCurriculum,
     failures: Vec<f32>,
+    end_states: EndStates,
     metrics: TaskMetrics,
     /// Running sums, the lanes of each one after another.
     sums: Vec<f64>,
@@ -42,11 +44,14 @@ struct Environment {
     id: u32,
     motion: usize,
     frame: usize,
+    hold: usize,
+    after_strike: bool,
     step: u32,
     push_in: u32,
     /// Positions of the random streams.
     reset_rng: u64,
     push_rng: u64,
+    start_rng: u64,
     ended: Option<EndCause>,
     kick: Option<KickEvent>,
     forced: Option<InitialState>,
@@ -60,10 +65,13 @@ impl Environment {
             id: env.id,
             motion: env.motion,
             frame: env.frame,
+            hold: env.hold,
+            after_strike: env.after_strike,
             step: env.step,
             push_in: env.push_in,
             reset_rng: env.reset_rng.position(),
             push_rng: env.push_rng.position(),
+            start_rng: env.start_rng.position(),
             ended: env.ended,
             kick: env.kick.clone(),
             forced: env.forced.clone(),
@@ -111,6 +119,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             sampler: self.sampler.clone(),
             curriculum: self.curriculum,
             failures: self.failures.clone(),
+            end_states: self.end_states.clone(),
             metrics: self.metrics.clone(),
             sums: widen(self.sums.terms.iter().chain(&self.sums.tracking)),
             groups: self.groups.iter().map(group).collect(),
@@ -141,7 +150,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         narrow("sums", sums, &shard.sums)?;
         (self.observations, self.sampler, self.failures) =
             (shard.observations, shard.sampler, shard.failures);
-        self.curriculum = shard.curriculum;
+        if !shard.end_states.fit(self.config.joints()) {
+            return Err("task snapshot: the end states are another robot's".into());
+        }
+        (self.end_states, self.curriculum) = (shard.end_states, shard.curriculum);
         self.metrics = shard.metrics;
         for index in 0..self.envs.len() {
             let environment = reader.value()?;
@@ -160,7 +172,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let env = &mut self.envs[index];
         expect("environment number", env.id, found.id)?;
         let facts = self.library.facts().get(found.motion);
-        if facts.is_none_or(|f| found.frame == 0 || found.frame > f.frames) {
+        if facts.is_none() || found.frame == 0 {
             return Err(format!("task snapshot: motion {} has no frame {}", found.motion, found.frame));
         }
         let state = found.state;
@@ -168,9 +180,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             expect("joints of a state", self.config.joints(), joints.len())?;
         }
         (env.motion, env.frame) = (found.motion, found.frame);
+        (env.hold, env.after_strike) = (found.hold, found.after_strike);
         (env.step, env.push_in) = (found.step, found.push_in);
         env.reset_rng.seek(found.reset_rng);
         env.push_rng.seek(found.push_rng);
+        env.start_rng.seek(found.start_rng);
         (env.ended, env.kick, env.forced) = (found.ended, found.kick, found.forced);
         env.params = found.params;
         let (group, lane) = (index / V::LANES, index % V::LANES);

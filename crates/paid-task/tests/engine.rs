@@ -133,8 +133,8 @@ fn a_restored_shard_continues_bit_for_bit() {
     }
 }
 
-/// Every option of `[randomization]` and of the camera, and episodes from any phase that are shown where the ball lay.
-const SIM_TO_REAL: [&str; 15] = [
+/// Every option of `[randomization]` and of the camera, every kind of start, and the ball shown where it lay.
+const SIM_TO_REAL: [&str; 20] = [
     "randomization.robot=true",
     "randomization.surfaces=[{name=\"a\",static_friction=0.8,dynamic_friction=0.1,restitution=0.7,linear_damping=0.01,\
      angular_damping=4.0}]",
@@ -151,6 +151,11 @@ const SIM_TO_REAL: [&str; 15] = [
     "observations.perception.visible_band=true",
     "ball.after_strike.show=where_it_lay",
     "sampling.latest_start_before_strike_s=-1",
+    "hold_s=[0.05, 0.2]",
+    "sampling.first_frame_share=0.5",
+    "sampling.after_strike_share=0.4",
+    "sampling.from_last_pose_share=0.3",
+    "sampling.from_end_state_share=0.5",
 ];
 
 #[test]

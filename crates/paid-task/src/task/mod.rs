@@ -19,6 +19,7 @@ use crate::observe::{RobotBuffer, base_pose, in_base};
 use crate::reset::StartContext;
 use crate::rolling::roll_decay;
 use crate::score::Sums;
+use crate::stance::EndStates;
 use crate::tracking::TrackingErrors;
 use crate::{
     BallCurriculum, Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, ReferenceLibrary,
@@ -29,6 +30,7 @@ use step::push_interval;
 /// Purposes of an environment's random streams (2 is observation noise, 3 and 4 are perception).
 const RESET_STREAM: u32 = 0;
 const PUSH_STREAM: u32 = 1;
+const START_STREAM: u32 = 8;
 /// Groups whose observations are written out together.
 const BLOCK_GROUPS: usize = 8;
 
@@ -38,14 +40,20 @@ pub(crate) struct EnvTask {
     /// Number of the environment over all shards.
     pub id: u32,
     pub motion: usize,
-    /// Frame that the next state is scored against.
+    /// Frame that the next state is scored against; it runs on beyond the motion's last one.
     pub frame: usize,
+    /// For how long the last frame is held [control steps].
+    pub hold: usize,
+    /// True if the episode began after the strike.
+    pub after_strike: bool,
     /// Control steps since the episode began.
     pub step: u32,
     /// Control steps until the next push.
     pub push_in: u32,
     pub reset_rng: Rng,
     pub push_rng: Rng,
+    /// Holding and starts other than a frame's.
+    pub start_rng: Rng,
     pub params: EnvParams,
     /// Evaluation: where episodes begin.
     pub forced: Option<InitialState>,
@@ -65,6 +73,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) sampler: SamplerState,
     pub(crate) curriculum: BallCurriculum,
     pub(crate) failures: Vec<f32>,
+    pub(crate) end_states: EndStates,
     tracking: TrackingErrors<V>,
     pub(crate) sums: Sums<V>,
     pub(crate) metrics: TaskMetrics,
@@ -109,10 +118,13 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 id,
                 motion: 0,
                 frame: 1,
+                hold: 0,
+                after_strike: false,
                 step: 0,
                 push_in: u32::MAX,
                 reset_rng: Rng::new(seed, id, RESET_STREAM),
                 push_rng: Rng::new(seed, id, PUSH_STREAM),
+                start_rng: Rng::new(seed, id, START_STREAM),
                 params: EnvParams::default(),
                 forced: None,
                 ended: None,
@@ -125,6 +137,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             sampler: SamplerState::uniform(library.len(), library.bins()),
             curriculum: BallCurriculum::default(),
             failures: vec![0.0; library.len() * library.bins()],
+            end_states: EndStates::default(),
             tracking: TrackingErrors::new(&config),
             sums: Sums::new(),
             metrics: TaskMetrics::default(),
@@ -166,15 +179,19 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 library: &self.library,
                 sampler: &self.sampler,
                 curriculum: self.curriculum,
+                end_states: &self.end_states,
                 forced: env.forced.as_ref(),
                 env: env.id,
                 randomize,
             };
-            let start = context.draw::<V, S>(&mut self.sim, group, lane, &mut env.reset_rng);
+            let start =
+                context.draw::<V, S>(&mut self.sim, [group, lane], &mut env.reset_rng, &mut env.start_rng);
             self.sim.reset_lane(group, lane, &start.state);
             let facts = &self.library.facts()[start.motion];
             env.motion = start.motion;
             env.frame = start.frame + 1;
+            env.hold = start.hold;
+            env.after_strike = start.struck.is_some();
             env.step = 0;
             env.ended = None;
             env.kick = None;
@@ -196,6 +213,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let wait = if early_s > 0.0 { wait } else { 0 };
             let kick_foot = self.config.has_reference.then_some(facts.kick_foot);
             task.kick.reset_lane(lane, kick_foot, start.state.ball_pos, wait);
+            if let Some(struck) = &start.struck {
+                task.kick.set_struck(lane, struck.distance2);
+            }
             task.episode_return.set_lane(lane, 0.0);
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);
@@ -210,7 +230,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 camera.reset_lane(lane, [ball, goal], &pose, &self.config, &mut env.reset_rng);
             }
             if let Some(shown) = &mut task.shown_ball {
-                shown.reset_lane(lane, start.state.ball_pos);
+                shown.reset_lane(lane, start.struck.map_or(start.state.ball_pos, |struck| struck.lay));
             }
             if let Some(delays) = &mut task.delays {
                 delays.reset_lane(lane, start.delays);

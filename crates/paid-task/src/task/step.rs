@@ -11,6 +11,7 @@ use crate::group::GroupTask;
 use crate::kernels::ScoreGroup;
 use crate::reset::velocity_noise;
 use crate::score::Score;
+use crate::stance::Stance;
 use crate::{
     AfterEnd, AfterKick, AtMotionEnd, EndCause, KickEvent, OnFailure, SamplingStatistics, TaskMetrics,
 };
@@ -92,13 +93,13 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             record_kick(env, self.sim.state(group), lane, score, &self.config);
             let frames = self.library.facts()[env.motion].frames;
             let scored = env.frame;
-            env.frame = (env.frame + 1).min(frames);
+            env.frame += 1;
             let failure = || EndCause::ALL.into_iter().zip(score.failed).find(|(_, mask)| bit(*mask));
             let cause = if bit(score.not_finite) {
                 Some(EndCause::NotFinite)
             } else if let Some((cause, _)) = failure().filter(|_| end_on_failure) {
                 Some(cause)
-            } else if env.frame >= frames && ends_with_motion {
+            } else if env.frame >= frames + env.hold && ends_with_motion {
                 Some(EndCause::MotionEnd)
             } else if env.step >= limit
                 || (rules.after_kick == AfterKick::AsPreset && stops_after_kick(env, &self.config))
@@ -120,7 +121,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 let miss = self.config.preset.sampling.miss_sampling_weight as f32;
                 if failed {
                     self.failures[pair(scored)] += 1.0;
-                } else if miss > 0.0 && self.groups[group].kick.on_target.lane(lane) < 0.5 {
+                } else if miss > 0.0
+                    && !env.after_strike
+                    && self.groups[group].kick.on_target.lane(lane) < 0.5
+                {
                     self.failures[pair(self.library.facts()[env.motion].strike_frame)] += miss;
                 }
             }
@@ -136,8 +140,21 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             } else {
                 env.ended = Some(cause);
             }
+            let kept = self.config.preset.sampling.from_end_state_share > 0.0;
+            if newly_ended && kept && cause == EndCause::MotionEnd {
+                self.keep_end_state(group, lane);
+            }
         }
         resets
+    }
+
+    /// Keeps the state of a robot that has been held to the end, for other episodes to begin in.
+    fn keep_end_state(&mut self, group: usize, lane: usize) {
+        let state = self.sim.state(group);
+        let [x, y, _] = state.bodies[self.config.followed[self.config.anchor]].pos.lane(lane);
+        let ground = self.sim.ground_height(group, lane, [x, y]);
+        let quat = self.sim.save_lane(group, lane).base_quat;
+        self.end_states.push(Stance::of_lane(&self.config, state, lane, quat, ground));
     }
 }
 
@@ -196,7 +213,7 @@ fn count_episode<V: Real>(
     metrics.episode_return_sum += finite(group.episode_return.lane(lane));
     metrics.kick_foot_peak_sum += finite(group.foot_peak.lane(lane));
     metrics.reference_foot_peak_sum += finite(group.reference_peak.lane(lane));
-    if !config.preset.scene.ball {
+    if !config.preset.scene.ball || env.after_strike {
         return;
     }
     let (counts, kick) = (&mut metrics.kick, &group.kick);

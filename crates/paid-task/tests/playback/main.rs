@@ -5,3 +5,4 @@ mod episodes;
 mod new_term;
 mod rewards;
 mod simulator;
+mod starts;
