@@ -351,6 +351,30 @@ impl Simulator<f64> for MujocoSim {
         }
     }
 
+    fn set_ball(&mut self, group: usize, lane: usize, pos: [f64; 3], vel: [f64; 3], ang_vel: [f64; 3]) {
+        assert_eq!(lane, 0, "MuJoCo has one lane per group");
+        let (bq, bv) = self.ball_at();
+        let lane = &mut self.lanes[group];
+        if self.ball_body.is_some() {
+            let q = lane.world.qpos_mut();
+            q[bq..bq + 3].copy_from_slice(&pos);
+            q[bq + 3..bq + 7].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
+            let v = lane.world.qvel_mut();
+            v[bv..bv + 3].copy_from_slice(&vel);
+            v[bv + 3..bv + 6].copy_from_slice(&ang_vel);
+            lane.world.qacc_warmstart_mut()[bv..bv + 6].fill(0.0);
+        }
+        lane.marker = [pos, vel, ang_vel];
+        lane.state.ball = BallState {
+            pos: Vec3(pos),
+            vel: Vec3(vel),
+            ang_vel: Vec3(ang_vel),
+            robot_force: Vec3::zero(),
+            ground_force: Vec3::zero(),
+            touched_by: -1.0,
+        };
+    }
+
     fn ground_height(&self, _group: usize, _lane: usize, _xy: [f64; 2]) -> f64 {
         0.0
     }

@@ -7,7 +7,7 @@ use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 use crate::library::{body_index, followed_bodies};
 use crate::observe::ObservationConfig;
 use crate::preset::ReferenceSource;
-use crate::{ReferenceLibrary, TaskError, TaskPreset};
+use crate::{MotionFacts, ReferenceLibrary, TaskError, TaskPreset};
 
 /// What every environment of a task shares. "Followed" indices are positions in [`ReferenceLibrary::followed`].
 #[derive(Clone, Debug)]
@@ -130,6 +130,17 @@ impl TaskConfig {
     #[inline(always)]
     pub(crate) fn foot<'a, V>(&self, state: &'a GroupState<V>, side: usize) -> &'a BodyState<V> {
         &state.bodies[self.followed[self.feet[side]]]
+    }
+
+    /// Control steps for which no contact counts as a kick, in an episode from frame `start` of a motion.
+    pub(crate) fn no_kick_before(&self, facts: &MotionFacts, start: usize) -> usize {
+        let early_s = self.preset.rewards.kick.early_s;
+        if early_s <= 0.0 {
+            return 0;
+        }
+        let early = (early_s / self.dt_s).round() as usize;
+        // The episode's first step is scored against the frame after the start.
+        facts.strike_frame.saturating_sub(early + start + 1)
     }
 
     /// Number of joints.

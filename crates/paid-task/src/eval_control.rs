@@ -39,6 +39,20 @@ impl InitialState {
     }
 }
 
+/// What a robot that goes on from where it stands is to kick next. Its axes: origin on the ground below the robot's anchor now, x along
+/// the anchor's heading, y left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NextKick {
+    /// Index of the motion in the library; it begins at its first frame.
+    pub motion: usize,
+    /// Ball center (x, y) `[m]`.
+    pub ball_xy: [f64; 2],
+    /// Ball velocity `[m/s]`.
+    pub ball_velocity: [f64; 2],
+    /// Goal center (x, y) `[m]`.
+    pub goal_xy: [f64; 2],
+}
+
 /// The first contact of an episode between robot and ball.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KickEvent {
@@ -99,6 +113,8 @@ pub struct EnvSample {
     pub ball_force: [f64; 3],
     /// Goal center `[m]`.
     pub goal_pos: [f64; 3],
+    /// Where the reference's anchor is in this frame (x, y), world `[m]`, and its heading `[rad]`.
+    pub reference_anchor: ([f64; 2], f64),
     /// Heading of the motion's first frame in the world `[rad]`: the goal plane is perpendicular to it.
     pub heading: f64,
     /// The first kick of the episode.
@@ -117,6 +133,12 @@ pub trait EvalControl {
     /// # Errors
     /// If the environment, motion or frame does not exist or a number is not finite.
     fn force_start(&mut self, env: usize, start: &InitialState) -> Result<(), TaskError>;
+    /// Lets environment `env` go on without a reset: the reference of another motion begins where the robot's anchor is, along its
+    /// heading, and the ball lies at a new place. The robot's state stays as it is, and so does the count of control steps.
+    ///
+    /// # Errors
+    /// If the environment or the motion does not exist or a number is not finite.
+    fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError>;
     /// The state of an environment.
     ///
     /// # Errors

@@ -4,6 +4,7 @@ use paid_lanes::{Real, Vec3};
 
 use crate::REWARD_TERMS;
 use crate::after_strike::ShownBall;
+use crate::anchoring::LaneAnchoring;
 use crate::camera::CameraState;
 use crate::config::TaskConfig;
 use crate::delay::Delays;
@@ -16,6 +17,8 @@ use crate::reference::Reference;
 pub(crate) struct GroupTask<V> {
     /// The reference that the next state is scored against and that the policy sees now.
     pub reference: Reference<V>,
+    /// Where the references begin, once a robot has gone on without a reset; follows from the environments.
+    pub anchoring: Option<LaneAnchoring<V>>,
     /// Last action, policy joint order.
     pub action: Vec<V>,
     /// The action before.
@@ -56,6 +59,7 @@ impl<V: Real> GroupTask<V> {
         let zeros = vec![V::zero(); config.joints()];
         Self {
             reference: Reference::new(layout),
+            anchoring: None,
             action: zeros.clone(),
             previous: zeros.clone(),
             joint_offset: zeros,
@@ -75,7 +79,7 @@ impl<V: Real> GroupTask<V> {
         }
     }
 
-    /// Every number but the reference and the times to its strike (which follow from motion and frame) and the reward terms
+    /// Every number but the reference, where it begins and the times to its strike (which follow from the environments) and the reward terms
     /// (which nothing depends on), for saving.
     pub(crate) fn fields(&mut self) -> Vec<&mut V> {
         let mut fields: Vec<&mut V> = Vec::new();

@@ -13,6 +13,8 @@ use crate::tracking::TrackingErrors;
 pub(crate) struct Gather<'a, V> {
     pub library: &'a ReferenceLibrary,
     pub group: &'a mut GroupTask<V>,
+    /// Followed index of the anchor.
+    pub anchor: usize,
     pub motions: [usize; MAX_LANES],
     pub frames: [usize; MAX_LANES],
 }
@@ -22,6 +24,9 @@ impl<V: Real> Kernel for Gather<'_, V> {
     #[inline(always)]
     fn run(self) {
         self.group.reference.gather(self.library, &self.motions, &self.frames);
+        if let Some(anchoring) = &self.group.anchoring {
+            self.group.reference.move_by(anchoring, self.anchor);
+        }
     }
 }
 

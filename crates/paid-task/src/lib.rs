@@ -6,6 +6,7 @@
 mod act;
 mod after_strike;
 mod agent;
+mod anchoring;
 mod ball_preset;
 mod camera;
 mod codec;
@@ -26,6 +27,7 @@ pub mod layers;
 mod library;
 mod memory;
 mod metrics;
+mod next_kick;
 mod observation_preset;
 mod observe;
 mod parameters;
@@ -56,7 +58,7 @@ pub use episode_rules::{
     SamplingStatistics, TimeLimit,
 };
 pub use error::TaskError;
-pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent};
+pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick};
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use parameters::{ParameterInfo, Requirement};

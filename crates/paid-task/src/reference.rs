@@ -3,6 +3,7 @@
 use paid_lanes::{MAX_LANES, Mat3, Quat, Real, Vec3, load_f32};
 use paid_policy::{Pose, ReferenceView};
 
+use crate::anchoring::LaneAnchoring;
 use crate::{FrameLayout, ReferenceLibrary};
 
 /// One packed frame a lane, see [`FrameLayout`].
@@ -10,11 +11,13 @@ use crate::{FrameLayout, ReferenceLibrary};
 pub(crate) struct Reference<V> {
     layout: FrameLayout,
     values: Vec<V>,
+    /// The anchor's angular velocity in the clip's axes, where those are not the world's `[rad/s]`.
+    in_clip: Option<Vec3<V>>,
 }
 
 impl<V: Real> Reference<V> {
     pub(crate) fn new(layout: FrameLayout) -> Self {
-        Self { layout, values: vec![V::zero(); layout.len()] }
+        Self { layout, values: vec![V::zero(); layout.len()], in_clip: None }
     }
 
     /// Loads frame `frames[lane]` of motion `motions[lane]` into every lane.
@@ -28,6 +31,7 @@ impl<V: Real> Reference<V> {
         for lane in 0..V::LANES {
             rows[lane] = &rows[lane][..len];
         }
+        self.in_clip = None;
         let values = &mut self.values[..len];
         for k in 0..len {
             let mut lanes = [0.0; MAX_LANES];
@@ -35,6 +39,30 @@ impl<V: Real> Reference<V> {
                 lanes[lane] = rows[lane][k];
             }
             values[k] = load_f32::<V>(&lanes);
+        }
+    }
+
+    /// Moves the loaded frames over the ground. What a policy observes stays in the clip's axes, since that is what it was trained on
+    /// and a robot knows no others.
+    #[inline(always)]
+    pub(crate) fn move_by(&mut self, anchoring: &LaneAnchoring<V>, anchor: usize) {
+        self.in_clip = Some(self.ang_vel(anchor));
+        for body in 0..self.layout.bodies {
+            let at = 2 * self.layout.joints + FrameLayout::BODY * body;
+            let [pos, com_vel, ang_vel] = [self.pos(body), self.com_vel(body), self.ang_vel(body)];
+            let q = &self.values[at + 3..at + 7];
+            let rot = anchoring.rotation(Quat([q[0], q[1], q[2], q[3]])).0;
+            let parts = [
+                &anchoring.point(pos).0[..],
+                &rot,
+                &anchoring.vector(com_vel).0,
+                &anchoring.vector(ang_vel).0,
+            ];
+            let mut to = at;
+            for part in parts {
+                self.values[to..to + part.len()].copy_from_slice(part);
+                to += part.len();
+            }
         }
     }
 
@@ -46,7 +74,7 @@ impl<V: Real> Reference<V> {
             joint_pos,
             joint_vel: &rest[..self.layout.joints],
             anchor: Pose { pos: self.pos(anchor), rot: self.rot(anchor) },
-            anchor_ang_vel: self.ang_vel(anchor),
+            anchor_ang_vel: self.in_clip.unwrap_or_else(|| self.ang_vel(anchor)),
         }
     }
 

@@ -1,7 +1,7 @@
 //! How an episode begins: motion, phase, robot state, ball, goal and physical parameters.
 
-use paid_lanes::rng::Rng;
 use paid_lanes::Quat;
+use paid_lanes::rng::Rng;
 use paid_physics::{EnvParams, LaneState, Simulator};
 
 use crate::config::TaskConfig;

@@ -5,8 +5,10 @@ use paid_physics::Simulator;
 use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::score::Sums;
+use crate::stance::heading_of;
+use crate::task::EnvTask;
 use crate::{
-    BallCurriculum, BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, REWARD_TERMS,
+    BallCurriculum, BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, REWARD_TERMS,
     RewardTermsInSamples, SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
@@ -83,6 +85,17 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         }
     }
 
+    /// Place and heading of the reference's anchor in an environment's frame.
+    fn reference_anchor(&self, env: &EnvTask) -> ([f64; 2], f64) {
+        let clip = &self.library.clips()[env.motion];
+        let bodies = clip.body_pos.len() / clip.frames;
+        let frame = (env.frame - 1).min(clip.frames - 1);
+        let row = frame * bodies + self.config.followed[self.config.anchor];
+        let [x, y, _] = clip.body_pos[row];
+        let heading = heading_of(clip.body_quat[row]);
+        env.anchoring.map_or(([x, y], heading), |a| (a.point([x, y]), heading + a.turn))
+    }
+
     fn env_index(&self, env: usize) -> Result<(usize, usize), TaskError> {
         if env < self.envs.len() {
             Ok((env / V::LANES, env % V::LANES))
@@ -130,6 +143,11 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
         Ok(())
     }
 
+    fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        self.begin_next_kick(env, [group, lane], next)
+    }
+
     fn sample(&self, env: usize) -> Result<EnvSample, TaskError> {
         let (group, lane) = self.env_index(env)?;
         let (state, task, info) = (self.sim.state(group), &self.groups[group], &self.envs[env]);
@@ -157,7 +175,8 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             ball_vel: state.ball.vel.lane(lane),
             ball_force: state.ball.robot_force.lane(lane),
             goal_pos: task.goal.lane(lane),
-            heading: facts.heading,
+            reference_anchor: self.reference_anchor(info),
+            heading: facts.heading + info.anchoring.map_or(0.0, |a| a.turn),
             kick: info.kick.clone(),
             rewards: terms.map(|v| finite(v.lane(lane))).collect(),
         })

@@ -4,6 +4,7 @@ use paid_lanes::Real;
 use paid_physics::{EnvParams, LaneState, Simulator};
 use serde::{Deserialize, Serialize};
 
+use crate::anchoring::Anchoring;
 use crate::codec::{Reader, append, expect};
 use crate::stance::EndStates;
 use crate::task::EnvTask;
@@ -46,6 +47,7 @@ struct Environment {
     frame: usize,
     hold: usize,
     after_strike: bool,
+    anchoring: Option<Anchoring>,
     step: u32,
     push_in: u32,
     /// Positions of the random streams.
@@ -67,6 +69,7 @@ impl Environment {
             frame: env.frame,
             hold: env.hold,
             after_strike: env.after_strike,
+            anchoring: env.anchoring,
             step: env.step,
             push_in: env.push_in,
             reset_rng: env.reset_rng.position(),
@@ -181,6 +184,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         }
         (env.motion, env.frame) = (found.motion, found.frame);
         (env.hold, env.after_strike) = (found.hold, found.after_strike);
+        self.set_anchoring(index, found.anchoring);
+        let env = &mut self.envs[index];
         (env.step, env.push_in) = (found.step, found.push_in);
         env.reset_rng.seek(found.reset_rng);
         env.push_rng.seek(found.push_rng);

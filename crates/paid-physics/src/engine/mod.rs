@@ -237,6 +237,20 @@ impl<V: Real> Simulator<V> for Engine<V> {
         }
     }
 
+    fn set_ball(&mut self, group: usize, lane: usize, pos: [f64; 3], vel: [f64; 3], ang_vel: [f64; 3]) {
+        let g = &mut self.groups[group];
+        g.ball_pos.set_lane(lane, pos);
+        g.ball_vel.set_lane(lane, vel);
+        g.ball_omega.set_lane(lane, ang_vel);
+        let ball = &mut g.state.ball;
+        ball.pos.set_lane(lane, pos);
+        ball.vel.set_lane(lane, vel);
+        ball.ang_vel.set_lane(lane, ang_vel);
+        ball.robot_force.set_lane(lane, [0.0; 3]);
+        ball.ground_force.set_lane(lane, [0.0; 3]);
+        ball.touched_by.set_lane(lane, -1.0);
+    }
+
     fn ground_height(&self, group: usize, lane: usize, xy: [f64; 2]) -> f64 {
         let params = &self.groups[group].params;
         self.ground.at(V::c(xy[0]), V::c(xy[1]), params).0.lane(lane)

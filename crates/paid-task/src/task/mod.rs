@@ -12,11 +12,12 @@ use paid_perceive::effective_time;
 use paid_physics::{EnvParams, Simulator};
 use paid_policy::Pose;
 
+use crate::anchoring::Anchoring;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kernels::Gather;
 use crate::observe::{RobotBuffer, base_pose, in_base};
-use crate::reset::StartContext;
+use crate::reset::{Start, StartContext};
 use crate::rolling::roll_decay;
 use crate::score::Sums;
 use crate::stance::EndStates;
@@ -46,6 +47,8 @@ pub(crate) struct EnvTask {
     pub hold: usize,
     /// True if the episode began after the strike.
     pub after_strike: bool,
+    /// Where the motion begins, if the robot went on from where it stood.
+    pub anchoring: Option<Anchoring>,
     /// Control steps since the episode began.
     pub step: u32,
     /// Control steps until the next push.
@@ -120,6 +123,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 frame: 1,
                 hold: 0,
                 after_strike: false,
+                anchoring: None,
                 step: 0,
                 push_in: u32::MAX,
                 reset_rng: Rng::new(seed, id, RESET_STREAM),
@@ -192,10 +196,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             env.frame = start.frame + 1;
             env.hold = start.hold;
             env.after_strike = start.struck.is_some();
+            env.anchoring = None;
             env.step = 0;
             env.ended = None;
             env.kick = None;
-            env.params = start.params;
             env.push_in = push_interval(&self.config, &mut env.push_rng);
             let task = &mut self.groups[group];
             for j in 0..self.config.joints() {
@@ -206,11 +210,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.goal.set_lane(lane, start.goal);
             task.heading[0].set_lane(lane, facts.heading.cos());
             task.heading[1].set_lane(lane, facts.heading.sin());
-            let early_s = self.config.preset.rewards.kick.early_s;
-            let early = (early_s / self.config.dt_s).round() as usize;
-            // The episode's first step is scored against the frame after the start.
-            let wait = facts.strike_frame.saturating_sub(early + start.frame + 1);
-            let wait = if early_s > 0.0 { wait } else { 0 };
+            let wait = self.config.no_kick_before(facts, start.frame);
             let kick_foot = self.config.has_reference.then_some(facts.kick_foot);
             task.kick.reset_lane(lane, kick_foot, start.state.ball_pos, wait);
             if let Some(struck) = &start.struck {
@@ -219,21 +219,15 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.episode_return.set_lane(lane, 0.0);
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);
-            let base = paid_lanes::Quat(start.state.base_quat);
-            let local = |point: [f64; 3]| base.conj().rotate(Vec3(point) - Vec3(start.state.base_pos)).0;
-            let pose = Pose { pos: Vec3(start.state.base_pos), rot: base.to_mat() };
-            let (ball, goal) = (local(start.state.ball_pos), local(start.goal));
-            let perception = &self.config.preset.observations.perception;
-            let kept = perception.memory_frame.keep(&pose, Vec3(ball)).0;
-            task.memory.reset_lane(lane, kept, perception, &mut env.reset_rng);
-            if let Some(camera) = &mut task.camera {
-                camera.reset_lane(lane, [ball, goal], &pose, &self.config, &mut env.reset_rng);
-            }
-            if let Some(shown) = &mut task.shown_ball {
-                shown.reset_lane(lane, start.struck.map_or(start.state.ball_pos, |struck| struck.lay));
-            }
+            begin_to_see(&self.config, task, lane, &start, &mut env.reset_rng);
             if let Some(delays) = &mut task.delays {
                 delays.reset_lane(lane, start.delays);
+            }
+            env.params = start.params;
+        }
+        if let Some(anchoring) = &mut self.groups[group].anchoring {
+            for lane in (0..V::LANES).filter(|l| lanes >> l & 1 == 1) {
+                anchoring.set_lane(lane, None);
             }
         }
         self.sim.refresh(group);
@@ -267,6 +261,35 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 self.groups[group].prediction_s.set_lane(lane, prediction_s);
             }
         }
-        V::run(Gather { library: &self.library, group: &mut self.groups[group], motions, frames });
+        V::run(Gather {
+            library: &self.library,
+            group: &mut self.groups[group],
+            anchor: self.config.anchor,
+            motions,
+            frames,
+        });
+    }
+}
+
+/// Ball and goal appear to one lane's robot.
+pub(crate) fn begin_to_see<V: Real>(
+    config: &TaskConfig,
+    task: &mut GroupTask<V>,
+    lane: usize,
+    start: &Start,
+    rng: &mut Rng,
+) {
+    let base = paid_lanes::Quat(start.state.base_quat);
+    let local = |point: [f64; 3]| base.conj().rotate(Vec3(point) - Vec3(start.state.base_pos)).0;
+    let pose = Pose { pos: Vec3(start.state.base_pos), rot: base.to_mat() };
+    let (ball, goal) = (local(start.state.ball_pos), local(start.goal));
+    let perception = &config.preset.observations.perception;
+    let kept = perception.memory_frame.keep(&pose, Vec3(ball)).0;
+    task.memory.reset_lane(lane, kept, perception, rng);
+    if let Some(camera) = &mut task.camera {
+        camera.reset_lane(lane, [ball, goal], &pose, config, rng);
+    }
+    if let Some(shown) = &mut task.shown_ball {
+        shown.reset_lane(lane, start.struck.map_or(start.state.ball_pos, |struck| struck.lay));
     }
 }

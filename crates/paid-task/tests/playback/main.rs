@@ -3,6 +3,7 @@
 mod after_strike;
 mod episodes;
 mod new_term;
+mod next_kick;
 mod rewards;
 mod simulator;
 mod starts;

@@ -155,6 +155,10 @@ impl Simulator<f64> for Playback {
     fn push_lane(&mut self, _: usize, _: usize, linear: [f64; 3], angular: [f64; 3]) {
         self.pushes.push((self.steps, linear, angular));
     }
+    fn set_ball(&mut self, _: usize, _: usize, pos: [f64; 3], vel: [f64; 3], ang_vel: [f64; 3]) {
+        (self.ball.ball_pos, self.ball.ball_vel, self.ball.ball_ang_vel) = (pos, vel, ang_vel);
+        self.show();
+    }
     fn ground_height(&self, _: usize, _: usize, _: [f64; 2]) -> f64 {
         0.0
     }
