@@ -50,6 +50,12 @@ pub struct CheckLimits {
     pub slippery: Limit,
     /// Angle between the start's heading and the foot's way at the kick `[rad]`.
     pub heading: Limit,
+    /// Joint speed in the last frame `[rad/s]`. A task that holds the last pose ends in it; the limits of the end only warn.
+    pub end_joint_speed: Limit,
+    /// Speed of the base in the last frame `[m/s]`.
+    pub end_base_speed: Limit,
+    /// Tilt of the base in the last frame `[rad]`.
+    pub end_tilt: Limit,
     /// Distance of a stated kick frame from the fastest frame `[s]`.
     pub kick_frame_s: Limit,
 }
@@ -77,6 +83,10 @@ impl Default for CheckLimits {
             unbalanced: Limit::new(0.05, 0.80),
             slippery: Limit::new(0.05, 0.50),
             heading: Limit::new(0.8, 1.6),
+            // The paper's clips end below 0.1 rad/s.
+            end_joint_speed: Limit::new(0.5, f64::INFINITY),
+            end_base_speed: Limit::new(0.15, f64::INFINITY),
+            end_tilt: Limit::new(0.35, f64::INFINITY),
             kick_frame_s: Limit::new(0.06, 0.30),
         }
     }

@@ -73,6 +73,14 @@ pub struct Measures {
     pub pressure_margin_m: f64,
     /// Share of frames that need friction above 0.8.
     pub slippery: f64,
+    /// Largest joint speed in the last frame `[rad/s]`.
+    pub end_joint_speed: Worst,
+    /// Speed of the base in the last frame `[m/s]`.
+    pub end_base_speed: f64,
+    /// Tilt of the base in the last frame `[rad]`.
+    pub end_tilt: f64,
+    /// Feet that stand in the last frame.
+    pub end_feet: usize,
 }
 
 /// Friction coefficient that soles are sure to have (the task's floor has 1.0).
@@ -103,6 +111,7 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
     let [mut penetration_m, mut floating_m, mut base_speed] =
         [Worst::least(), Worst::least(), Worst::least()];
     let mut overlap_m = Worst::default();
+    let mut end_joint_speed = Worst::least();
     let pairs = collision_pairs(model);
     let body_name = |i: usize| model.bodies[i].name.clone();
     for t in 0..clip.frames {
@@ -129,6 +138,9 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
             let name = || joint.name.clone();
             joint_range.see((joint.range[0] - angle).max(angle - joint.range[1]), t, name);
             joint_speed.see(speed.abs() / limit, t, name);
+            if t == last {
+                end_joint_speed.see(speed.abs(), t, name);
+            }
             if t > 0 && t < last {
                 joint_rate.see((speed - clip.joint_vel(t)[j]).abs(), t, name);
                 let step = clip.joint_pos(t + 1)[j] - 2.0 * angle + clip.joint_pos(t - 1)[j];
@@ -162,6 +174,7 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         let x = Quat(clip.body_quat(t)[indices.anchor]).rotate(Vec3([1.0, 0.0, 0.0]));
         x.y().atan2(x.x())
     };
+    let up = Quat(clip.body_quat(last)[0]).rotate(Vec3([0.0, 0.0, 1.0])).z();
     let shot = again.body_lin_vel(foot_speed.frame)[foot];
     Ok(Measures {
         duration_s: clip.duration_s(),
@@ -191,6 +204,10 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         floating_m,
         sliding_m,
         overlap_m,
+        end_joint_speed,
+        end_base_speed: Vec3(again.body_lin_vel(last)[0]).norm(),
+        end_tilt: up.clamp(-1.0, 1.0).acos(),
+        end_feet: contacts.iter().filter(|c| !c.standing[last].is_empty()).count(),
     })
 }
 

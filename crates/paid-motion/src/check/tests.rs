@@ -107,3 +107,30 @@ fn a_kick_to_the_side_and_an_arm_in_the_trunk_are_found() {
     let touch = found.iter().find(|f| f.aspect == Aspect::SelfCollision).expect("found");
     assert!(touch.reason.contains("left_wrist_yaw_link"), "{touch:?}");
 }
+
+#[test]
+fn a_clip_that_does_not_end_standing_is_warned_of() {
+    // Cut off in the approach, the swinging leg in the air.
+    let clip = good();
+    let frames = clip.kick_frame.expect("stated") + 1;
+    let cut = Clip {
+        frames,
+        kick_frame: None,
+        joint_pos: clip.joint_pos[..frames * clip.joints].to_vec(),
+        joint_vel: clip.joint_vel[..frames * clip.joints].to_vec(),
+        body_pos: clip.body_pos[..frames * clip.bodies].to_vec(),
+        body_quat: clip.body_quat[..frames * clip.bodies].to_vec(),
+        body_lin_vel: clip.body_lin_vel[..frames * clip.bodies].to_vec(),
+        body_ang_vel: clip.body_ang_vel[..frames * clip.bodies].to_vec(),
+        ..clip
+    };
+    let report = report(&cut);
+    let reasons: Vec<&str> = report
+        .findings
+        .iter()
+        .filter(|f| f.aspect == Aspect::End && f.verdict == Verdict::Warn)
+        .map(|f| f.reason.as_str())
+        .collect();
+    assert!(reasons.iter().any(|r| r.contains("rad/s at the end: no stand to hold")), "{reasons:?}");
+    assert!(reasons.contains(&"ends with 1 of 2 feet on the floor: no stand to hold"), "{reasons:?}");
+}

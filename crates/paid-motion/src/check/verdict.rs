@@ -62,6 +62,8 @@ pub enum Aspect {
     SelfCollision,
     /// Pressure within the soles, friction enough.
     Balance,
+    /// The last frame is a stand that can be held.
+    End,
 }
 
 /// Something found.
@@ -207,7 +209,24 @@ fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
     out.add(Aspect::Balance, judge(m.unbalanced, limits.unbalanced), None, reason);
     let reason = format!("needs much friction in {:.0} % of the frames", 100.0 * m.slippery);
     out.add(Aspect::Balance, judge(m.slippery, limits.slippery), None, reason);
+    end(clip, m, limits, &mut out);
     out.0
+}
+
+/// A last frame that is no stand.
+fn end(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
+    let last = Some(clip.frames - 1);
+    out.worst(Aspect::End, &m.end_joint_speed, limits.end_joint_speed, |v, part| {
+        format!("{part} still turns at {v:.2} rad/s at the end: no stand to hold")
+    });
+    let reason = format!("the base still moves at {:.2} m/s at the end: no stand to hold", m.end_base_speed);
+    out.add(Aspect::End, judge(m.end_base_speed, limits.end_base_speed), last, reason);
+    let reason = format!("ends {:.0} degrees off upright: no stand to hold", m.end_tilt.to_degrees());
+    out.add(Aspect::End, judge(m.end_tilt, limits.end_tilt), last, reason);
+    if m.end_feet < 2 {
+        let reason = format!("ends with {} of 2 feet on the floor: no stand to hold", m.end_feet);
+        out.add(Aspect::End, Verdict::Warn, last, reason);
+    }
 }
 
 fn label(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
