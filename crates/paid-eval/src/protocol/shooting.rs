@@ -76,6 +76,10 @@ pub struct ShootingOptions {
     pub goal_half_width_m: f64,
     /// Time limit of a trial `[s]`.
     pub limit_s: f64,
+    /// For how long after the kick the robot is watched, with the clip's last frame held `[s]`; `None`: until the shot is decided. It is
+    /// added to the time limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub after_s: Option<f64>,
 }
 
 impl Default for ShootingOptions {
@@ -91,6 +95,7 @@ impl Default for ShootingOptions {
             goal_distance_m: 5.0,
             goal_half_width_m: 1.0,
             limit_s: 12.0,
+            after_s: None,
         }
     }
 }
@@ -124,6 +129,9 @@ impl ShootingOptions {
         if !(self.limit_s > 0.0 && self.limit_s <= 60.0) {
             return bad("limit", "more than 0 and at most 60 s", self.limit_s.to_string());
         }
+        if let Some(after_s) = self.after_s.filter(|s| !(0.0..=600.0).contains(s)) {
+            return bad("after", "0 to 600 s", after_s.to_string());
+        }
         Ok(())
     }
 }
@@ -140,7 +148,8 @@ pub fn start_of(trial: &Trial) -> InitialState {
 
 /// How evaluation episodes differ from training: after the motion its last pose is held, and nothing but time ends them.
 pub fn rules_of(options: &ShootingOptions, control_dt_s: f64) -> (EpisodeRules, usize) {
-    let steps = (options.limit_s / control_dt_s).round() as usize;
+    let limit_s = options.limit_s + options.after_s.unwrap_or(0.0);
+    let steps = (limit_s / control_dt_s).round() as usize;
     let time_limit = TimeLimit::Steps(u32::try_from(steps).unwrap_or(u32::MAX));
     (EpisodeRules { time_limit, ..EpisodeRules::evaluation() }, steps)
 }

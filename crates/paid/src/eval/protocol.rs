@@ -55,6 +55,9 @@ pub struct ProtocolArgs {
     /// Time limit of a trial [s].
     #[arg(long, default_value_t = 12.0)]
     limit: f64,
+    /// Watch the robot for so long after the kick, with the clip's last frame held, and count its falls [s].
+    #[arg(long, value_name = "S", value_parser = positive)]
+    after_s: Option<f64>,
 }
 
 impl ProtocolArgs {
@@ -92,6 +95,7 @@ impl ProtocolArgs {
             goal_distance_m: self.goal_distance,
             goal_half_width_m: 0.5 * self.goal_width,
             limit_s: self.limit,
+            after_s: self.after_s,
         };
         Ok(kinds.iter().map(of).collect())
     }

@@ -22,6 +22,8 @@ pub(super) struct Watch {
     half_width: f64,
     nominal_height_m: f64,
     window: u32,
+    /// Control steps after the kick for which the robot is watched.
+    after: Option<u32>,
     before: Option<[f64; 3]>,
     ball_at_impact: Option<[f64; 3]>,
     goal: [f64; 3],
@@ -30,6 +32,8 @@ pub(super) struct Watch {
     plane_speed: Option<f64>,
     fell_after_kick: bool,
     fell: bool,
+    fell_in_clip: bool,
+    fell_within: bool,
     peak_ball_speed: f64,
     path: Vec<[[f64; 2]; 2]>,
     steps: u32,
@@ -37,13 +41,15 @@ pub(super) struct Watch {
 
 impl Watch {
     pub(super) fn new(setup: &EvalSetup, options: &ShootingOptions) -> Self {
+        let steps = |seconds: f64| (seconds / setup.preset.control_dt_s()).round() as u32;
         Self {
             effort: setup.robot.joints.iter().map(|j| j.effort_limit).collect(),
             saturated: 0,
             plane_speed: None,
             half_width: options.goal_half_width_m,
             nominal_height_m: setup.spec.nominal_height_m,
-            window: (FALL_WINDOW_S / setup.preset.control_dt_s()).round() as u32,
+            window: steps(FALL_WINDOW_S),
+            after: options.after_s.map(steps),
             before: None,
             ball_at_impact: None,
             goal: [0.0; 3],
@@ -51,6 +57,8 @@ impl Watch {
             crossing: None,
             fell_after_kick: false,
             fell: false,
+            fell_in_clip: false,
+            fell_within: false,
             peak_ball_speed: 0.0,
             path: Vec::new(),
             steps: 0,
@@ -89,6 +97,8 @@ impl Watch {
             peak_ball_speed: self.peak_ball_speed,
             fell_after_kick: self.fell_after_kick,
             fell: self.fell,
+            fell_in_clip: self.fell_in_clip,
+            fell_within: self.after.map(|_| self.fell_within),
             steps: self.steps,
             path: self.path,
         }
@@ -110,7 +120,10 @@ impl Observer for Watch {
         let base = &sample.bodies[0];
         let lies = fallen(base.pos[2], base.rot[2][2], self.nominal_height_m);
         self.fell |= lies;
-        self.fell_after_kick |= lies && since_kick.is_some_and(|s| s <= self.window);
+        self.fell_in_clip |= lies && !sample.motion_ended;
+        let within = |steps: u32| since_kick.is_some_and(|s| s <= steps);
+        self.fell_after_kick |= lies && within(self.window);
+        self.fell_within |= lies && self.after.is_some_and(within);
 
         let goal = Goal {
             center: [self.goal[0], self.goal[1]],
@@ -137,7 +150,8 @@ impl Observer for Watch {
 
         let settled = self.crossing.is_some() || speed < AT_REST;
         let enough = match since_kick {
-            Some(steps) => steps >= self.window && settled,
+            // Whoever lies has nothing more to show.
+            Some(steps) => steps >= self.window && settled && (self.fell || steps >= self.after.unwrap_or(0)),
             // Whoever has not kicked two seconds after the motion's end will not.
             None => sample.motion_ended && sample.step as usize >= sample.frame + self.window as usize,
         };

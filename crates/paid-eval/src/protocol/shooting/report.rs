@@ -94,9 +94,13 @@ impl ShootingReport {
         if self.trials.len() < self.planned() {
             let _ = writeln!(out, "stopped: {} of {} trials", self.trials.len(), self.planned());
         }
-        let _ = writeln!(out, "\n{}", totals(&self.total));
+        let _ = writeln!(out, "\n{}", totals(&self.total, self.options.after_s));
         if let Some(effective) = &self.effective {
-            let _ = writeln!(out, "effective workspace [0.5, 2.0] x [-1, 1] m\n\n{}", totals(effective));
+            let _ = writeln!(
+                out,
+                "effective workspace [0.5, 2.0] x [-1, 1] m\n\n{}",
+                totals(effective, self.options.after_s)
+            );
         }
         for (name, value) in [
             (
@@ -140,14 +144,14 @@ impl ShootingReport {
         let mut out = String::from(
             "x,y,repeat,displacement_x,displacement_y,ball_x,ball_y,ball_vx,ball_vy,goal_x,goal_y,motion,contact,correct_foot,\
              body,foot_contact,kick_time_s,foot_speed,goal,lateral_m,goal_time_s,plane_speed,cosine,ball_speed,ball_rise,\
-             peak_ball_speed,fell_after_kick,fell,torque_saturation,steps,knowledge\n",
+             peak_ball_speed,fell_after_kick,fell,fell_in_clip,fell_within,torque_saturation,steps,knowledge\n",
         );
         let o = |v: Option<f64>| v.map_or(String::new(), |v| format!("{v:.5}"));
         for r in &self.trials {
             let t = &r.trial;
             let _ = writeln!(
                 out,
-                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{:.5},{},{}",
+                "{},{},{},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{:.5},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{:.5},{},{},{},{},{:.5},{},{}",
                 t.place[0],
                 t.place[1],
                 t.repeat,
@@ -176,6 +180,8 @@ impl ShootingReport {
                 r.peak_ball_speed,
                 r.fell_after_kick,
                 r.fell,
+                r.fell_in_clip,
+                r.fell_within.map_or(String::new(), |fell| fell.to_string()),
                 r.torque_saturation,
                 r.steps,
                 self.engine.knowledge_name()
@@ -230,6 +236,8 @@ mod tests {
             peak_ball_speed: 4.5,
             fell_after_kick: false,
             fell: !contact,
+            fell_in_clip: goal,
+            fell_within: contact.then_some(goal),
             steps: 300,
             path: vec![],
         }
@@ -260,7 +268,8 @@ mod tests {
         assert_eq!(r.cells.len(), 2);
         assert_eq!(r.cells[1].place, Some([0.75, 0.0]));
         assert_eq!((r.cells[1].contact.count, r.cells[1].accuracy), (1, Some(0.9)));
-        assert_eq!(r.total.falls_ever.count, 1);
+        assert_eq!((r.total.falls_ever.count, r.total.falls_in_clip.count), (1, 2));
+        assert_eq!(r.total.falls_within.map(|s| (s.count, s.trials)), Some((2, 4)));
         assert_eq!(r.grid_values(|c| Some(c.success.share)), vec![vec![Some(0.5)], vec![Some(0.5)]]);
     }
 

@@ -46,6 +46,11 @@ pub struct Outcome {
     pub fell_after_kick: bool,
     /// True if it fell at any time.
     pub fell: bool,
+    /// True if it fell before the clip's end.
+    pub fell_in_clip: bool,
+    /// True if it fell within the options' `after_s` of the first contact; `None` if it was not watched for so long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fell_within: Option<bool>,
     /// Share of joints and control steps whose torque was at its limit.
     pub torque_saturation: f64,
     /// Control steps of the trial.
@@ -78,6 +83,11 @@ pub struct CellScore {
     pub falls: Share,
     /// Falls at any time.
     pub falls_ever: Share,
+    /// Falls before the clip's end, of all trials.
+    pub falls_in_clip: Share,
+    /// Falls within the options' `after_s` of the contact, of all trials; `None` if they were not watched for so long.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub falls_within: Option<Share>,
     /// Mean cosine over the contacts.
     pub accuracy: Option<f64>,
     /// Mean outgoing ball speed over the contacts `[m/s]`.
@@ -95,7 +105,7 @@ pub struct CellScore {
 }
 
 impl CellScore {
-    pub(super) fn of(place: Option<[f64; 2]>, outcomes: &[&Outcome]) -> Self {
+    pub(crate) fn of(place: Option<[f64; 2]>, outcomes: &[&Outcome]) -> Self {
         let kicks = || outcomes.iter().filter(|o| o.contact);
         let all = || outcomes.iter();
         Self {
@@ -109,6 +119,11 @@ impl CellScore {
             within_one_meter: Share::of(all().map(|o| o.lateral_m.is_some_and(|l| l.abs() <= 1.0))),
             falls: Share::of(all().map(|o| o.fell_after_kick)),
             falls_ever: Share::of(all().map(|o| o.fell)),
+            falls_in_clip: Share::of(all().map(|o| o.fell_in_clip)),
+            falls_within: outcomes
+                .iter()
+                .any(|o| o.fell_within.is_some())
+                .then(|| Share::of(all().map(|o| o.fell_within == Some(true)))),
             accuracy: mean(kicks().filter_map(|o| o.cosine)),
             ball_speed: mean(kicks().filter_map(|o| o.ball_speed)),
             peak_ball_speed: mean(kicks().map(|o| o.peak_ball_speed)),
@@ -120,10 +135,11 @@ impl CellScore {
     }
 }
 
-/// Shares and means as a table.
-pub fn totals(score: &CellScore) -> Table {
+/// Shares and means as a table; `after_s` is the options'.
+pub fn totals(score: &CellScore, after_s: Option<f64>) -> Table {
     let mut table = Table::new(&["figure", "", "value", "95% low", "high", "n"]);
-    for (name, s) in [
+    let within = format!("falls within {} s of the kick", after_s.unwrap_or(0.0));
+    let mut shares = vec![
         ("success", score.success),
         ("success of kicks", score.success_of_kicks),
         ("contact", score.contact),
@@ -133,7 +149,10 @@ pub fn totals(score: &CellScore) -> Table {
         ("within 1 m", score.within_one_meter),
         ("falls within 2 s of the kick", score.falls),
         ("falls at any time", score.falls_ever),
-    ] {
+        ("falls before the clip's end", score.falls_in_clip),
+    ];
+    shares.extend(score.falls_within.map(|s| (within.as_str(), s)));
+    for (name, s) in shares {
         let p = |v: f64| format!("{:.1}%", 100.0 * v);
         table.row([name.into(), String::new(), p(s.share), p(s.low), p(s.high), s.trials.to_string()]);
     }
