@@ -12,7 +12,7 @@ use paid_lanes::Isa;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EnvSample, EpisodeRules, EvalControl, InitialState, ReferenceLibrary, TaskPreset, TaskShard,
+    EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, ReferenceLibrary, TaskPreset, TaskShard,
 };
 
 use crate::EvalError;
@@ -60,6 +60,12 @@ pub trait Observer: Send {
     /// Sees the state at the start and after every control step; `ended` is set when the task ended the episode at this
     /// state. Returns true when it has seen enough.
     fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool;
+
+    /// What the robot is to kick next, from where it stands; asked after every [`Observer::observe`] that goes on. `None`: it goes on
+    /// with what it does.
+    fn next_kick(&mut self) -> Option<NextKick> {
+        None
+    }
 }
 
 /// Runs every start as a trial and returns the observers of those that ended, with their numbers, in the order of
@@ -185,7 +191,7 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
 }
 
 fn look<O: Observer>(
-    control: &dyn EvalControl,
+    control: &mut dyn EvalControl,
     observers: &mut [O],
     active: &mut [bool],
     terminated: &[u8],
@@ -203,6 +209,11 @@ fn look<O: Observer>(
         };
         let enough = observer.observe(&control.sample(env)?, ended);
         active[env] = !enough && ended.is_none();
+        if active[env]
+            && let Some(next) = observer.next_kick()
+        {
+            control.next_kick(env, &next)?;
+        }
     }
     Ok(())
 }

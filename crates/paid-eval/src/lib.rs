@@ -1,8 +1,10 @@
 //! Scores a policy: how well it follows the motions, how well it shoots, and pictures of what it does.
 //!
 //! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments, which the built-in engine
-//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the two protocols; [`agreement`] and [`tracking_agreement`] compare the engines
-//! trial by trial, [`gap`] finds out which of their differences matter; [`picture`] draws.
+//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the paper's protocols, [`matches`] go on
+//! without a reset; [`agreement`] and [`tracking_agreement`] compare the engines
+//! trial by trial, [`gap`] finds out which of their differences matter, [`panel`] whether a kick
+//! holds on other balls and grounds; [`picture`] draws.
 
 pub mod ablation;
 pub mod agreement;
@@ -19,6 +21,7 @@ pub mod html;
 pub mod knowledge;
 pub mod metrics;
 pub mod monitor;
+pub mod panel;
 pub mod picture;
 pub mod policy;
 mod protocol;
@@ -30,4 +33,4 @@ pub mod table;
 pub mod tracking_agreement;
 
 pub use error::EvalError;
-pub use protocol::{shooting, tracking};
+pub use protocol::{matches, shooting, tracking};

@@ -8,7 +8,9 @@ use crate::EvalError;
 use crate::agreement::AgreementReport;
 use crate::file::write_whole;
 use crate::gap::GapReport;
+use crate::matches::MatchReport;
 use crate::monitor::Timing;
+use crate::panel::PanelReport;
 use crate::shooting::{self, ShootingReport};
 use crate::tracking::TrackingReport;
 use crate::tracking_agreement::TrackingAgreement;
@@ -108,6 +110,30 @@ pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Re
     write_tracking(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
     write_whole(&folder.join("both_tracking_runs.csv"), report.csv().as_bytes())?;
     write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())
+}
+
+/// Writes matches in `engine` (`builtin` or `mujoco`) as JSON, CSV and table.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_match(folder: &Path, engine: &str, report: &MatchReport, json: &str) -> Result<(), EvalError> {
+    let name = format!("{engine}_match_{}", report.ball());
+    let file = |extension: &str| -> PathBuf { folder.join(format!("{name}.{extension}")) };
+    write_whole(&file("json"), json.as_bytes())?;
+    write_whole(&file("csv"), report.csv().as_bytes())?;
+    write_whole(&file("txt"), report.table().as_bytes())
+}
+
+/// Writes a panel as JSON, CSV and table.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<(), EvalError> {
+    let name = if report.options.held_out { "panel_held_out" } else { "panel" };
+    let file = |extension: &str| -> PathBuf { folder.join(format!("{name}.{extension}")) };
+    write_whole(&file("json"), json.as_bytes())?;
+    write_whole(&file("csv"), report.csv().as_bytes())?;
+    write_whole(&file("txt"), report.table().as_bytes())
 }
 
 /// Writes the gap between the engines for a kind of ball (`static` or `rolling`) as JSON, CSV and table.

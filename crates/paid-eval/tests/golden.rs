@@ -9,17 +9,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use common::{PlainNetwork, Puppet, setup};
+use common::{Puppet, demo, setup};
 use paid_eval::engine::EngineChoice;
-use paid_eval::episodes::EvalSetup;
 use paid_eval::policy::Driver;
 use paid_eval::shooting::{self, Grid, ShootingOptions};
 use paid_eval::tracking::{self, TrackingOptions};
-use paid_motion::MotionLibrary;
 use paid_mujoco::Library;
-use paid_policy::observation::ObservationId;
-use paid_task::ReferenceLibrary;
-use paid_train::policy_weights::load_weights;
 
 /// Figures by name.
 type Figures = BTreeMap<String, f64>;
@@ -107,20 +102,8 @@ const KNOWN: [(Option<[f64; 2]>, Counts); 2] = [
 
 #[test]
 fn the_demo_policy_scores_the_known_goals() {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    let network = load_weights(&file).and_then(|weights| Ok(weights.policy()?)).expect("the demo");
-    let plain = PlainNetwork(Arc::new(network));
+    let (setup, plain) = demo();
     let maker = || Ok(Box::new(plain.clone()) as Box<dyn Driver>);
-    // The paper's task, in which the policy is shown where a rolling ball will be, on the kicks that it was trained on.
-    let mut setup = EvalSetup { seed: 3, ..setup("paper_stage2") };
-    let motions = MotionLibrary::builtin(&setup.robot, &setup.spec, 50.0).expect("kicks");
-    let library = ReferenceLibrary::from_motions(&motions, &setup.robot, &setup.spec).expect("fits");
-    setup.library = Arc::new(library);
-    for term in &mut setup.preset.observations.policy {
-        if *term == ObservationId::BallPos {
-            *term = ObservationId::BallAtStrike;
-        }
-    }
     for (rolling, known) in KNOWN {
         let options = ShootingOptions {
             grid: Grid { step: 0.5, ..Grid::EFFECTIVE },

@@ -168,6 +168,50 @@ fn the_gap_between_the_engines_has_a_row_a_difference() {
 }
 
 #[test]
+fn a_panel_has_a_row_a_ball_and_kind() {
+    if !mujoco("a_panel_has_a_row_a_ball_and_kind") {
+        return;
+    }
+    let folder = folder();
+    let args = ["eval", "panel", "--policy", "run", "--task", "paper_stage2", "--limit", "0.04", "--json"];
+    let report =
+        json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "scores", "--held-out"]].concat())));
+    assert_eq!(report["parts"].as_array().map(Vec::len), Some(2));
+    assert_eq!(report["parts"][1]["rows"].as_array().map(Vec::len), Some(10));
+    assert_eq!(report["parts"][0]["rows"][4]["ball"]["name"], "dead");
+    assert!(report["title"].as_str().is_some_and(|t| t.contains("HELD OUT")), "{report}");
+    let csv = fs::read_to_string(folder.path().join("scores/panel_held_out.csv")).expect("the table");
+    assert_eq!(csv.lines().count(), 21);
+}
+
+#[test]
+fn a_match_ends_with_the_first_fall_and_is_filmed() {
+    let folder = folder();
+    let args =
+        ["eval", "match", "--policy", "run", "--task", "paper_stage2", "--kicks", "2", "--matches", "2"];
+    let args = [&args[..], &["--out", "scores", "--film", "match.gif", "--film-kicks", "1"]].concat();
+    let table = succeeds(&paid(folder.path(), &args));
+    assert!(table.contains("2 matches of 2 kicks, robot never reset"), "{table}");
+    for name in ["scores/builtin_match_static.csv", "scores/builtin_match_static.json", "match.gif"] {
+        assert!(folder.path().join(name).is_file(), "{name}");
+    }
+    let both = [&args[..], &["--engine", "both"]].concat();
+    assert!(refuses(&paid(folder.path(), &both)).contains("expected builtin or mujoco"));
+}
+
+#[test]
+fn a_robot_is_watched_after_its_kick_as_long_as_asked() {
+    let folder = folder();
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
+    let args = [&args[..], &["--effective", "--after-s", "0.2", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    assert_eq!(report["options"]["after_s"], 0.2);
+    assert_eq!(report["total"]["falls_within"]["trials"], 63);
+    assert!(report["total"]["falls_in_clip"]["share"].is_number());
+}
+
+#[test]
 fn a_film_has_a_strip_and_frames() {
     let folder = folder();
     let args =

@@ -189,6 +189,9 @@ mod tests {
         fn force_start(&mut self, _: usize, _: &paid_task::InitialState) -> Result<(), paid_task::TaskError> {
             Ok(())
         }
+        fn next_kick(&mut self, _: usize, _: &paid_task::NextKick) -> Result<(), paid_task::TaskError> {
+            Ok(())
+        }
         fn sample(&self, _: usize) -> Result<paid_task::EnvSample, paid_task::TaskError> {
             Err(paid_task::TaskError::Simulator("no world".into()))
         }

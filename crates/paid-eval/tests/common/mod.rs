@@ -1,5 +1,6 @@
 //! A motion of our own and a policy that plays it, for tests that need nobody's data.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use paid_eval::EvalError;
@@ -9,8 +10,10 @@ use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Driver, DriverInput};
 use paid_lanes::{Isa, Quat, Vec3};
 use paid_motion::{Clip, KickLeg, MotionLibrary, resample, write_npz};
+use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
 use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_train::policy_weights::load_weights;
 
 /// Two seconds in which the robot stands and swings a leg to the front and back in the first of them.
 fn swing(kick_leg: KickLeg) -> Clip {
@@ -74,6 +77,22 @@ pub fn setup(task: &str) -> EvalSetup {
         seed: 5,
         monitor: Monitor::default(),
     }
+}
+
+/// The demo policy on the kicks that it was trained on, in the paper's task with the ball shown where it will be.
+pub fn demo() -> (EvalSetup, PlainNetwork) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    let network = load_weights(&file).and_then(|weights| Ok(weights.policy()?)).expect("the demo");
+    let mut setup = EvalSetup { seed: 3, ..setup("paper_stage2") };
+    let motions = MotionLibrary::builtin(&setup.robot, &setup.spec, 50.0).expect("kicks");
+    let library = ReferenceLibrary::from_motions(&motions, &setup.robot, &setup.spec).expect("fits");
+    setup.library = Arc::new(library);
+    for term in &mut setup.preset.observations.policy {
+        if *term == ObservationId::BallPos {
+            *term = ObservationId::BallAtStrike;
+        }
+    }
+    (setup, PlainNetwork(Arc::new(network)))
 }
 
 /// Plays the reference's next joint angles, whatever the robot does.

@@ -5,6 +5,8 @@ mod engine;
 pub mod episode;
 mod film;
 mod gap;
+mod matches;
+mod panel;
 mod progress;
 mod protocol;
 pub mod shoot;
@@ -35,6 +37,11 @@ enum Command {
     Shooting(Box<shoot::Args>),
     /// Find out which difference between the engines matters: repeat the same shots in MuJoCo with one difference removed at a time.
     Gap(Box<gap::Args>),
+    /// Kick ball after ball without a reset: kicks until the first fall, goals, drift.
+    Match(Box<matches::Args>),
+    /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
+    /// turf and in a hall.
+    Panel(Box<panel::Args>),
     /// Draw one episode.
     Film(film::Args),
     /// Write the scene of the evaluation as MJCF for MuJoCo's viewer.
@@ -47,6 +54,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Tracking(args) => track::run(&args),
         Command::Shooting(args) => shoot::run(&args),
         Command::Gap(args) => gap::run(&args),
+        Command::Match(args) => matches::run(&args),
+        Command::Panel(args) => panel::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }

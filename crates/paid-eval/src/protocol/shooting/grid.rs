@@ -1,9 +1,9 @@
 //! Which ball, which robot start, which motion.
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{Quat, Vec3};
+use paid_lanes::{Mat3, Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
-use paid_task::{RollingBall, motion_for, nearest_motion, roll_decay};
+use paid_task::{BodySample, EnvSample, RollingBall, motion_for, nearest_motion, roll_decay};
 use serde::Serialize;
 
 use super::{ShootingOptions, Variant};
@@ -35,7 +35,7 @@ pub struct Trial {
 }
 
 /// What the choice of a motion and of a free ball place needs to know of each motion.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Placement<'a> {
     setup: &'a EvalSetup,
     /// Rate at which a rolling ball is expected to slow down `[1/s]`.
@@ -67,15 +67,30 @@ impl<'a> Placement<'a> {
             facts.start_xy[1] + s * ball[0] + c * ball[1],
             radius,
         ];
-        robot_distance(&self.setup.robot, &clip.body_pos, &clip.body_quat, center) < radius
+        let poses = clip.body_pos.iter().zip(&clip.body_quat);
+        robot_distance(&self.setup.robot, poses.map(|(p, q)| (*p, Quat(*q).to_mat())), center) < radius
+    }
+
+    /// True if a ball at `ball`, from the robot's anchor (a body's index) along its heading `[m]`, would touch the robot as it stands.
+    pub fn touches(&self, sample: &EnvSample, anchor: usize, ball: [f64; 2]) -> bool {
+        let radius = self.setup.preset.ball_params.radius_m;
+        let BodySample { pos, rot, .. } = &sample.bodies[anchor];
+        let (s, c) = rot[1][0].atan2(rot[0][0]).sin_cos();
+        let center = [pos[0] + c * ball[0] - s * ball[1], pos[1] + s * ball[0] + c * ball[1], radius];
+        let poses = sample.bodies.iter().map(|b| (b.pos, Mat3(b.rot)));
+        robot_distance(&self.setup.robot, poses, center) < radius
     }
 }
 
 /// Distance from a point to the nearest contact shape (zero inside a box); poses in model order.
-fn robot_distance(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]], point: [f64; 3]) -> f64 {
+fn robot_distance(
+    model: &RobotModel,
+    poses: impl Iterator<Item = ([f64; 3], Mat3<f64>)>,
+    point: [f64; 3],
+) -> f64 {
     let mut nearest = f64::INFINITY;
-    for ((body, p), q) in model.bodies.iter().zip(pos).zip(quat) {
-        let local = Quat(*q).conj().rotate(Vec3(point) - Vec3(*p));
+    for (body, (pos, rot)) in model.bodies.iter().zip(poses) {
+        let local = rot.tr_mul_vec(Vec3(point) - Vec3(pos));
         for geom in body.geoms.iter().filter(|g| g.class != "referee") {
             let distance = match geom.shape {
                 Shape::Sphere { center, radius } => (local - Vec3(center)).norm() - radius,
@@ -196,7 +211,7 @@ mod tests {
                 contact_exclusions: vec![],
             };
             // The body stands at (1, 0, 0) and is turned: its x axis is the world's y.
-            robot_distance(&model, &[[1.0, 0.0, 0.0]], &[turned], [1.0, 2.0, 0.0])
+            robot_distance(&model, [([1.0, 0.0, 0.0], Quat(turned).to_mat())].into_iter(), [1.0, 2.0, 0.0])
         };
         assert!((distance(Shape::Sphere { center: [1.0, 0.0, 0.0], radius: 0.25 }) - 0.75).abs() < 1e-12);
         let capsule = Shape::Capsule { ends: [[0.0; 3], [0.5, 0.0, 0.0]], radius: 0.1 };

@@ -1,0 +1,113 @@
+//! Matches: kick after kick, and the robot is never reset. It stands still, a new ball lies before it, it goes on from where it is.
+
+mod draw;
+mod observer;
+mod report;
+
+use paid_task::{EpisodeRules, TimeLimit};
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::episodes::{EvalSetup, run_episodes};
+use crate::picture::Film;
+use crate::policy::DriverMaker;
+use crate::shooting::Grid;
+use draw::{Draw, first_start};
+use observer::Player;
+
+pub use report::{KickOutcome, MatchOutcome, MatchReport, MatchTotal};
+
+/// What to run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MatchOptions {
+    /// Kicks of a match that nobody falls in.
+    pub kicks: usize,
+    /// Number of matches.
+    pub matches: usize,
+    /// Balls lie anywhere in the rectangle of this grid, measured from the robot's anchor along its heading.
+    pub workspace: Grid,
+    /// Speed range of a rolling ball `[m/s]` in any direction; `None`: the ball lies still.
+    pub rolling: Option<[f64; 2]>,
+    /// Distance of the goal's center `[m]`.
+    pub goal_distance_m: f64,
+    /// The goal's center is up to so far off straight ahead `[degrees]`.
+    pub goal_bearing_deg: f64,
+    /// Half of the goal's width `[m]`.
+    pub goal_half_width_m: f64,
+    /// A robot stands still whose base is slower `[m/s]` ...
+    pub still_base_m_s: f64,
+    /// ... and whose joints' speeds have a root mean square below this `[rad/s]` ...
+    pub still_joint_rad_s: f64,
+    /// ... for so long `[s]`.
+    pub still_s: f64,
+    /// The next ball comes at the latest so long after the clip's end `[s]`, whether the robot stands still and the last ball has
+    /// reached the goal plane or not.
+    pub patience_s: f64,
+}
+
+impl Default for MatchOptions {
+    /// Ten matches of fifty static balls.
+    fn default() -> Self {
+        Self {
+            kicks: 50,
+            matches: 10,
+            workspace: Grid::EFFECTIVE,
+            rolling: None,
+            goal_distance_m: 5.0,
+            goal_bearing_deg: 10.0,
+            goal_half_width_m: 1.0,
+            still_base_m_s: 0.1,
+            still_joint_rad_s: 0.5,
+            still_s: 0.5,
+            patience_s: 5.0,
+        }
+    }
+}
+
+impl MatchOptions {
+    fn check(&self) -> Result<(), EvalError> {
+        for (option, value) in [("kicks", self.kicks), ("matches", self.matches)] {
+            if !(1..=10_000).contains(&value) {
+                let (expected, found) = ("1 to 10000".to_owned(), value.to_string());
+                return Err(EvalError::Option { option, expected, found });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Runs the matches and films the first one's first `filmed` kicks, every fourth control step. A run that was stopped reports the
+/// matches that ended.
+///
+/// # Errors
+/// As [`run_episodes`], or if an option makes no sense, or no place of the workspace has room for a ball.
+pub fn evaluate(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    options: &MatchOptions,
+    filmed: usize,
+) -> Result<(MatchReport, Vec<Film>), EvalError> {
+    options.check()?;
+    let mut draws: Vec<Draw> = (0..options.matches).map(|i| Draw::new(setup, options, i)).collect();
+    let starts = draws.iter_mut().map(first_start).collect::<Result<Vec<_>, _>>()?;
+    let facts = setup.library.facts();
+    let dt_s = setup.preset.control_dt_s();
+    let longest = facts.iter().map(|f| f.frames).max().unwrap_or(0);
+    let wait = (options.patience_s / dt_s).round() as usize;
+    let steps = options.kicks * (longest + wait + 1);
+    let time_limit = TimeLimit::Steps(u32::MAX);
+    let rules = EpisodeRules { time_limit, ..EpisodeRules::evaluation() };
+    let observer = |i: usize| {
+        let films = if i == 0 { filmed } else { 0 };
+        Player::new(setup, options, draws[i].clone(), &starts[i], films)
+    };
+    let players = run_episodes(setup, policy, &starts, rules, steps, observer)?;
+    let mut films = Vec::new();
+    let mut matches = Vec::new();
+    for (number, player) in players {
+        let (outcome, film) = player.finish(number);
+        films.extend(film);
+        matches.push(outcome);
+    }
+    Ok((MatchReport::new(setup.engine.facts(&setup.preset), options, matches), films))
+}

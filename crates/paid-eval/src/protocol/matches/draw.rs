@@ -1,0 +1,77 @@
+//! Which ball, which goal, which motion.
+
+use std::f64::consts::TAU;
+
+use paid_lanes::rng::Rng;
+use paid_task::{EnvSample, InitialState, NextKick};
+
+use super::MatchOptions;
+use crate::EvalError;
+use crate::episodes::EvalSetup;
+use crate::shooting::Placement;
+
+/// Redraws of a ball before a workspace counts as full.
+const REDRAWS: usize = 1000;
+/// Random stream of the matches.
+const STREAM: u32 = 0x5108;
+
+/// The kicks of one match. They depend on the seed, the match's number and, where a ball would touch the robot, on how it stands.
+#[derive(Clone, Debug)]
+pub(super) struct Draw<'a> {
+    placement: Placement<'a>,
+    options: &'a MatchOptions,
+    rng: Rng,
+}
+
+impl<'a> Draw<'a> {
+    pub(super) fn new(setup: &'a EvalSetup, options: &'a MatchOptions, number: usize) -> Self {
+        // A stream of its own: the numbers must not be those of the environment's resets.
+        let rng = Rng::new(setup.seed, number as u32, STREAM);
+        Self { placement: Placement::new(setup), options, rng }
+    }
+
+    /// The next kick whose ball is `free` for its motion.
+    fn kick(&mut self, free: impl Fn(&Placement<'_>, &NextKick) -> bool) -> Option<NextKick> {
+        (0..REDRAWS).find_map(|_| {
+            let kick = self.any();
+            free(&self.placement, &kick).then_some(kick)
+        })
+    }
+
+    fn any(&mut self) -> NextKick {
+        let (o, rng) = (self.options, &mut self.rng);
+        let ball_xy = [
+            rng.uniform(o.workspace.x[0], o.workspace.x[1]),
+            rng.uniform(o.workspace.y[0], o.workspace.y[1]),
+        ];
+        let (speed, direction) = (rng.unit(), TAU * rng.unit());
+        let ball_velocity = o.rolling.map_or([0.0; 2], |[lo, hi]| {
+            let v = lo + (hi - lo) * speed;
+            [v * direction.cos(), v * direction.sin()]
+        });
+        let bearing = rng.uniform(-o.goal_bearing_deg, o.goal_bearing_deg).to_radians();
+        let goal_xy = [o.goal_distance_m * bearing.cos(), o.goal_distance_m * bearing.sin()];
+        NextKick { motion: self.placement.motion(ball_xy, ball_velocity), ball_xy, ball_velocity, goal_xy }
+    }
+
+    /// The next kick of a robot that stands as it does; `anchor` is the anchor's body. `None` if no ball has room.
+    pub(super) fn next(&mut self, sample: &EnvSample, anchor: usize) -> Option<NextKick> {
+        self.kick(|placement, kick| !placement.touches(sample, anchor, kick.ball_xy))
+    }
+}
+
+/// The first kick, from the first frame of its motion.
+pub(super) fn first_start(draw: &mut Draw<'_>) -> Result<InitialState, EvalError> {
+    let kick = draw.kick(|placement, kick| !placement.overlaps(kick.motion, kick.ball_xy));
+    let NextKick { motion, ball_xy, ball_velocity, goal_xy } = kick.ok_or_else(|| EvalError::Option {
+        option: "workspace",
+        expected: "places that leave room for the ball beside the robot".to_owned(),
+        found: format!("{:?}", draw.options.workspace),
+    })?;
+    Ok(InitialState {
+        ball_xy: Some(ball_xy),
+        ball_velocity,
+        goal_xy: Some(goal_xy),
+        ..InitialState::nominal(motion)
+    })
+}

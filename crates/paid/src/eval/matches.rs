@@ -1,0 +1,92 @@
+//! `paid eval match`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use paid_eval::episodes::EvalSetup;
+use paid_eval::html::write_report;
+use paid_eval::matches::{self, MatchOptions};
+use paid_eval::picture::{Animation, Film, film_frame};
+use paid_eval::results::{Evaluation, to_json, write_match};
+use paid_eval::shooting::ROLLING_SPEED;
+use paid_eval::subject::Subject;
+
+use super::engine::positive;
+use super::progress::Progress;
+use super::subject::Common;
+use super::{Output, ended};
+use crate::failure::Failure;
+
+/// Rate of the film [Hz]: every fourth control step of 50 Hz.
+const RATE_HZ: f64 = 12.5;
+/// Its size [pixels].
+const SIZE: [usize; 2] = [480, 320];
+
+/// Arguments of `paid eval match`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    common: Common,
+    /// Kicks of a match.
+    #[arg(long, default_value_t = 50)]
+    kicks: usize,
+    /// Matches.
+    #[arg(long, default_value_t = 10)]
+    matches: usize,
+    /// Balls roll at 0.1 to 0.3 m/s in any direction instead of lying still.
+    #[arg(long)]
+    rolling: bool,
+    /// Longest time from the clip's end to the next ball [s].
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = positive)]
+    patience: f64,
+    /// Film the first match: a name that ends in .gif or .png, or a folder.
+    #[arg(long, value_name = "FILE")]
+    film: Option<PathBuf>,
+    /// Kicks of the film.
+    #[arg(long, value_name = "N", default_value_t = 6, requires = "film")]
+    film_kicks: usize,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Plays the matches, writes and prints the report.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    args.common.setting.one_engine()?;
+    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
+    subject.require_ball()?;
+    let options = MatchOptions {
+        kicks: args.kicks,
+        matches: args.matches,
+        rolling: args.rolling.then_some(ROLLING_SPEED),
+        patience_s: args.patience,
+        ..MatchOptions::default()
+    };
+    let (monitor, progress) = Progress::start(args.output.json)?;
+    subject.setup.monitor = monitor;
+    let filmed = if args.film.is_some() { args.film_kicks } else { 0 };
+    let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, &options, filmed)?;
+    let timing = progress.finish();
+    let json = to_json(&Evaluation { kind: "match", policy: &subject.name, report: &report, timing })?;
+    if let Some(out) = &args.output.out {
+        write_match(out, subject.setup.engine.name(), &report, &json)?;
+        write_report(out)?;
+    }
+    if let Some(path) = &args.film {
+        film(&subject.setup, &options, &films, path)?;
+    }
+    args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    Ok(ended(&subject.setup.monitor))
+}
+
+/// One kick after the other.
+fn film(setup: &EvalSetup, options: &MatchOptions, films: &[Film], path: &Path) -> Result<(), Failure> {
+    let ball = Some(setup.preset.ball_params.radius_m);
+    let frames = films.iter().map(|film| film.poses.len()).sum();
+    let mut animation = Animation::create(path, SIZE, RATE_HZ, frames)?;
+    for film in films {
+        for t in 0..film.poses.len() {
+            animation.add(&film_frame(&setup.robot, film, t, ball, options.goal_half_width_m, SIZE))?;
+        }
+    }
+    Ok(animation.finish()?)
+}

@@ -1,0 +1,63 @@
+//! `paid eval panel`.
+
+use std::process::ExitCode;
+
+use paid_eval::html::write_report;
+use paid_eval::panel::{self, PanelOptions};
+use paid_eval::results::{Evaluation, to_json, write_panel};
+use paid_eval::scene::Engines;
+use paid_eval::shooting::ROLLING_SPEED;
+use paid_eval::subject::Subject;
+
+use super::engine::positive;
+use super::progress::Progress;
+use super::protocol::Ball;
+use super::subject::Common;
+use super::{Output, ended};
+use crate::failure::Failure;
+
+/// Arguments of `paid eval panel`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    common: Common,
+    /// Trials at each of the 63 places of the effective workspace.
+    #[arg(long, default_value_t = 1)]
+    trials: usize,
+    /// Kind of ball.
+    #[arg(long, value_enum, default_value = "both")]
+    ball: Ball,
+    /// Time limit of a trial [s].
+    #[arg(long, value_name = "S", default_value_t = 12.0, value_parser = positive)]
+    limit: f64,
+    /// Other balls and other trials, kept for final scores: choose nothing by them.
+    #[arg(long)]
+    held_out: bool,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Runs the panel in MuJoCo, whatever --engine says.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
+    subject.require_ball()?;
+    Engines::Mujoco.check()?;
+    let rolling = Some(ROLLING_SPEED);
+    let balls = match args.ball {
+        Ball::Static => vec![None],
+        Ball::Rolling => vec![rolling],
+        Ball::Both => vec![None, rolling],
+    };
+    let options = PanelOptions { trials: args.trials, balls, limit_s: args.limit, held_out: args.held_out };
+    let (monitor, progress) = Progress::start(args.output.json)?;
+    subject.setup.monitor = monitor;
+    let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
+    let timing = progress.finish();
+    let json = to_json(&Evaluation { kind: "panel", policy: &subject.name, report: &report, timing })?;
+    if let Some(out) = &args.output.out {
+        write_panel(out, &report, &json)?;
+        write_report(out)?;
+    }
+    args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    Ok(ended(&subject.setup.monitor))
+}
