@@ -19,9 +19,9 @@
 
 use std::f64::consts::PI;
 
-use paid_physics::{BallParams, Material, SceneConfig};
+use paid_physics::{BallParams, Compliance, ContactCompliance, ContactKind, Material, SceneConfig};
 
-use crate::scene::{BallOptions, FloorOptions, SceneOptions};
+use crate::scene::{BallOptions, Cone, FloorOptions, PdControl, SceneOptions};
 
 /// Smallest and largest damping ratio of a contact.
 pub const DAMPING_RATIOS: [f64; 2] = [0.01, 1.0];
@@ -123,6 +123,58 @@ impl FloorOptions {
             solref: [self.solref[0], contact.damping_ratio],
         }
     }
+}
+
+/// The surface that gives contacts of ball and robot the friction of MuJoCo's ball in the built-in engine, and no bounce where
+/// they are hard. It is the surface of both.
+pub fn builtin_surface(scene: &SceneOptions) -> Material {
+    let [friction, ..] = scene.ball.unwrap_or_default().friction;
+    Material { static_friction: friction, dynamic_friction: friction, restitution: 0.0 }
+}
+
+/// The built-in engine's spring and damper for a contact of MuJoCo with this `solref` and this impedance at full depth.
+///
+/// MuJoCo's reference acceleration is `-b v - k x` with `b = 2 / (d t)` and `k = 1 / (d t^2 z^2)` at full depth (MuJoCo's documentation,
+/// "Computation: constraint model"), the built-in engine's `b = 2 / t` and `k = 1 / (t z)^2`.
+pub fn builtin_compliance([time_constant_s, damping_ratio]: [f64; 2], impedance: f64) -> Compliance {
+    Compliance {
+        time_constant_s: impedance * time_constant_s,
+        damping_ratio: (damping_ratio / impedance.sqrt()).clamp(Compliance::RATIOS[0], Compliance::RATIOS[1]),
+    }
+}
+
+/// The kind of contacts and controllers with which the built-in engine at physics steps of `dt_s` comes nearest to `scene`.
+pub fn builtin_kind(scene: &SceneOptions, dt_s: f64) -> ContactKind {
+    /// MuJoCo's impedance at full depth where a geom does not say another.
+    const IMPEDANCE: f64 = 0.95;
+    let ball = scene.ball.unwrap_or_default();
+    let on_ball = builtin_compliance(ball.solref, ball.solimp[1]);
+    let compliance = ContactCompliance {
+        ball_robot: on_ball,
+        ball_ground: on_ball,
+        sole_ground: builtin_compliance(scene.floor.solref, IMPEDANCE),
+    };
+    ContactKind {
+        compliance,
+        ball_spin_friction_m: [ball.friction[1], ball.friction[2]],
+        cone: paid_physics::Cone { pyramid: scene.cone == Cone::Pyramidal, convex: true },
+        pd_implicitness: match scene.pd {
+            PdControl::Implicit => 1.0,
+            PdControl::Explicit => explicit_share(scene.physics_dt_s, dt_s),
+        },
+        ..ContactKind::default()
+    }
+}
+
+/// The implicitness with which a step of `dt_s` damps a joint as explicit steps of `fine_s` do.
+///
+/// For a joint without load whose controller has damping ratio 2 and natural frequency 10 Hz (`c = 4 w`): `n` explicit steps leave
+/// `(1 - c h / n)^n` of its speed, one step with implicitness `s` leaves `(1 - (1 - s) c h) / (1 + s c h)`.
+fn explicit_share(fine_s: f64, dt_s: f64) -> f64 {
+    let rate = 4.0 * std::f64::consts::TAU * 10.0;
+    let keep = (1.0 - rate * fine_s).max(0.0).powf(dt_s / fine_s);
+    let x = rate * dt_s;
+    ((keep - 1.0 + x) / (x * (1.0 - keep))).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

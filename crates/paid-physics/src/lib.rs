@@ -24,11 +24,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod compliance;
 pub mod contact;
 pub mod engine;
 pub mod scene;
 pub mod simulator;
 
+pub use compliance::{Compliance, Cone, ContactCompliance, ContactKind, SoleShape};
 pub use contact::{Combine, Material};
 pub use engine::{Engine, EngineSpec, PhysicsError, SolverConstants};
 pub use scene::{BallParams, EnvParams, SceneConfig, Terrain};

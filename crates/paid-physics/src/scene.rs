@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Combine, Material};
+use crate::{Combine, ContactKind, Material};
 
 /// The ball: a sphere with measured contact behavior.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,6 +88,9 @@ pub struct EnvParams {
     pub ball: BallParams,
     /// Offset into the terrain grid `[m]`.
     pub terrain_offset: [f64; 2],
+    /// Kind of contacts and controllers.
+    #[serde(default)]
+    pub kind: ContactKind,
 }
 
 impl Default for SceneConfig {
@@ -147,6 +150,7 @@ impl Default for EnvParams {
             gain_scale: [1.0; 2],
             ball: BallParams::default(),
             terrain_offset: [0.0; 2],
+            kind: ContactKind::default(),
         }
     }
 }

@@ -1,15 +1,15 @@
-//! The ball: a free sphere that meets the ground and the robot at velocity level.
+//! The ball: a free sphere that meets the ground at velocity level.
 
 use paid_lanes::{Mask, Real, Vec3};
 
-use super::block::{Block, ground_tangents, tangents};
+use super::block::{Block, ground_tangents};
 use super::group::{Group, Work};
 use super::layout::ModelLayout;
-use super::phase::phase;
-use super::rows::{Rows, is_body};
+use super::rows::is_body;
 use super::solver::SOLVER;
-use super::spatial::{Motion, length, unit};
 use super::step::Constants;
+use super::touch::slot_path;
+use super::twist::Twist;
 
 /// The ball's velocity, on its way to the end of the step, and its ground contact.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,11 @@ pub(crate) struct BallWork<V> {
     impulse: [V; 3],
     /// Where a bounce within the step leaves the ball, beyond the straight integration, along the normal `[m]`.
     shift: V,
+    /// Sliding velocity that a soft contact leaves.
+    slide: [V; 2],
+    /// 0 in soft lanes that do not touch, else 1.
+    on: V,
+    twist: Twist<V>,
 }
 
 impl<V: Real> BallWork<V> {
@@ -36,12 +41,15 @@ impl<V: Real> BallWork<V> {
             target: z,
             impulse: [z; 3],
             shift: z,
+            slide: [z; 2],
+            on: z,
+            twist: Twist::zero(),
         }
     }
 
     /// Velocity of the ball's surface opposite to `n`, in the frame.
     #[inline(always)]
-    fn surface_velocity(&self, frame: &[Vec3<V>; 3], radius: V) -> [V; 3] {
+    pub fn surface_velocity(&self, frame: &[Vec3<V>; 3], radius: V) -> [V; 3] {
         let lever = frame[2].scale(-radius);
         let v = self.omega.cross_add(lever, self.vel);
         [v.dot(frame[0]), v.dot(frame[1]), v.dot(frame[2])]
@@ -49,7 +57,7 @@ impl<V: Real> BallWork<V> {
 
     /// Applies an impulse in the frame at the surface opposite to `n`.
     #[inline(always)]
-    fn push(&mut self, frame: &[Vec3<V>; 3], impulse: &[V; 3], radius: V, inv_mass: V, inv_inertia: V) {
+    pub fn push(&mut self, frame: &[Vec3<V>; 3], impulse: &[V; 3], radius: V, inv_mass: V, inv_inertia: V) {
         let p = in_world(frame, impulse);
         self.vel = p.scale_add(inv_mass, self.vel);
         self.omega = frame[2].scale(-radius).cross(p).scale_add(inv_inertia, self.omega);
@@ -98,6 +106,25 @@ pub(crate) fn prepare_ground<V: Real>(constants: &Constants<V>, g: &Group<V>, w:
     let position = constants.approach.target(gap, SOLVER.ball_slop_m, zero, zero, SOLVER.ball_max_push);
     ball.target = V::select(bounces, bounce, position);
     ball.shift = V::select(bounces, after - bounce.mul_add(h, gap), zero);
+
+    let spring = &params.ball_ground_spring;
+    let one = V::one();
+    ball.slide = [zero; 2];
+    ball.on = one;
+    let mut keep = zero;
+    if spring.any {
+        let soft = spring.target(gap, speed, h, SOLVER.ball_soft_reach_m);
+        let is_soft = spring.is_soft();
+        ball.target = V::select(is_soft, soft.speed, ball.target);
+        ball.shift = V::select(is_soft, soft.shift, ball.shift);
+        ball.on = V::select(is_soft, soft.on, one);
+        keep = V::select(is_soft, soft.slide, zero);
+        let start = g.ball_omega.cross_add(n.scale(-radius), g.ball_vel);
+        ball.slide = [start.dot(t1) * keep, start.dot(t2) * keep];
+    }
+    if params.spin_friction.is_some() {
+        ball.twist = Twist::start(Vec3::zero(), g.ball_omega, keep);
+    }
 }
 
 /// One improvement of the ground contact.
@@ -107,186 +134,17 @@ pub(crate) fn sweep_ground<V: Real>(g: &Group<V>, w: &mut Work<V>) {
     let ball = &mut w.ball;
     let frame = ball.frame;
     let v = ball.surface_velocity(&frame, params.ball.radius);
-    let change =
-        ball.block.solve(v, ball.target, V::one(), params.ball_ground.friction(), &mut ball.impulse).change;
+    let v = [v[0] - ball.slide[0], v[1] - ball.slide[1], v[2]];
+    let (friction, impulse) = (params.ball_ground.friction(), &mut ball.impulse);
+    let change = match &params.cone {
+        None => ball.block.solve(v, ball.target, ball.on, friction, impulse).change,
+        Some(cone) => ball.block.solve_cone(v, ball.target, ball.on, friction, cone, impulse),
+    };
     ball.push(&frame, &change, params.ball.radius, params.ball.inv_mass, params.ball.inv_inertia);
-}
-
-/// Contact of the ball with the nearest shape of a chain.
-#[derive(Clone, Debug)]
-pub(crate) struct BallTouch<V: Real> {
-    rows: Rows<V, 3>,
-    /// Some lane is in contact.
-    pub active: bool,
-    /// The touched body of each lane.
-    body: V,
-    frame: [Vec3<V>; 3],
-    block: Block<V>,
-    target: V,
-    on: V,
-    /// Velocity of the robot's surface without contacts, in the frame.
-    free: [V; 3],
-    /// On the ball, in the frame.
-    impulse: [V; 3],
-}
-
-impl<V: Real> BallTouch<V> {
-    pub fn new(joints: usize) -> Self {
-        let z = V::zero();
-        Self {
-            rows: Rows::new(joints),
-            active: false,
-            body: z,
-            frame: [Vec3::zero(); 3],
-            block: Block::zero(),
-            target: z,
-            on: z,
-            free: [z; 3],
-            impulse: [z; 3],
-        }
+    if let (Some(friction), Some(cone)) = (&params.spin_friction, &params.cone) {
+        let normal = cone.left(ball.impulse, params.ball_ground.dynamic_friction);
+        ball.twist.improve(frame[2], friction, normal, params.ball.inv_inertia, &mut ball.omega);
     }
-}
-
-/// The path of touch slot `slot` (0 is the base), its shapes, and its bodies.
-#[inline(always)]
-fn slot_path<S: paid_lanes::Scalar>(
-    layout: &ModelLayout<S>,
-    slot: usize,
-) -> (&[usize], [usize; 2], [usize; 2]) {
-    if slot == 0 {
-        return (&[], layout.base_capsules, [0, 1]);
-    }
-    let chain = layout.chains[slot - 1];
-    let shapes = [layout.links[chain.first].capsules[0], layout.links[chain.end - 1].capsules[1]];
-    (&layout.paths[slot - 1], shapes, [chain.first + 1, chain.end + 1])
-}
-
-/// Finds and prepares the contacts between ball and robot; true if there is one.
-#[inline(always)]
-pub(crate) fn prepare_robot<V: Real>(
-    layout: &ModelLayout<V::Scalar>,
-    constants: &Constants<V>,
-    g: &Group<V>,
-    w: &mut Work<V>,
-) -> bool {
-    let mut found = false;
-    let center = g.ball_pos - g.pos;
-    let reach = V::c(layout.reach) + g.params.ball.radius;
-    let near = center.norm2().lt(reach * reach).any();
-    let mut touches = core::mem::take(&mut w.touches);
-    for slot in 0..touches.len() {
-        let touch = &mut touches[slot];
-        touch.active = near && prepare_touch(layout, constants, g, w, slot, center, touch);
-        found |= touch.active;
-    }
-    w.touches = touches;
-    found
-}
-
-phase! {
-/// Finds and prepares the contact of one slot; false if no lane touches.
-fn prepare_touch<'a, V>(
-    layout: &'a ModelLayout<V::Scalar>,
-    constants: &'a Constants<'a, V>,
-    g: &'a Group<V>,
-    w: &'a Work<V>,
-    slot: usize,
-    center: Vec3<V>,
-    touch: &'a mut BallTouch<V>,
-) -> bool {
-    let zero = V::zero();
-    let (path, shapes, bodies) = slot_path(layout, slot);
-    let ball = &g.params.ball;
-    let mut gap = V::c(1e3);
-    let mut axis_point = Vec3::zero();
-    let mut shape_radius = zero;
-    let mut body = V::c(bodies[0] as f64);
-    for i in shapes[0]..shapes[1] {
-        let capsule = &layout.capsules[i];
-        let [a, b] = w.ends[i];
-        let along = b - a;
-        let t = ((center - a).dot(along) * V::splat(capsule.inv_length2)).clamp(zero, V::one());
-        let nearest = along.scale_add(t, a);
-        let d = center - nearest;
-        let this = length(d) - (V::splat(capsule.radius) + ball.radius);
-        let closer = this.lt(gap);
-        gap = V::select(closer, this, gap);
-        axis_point = Vec3::select(closer, nearest, axis_point);
-        shape_radius = V::select(closer, V::splat(capsule.radius), shape_radius);
-        body = V::select(closer, V::c(capsule.body as f64), body);
-    }
-    let near = gap.lt(V::c(SOLVER.ball_horizon_m));
-    if !near.any() {
-        return false;
-    }
-    let mut vel = Motion::zero();
-    for b in bodies[0]..bodies[1] {
-        vel = vel.plus(w.vel[b], is_body(body, b));
-    }
-    let d = center - axis_point;
-    let n = unit(d);
-    let point = n.scale_add(shape_radius, axis_point);
-    let robot = vel.at(point);
-    let lever = n.scale(-ball.radius);
-    let speed = (g.ball_omega.cross_add(lever, g.ball_vel) - robot).dot(n);
-    let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(SOLVER.ball_margin_m)).and(near);
-    if !on.any() {
-        return false;
-    }
-    let [t1, t2] = tangents(n);
-    let frame = [t1, t2, n];
-    touch.body = body;
-    touch.frame = frame;
-    touch.on = V::select(on, V::one(), zero);
-    touch.impulse = [zero; 3];
-    touch.target = constants.approach.target(gap, SOLVER.ball_slop_m, speed, g.params.ball_robot.restitution, SOLVER.ball_max_push);
-    touch.rows.carry_to_base(w, path, body, point, &frame);
-    touch.rows.solve_base(w);
-    let rows = &touch.rows;
-    let across = (ball.radius * ball.radius).mul_add(ball.inv_inertia, ball.inv_mass);
-    touch.block = Block::new([
-        rows.coupling(w, path, 0, 0) + across,
-        rows.coupling(w, path, 1, 1) + across,
-        rows.coupling(w, path, 2, 2) + ball.inv_mass,
-        rows.coupling(w, path, 0, 1),
-        rows.coupling(w, path, 0, 2),
-        rows.coupling(w, path, 1, 2),
-    ]);
-    let moved = robot + w.gyro;
-    let mut free = [moved.dot(t1), moved.dot(t2), moved.dot(n)];
-    touch.rows.free_joints(w, path, constants.dt, &mut free);
-    touch.rows.free_base(w, &mut free);
-    touch.free = free;
-    true
-}
-}
-
-/// One improvement of every contact between ball and robot.
-#[inline(always)]
-pub(crate) fn sweep_robot<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) {
-    let ball = &g.params.ball;
-    let mut touches = core::mem::take(&mut w.touches);
-    for slot in 0..touches.len() {
-        let touch = &mut touches[slot];
-        if !touch.active {
-            continue;
-        }
-        let (path, _, _) = slot_path(layout, slot);
-        let mut robot = touch.free;
-        touch.rows.pushed_joints(w, path, &mut robot);
-        touch.rows.pushed_base(w, &mut robot);
-        let v = w.ball.surface_velocity(&touch.frame, ball.radius);
-        let v = [v[0] - robot[0], v[1] - robot[1], v[2] - robot[2]];
-        let change = touch
-            .block
-            .solve(v, touch.target, touch.on, g.params.ball_robot.friction(), &mut touch.impulse)
-            .change;
-        w.ball.push(&touch.frame, &change, ball.radius, ball.inv_mass, ball.inv_inertia);
-        let back = [-change[0], -change[1], -change[2]];
-        touch.rows.push_joints(w, path, &back);
-        touch.rows.push_base(w, &back);
-    }
-    w.touches = touches;
 }
 
 /// Moves the ball to the end of the step and reports its contact forces.
@@ -311,6 +169,10 @@ pub(crate) fn finish<V: Real>(
         let touch = &w.touches[slot];
         if !touch.active {
             continue;
+        }
+        if g.params.ball_robot_spring.any {
+            let pushed = V::select(V::zero().lt(touch.impulse[2]), touch.shift, V::zero());
+            g.ball_pos = touch.frame[2].scale_add(pushed, g.ball_pos);
         }
         let force = in_world(&touch.frame, &touch.impulse).scale(constants.inv_dt);
         let stronger = force.norm2().gt(report.robot_force.norm2());

@@ -2,6 +2,7 @@
 
 use paid_lanes::{Real, Vec3};
 
+use super::cone::ConeLanes;
 use super::solver::SOLVER;
 use super::spatial::unit;
 
@@ -13,11 +14,18 @@ pub(crate) struct Block<V> {
     inv_tangent: [V; 3],
     /// Tangential velocity per normal impulse.
     tangent_per_normal: [V; 2],
+    /// Mean tangential inverse mass over the normal one.
+    ratio: V,
 }
 
 impl<V: Real> Block<V> {
     pub fn zero() -> Self {
-        Self { inv_normal: V::zero(), inv_tangent: [V::zero(); 3], tangent_per_normal: [V::zero(); 2] }
+        Self {
+            inv_normal: V::zero(),
+            inv_tangent: [V::zero(); 3],
+            tangent_per_normal: [V::zero(); 2],
+            ratio: V::zero(),
+        }
     }
 
     /// From the point's symmetric inverse mass: t1t1, t2t2, nn, t1t2, t1n, t2n.
@@ -26,8 +34,10 @@ impl<V: Real> Block<V> {
         let more = V::c(SOLVER.inverse_mass_factor);
         let (a, b, d) = (k[0] * more, k[1] * more, k[3]);
         let inv_det = d.neg_mul_add(d, a * b).recip();
+        let inv_normal = (k[2] * more).recip();
         Self {
-            inv_normal: (k[2] * more).recip(),
+            inv_normal,
+            ratio: V::c(0.5) * (a + b) * inv_normal,
             inv_tangent: [b * inv_det, a * inv_det, -(d * inv_det)],
             tangent_per_normal: [k[4], k[5]],
         }
@@ -58,6 +68,29 @@ impl<V: Real> Block<V> {
         let scale = V::select(sticks, V::one(), friction.slide * normal * inv_length);
         *impulse = [x * scale, y * scale, normal];
         Improved { change: [impulse[0] - old[0], impulse[1] - old[1], change], wanted: [x, y] }
+    }
+
+    /// [`Block::solve`] with each lane's kind of cone; the change alone.
+    #[inline(always)]
+    pub fn solve_cone(
+        &self,
+        v: [V; 3],
+        target: V,
+        on: V,
+        friction: Friction<V>,
+        cone: &ConeLanes<V>,
+        impulse: &mut [V; 3],
+    ) -> [V; 3] {
+        let old = *impulse;
+        let normal = (target - v[2]).mul_add(self.inv_normal, old[2]);
+        let change = normal.max(V::zero()).mul_add(on, -old[2]);
+        let vx = self.tangent_per_normal[0].mul_add(change, v[0]);
+        let vy = self.tangent_per_normal[1].mul_add(change, v[1]);
+        let inv = &self.inv_tangent;
+        let x = inv[0].neg_mul_add(vx, inv[2].neg_mul_add(vy, old[0]));
+        let y = inv[1].neg_mul_add(vy, inv[2].neg_mul_add(vx, old[1]));
+        *impulse = cone.limit([x, y, normal], self.ratio, friction).map(|f| f * on);
+        [impulse[0] - old[0], impulse[1] - old[1], impulse[2] - old[2]]
     }
 }
 
@@ -93,6 +126,18 @@ pub(crate) fn tangents<V: Real>(n: Vec3<V>) -> [Vec3<V>; 2] {
     let zero = V::zero();
     let t1 = Vec3::select(along_z, Vec3::new(z, zero, -x), Vec3::new(-y, x, zero));
     let t1 = unit(t1);
+    [t1, n.cross(t1)]
+}
+
+/// The tangents along which MuJoCo lays the edges of a friction pyramid.
+#[inline(always)]
+pub(crate) fn pyramid_tangents<V: Real>(n: Vec3<V>) -> [Vec3<V>; 2] {
+    let [x, y, z] = n.0;
+    let across_y = y.abs().lt(V::c(0.5));
+    // y or z less its part along n.
+    let from_y = Vec3::new(-(y * x), y.neg_mul_add(y, V::one()), -(y * z));
+    let from_z = Vec3::new(-(z * x), -(z * y), z.neg_mul_add(z, V::one()));
+    let t1 = unit(Vec3::select(across_y, from_y, from_z));
     [t1, n.cross(t1)]
 }
 

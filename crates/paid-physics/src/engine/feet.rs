@@ -58,14 +58,24 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
 ) -> () {
     let zero = V::zero();
     let restitution = g.params.robot_ground.restitution;
-    let bouncy = zero.lt(restitution).any();
+    let spring = &g.params.sole_spring;
+    let needs_speed = spring.any || zero.lt(restitution).any();
+    let shape = g.params.sole_shape.as_ref();
     let Work { kin, soles, feet, .. } = w;
     for f in 0..2 {
         let kin = &kin[layout.legs[f]];
         for i in 0..layout.soles.len() {
             let (center, radius) = &layout.soles[i][f];
-            let radius = V::splat(*radius);
-            let center = kin.place(splat3(center));
+            let mut radius = V::splat(*radius);
+            let mut center = splat3(center);
+            if let Some(shape) = shape {
+                let frame = &layout.sole_frames[i][f];
+                center = splat3(&frame.ahead).scale_add(shape.length, center);
+                center = splat3(&frame.left).scale_add(shape.width, center);
+                center = splat3(&frame.up).scale_add(shape.rounding, center);
+                radius += shape.rounding;
+            }
+            let center = kin.place(center);
             let sole = &mut soles[i][f];
             let gap;
             if PLANE {
@@ -81,8 +91,16 @@ pub(crate) fn prepare<'a, V, const PLANE: bool>(
                 gap = (g.pos.0[2] + center.0[2] - height).mul_add(n.0[2], -radius);
             }
             sole.build_response::<PLANE>(&feet[f].inverse);
-            let speed = if bouncy { sole.in_frame::<PLANE>(kin.vel.at(sole.point))[2] } else { zero };
+            let start = if needs_speed { sole.in_frame::<PLANE>(kin.vel.at(sole.point)) } else { [zero; 3] };
+            let speed = start[2];
             sole.target = constants.approach.target(gap, SOLVER.sole_slop_m, speed, restitution, SOLVER.sole_max_push);
+            if spring.any {
+                let soft = spring.target(gap, speed, constants.dt, SOLVER.sole_soft_reach_m);
+                let is_soft = spring.is_soft();
+                sole.target = V::select(is_soft, soft.speed, sole.target);
+                let keep = V::select(is_soft, soft.slide, zero);
+                sole.slide = [start[0] * keep, start[1] * keep];
+            }
             let on = V::select(gap.lt(V::c(SOLVER.sole_reach_m)), V::one(), zero);
             sole.on = on;
             let warm = &g.warm[i][f];
@@ -132,12 +150,17 @@ phase! {
 /// Where `decide` is set, what the sweep finds holds for the rest of the step.
 pub(crate) fn sweep<'a, V, const PLANE: bool>(g: &'a Group<V>, w: &'a mut Work<V>, decide: bool) -> () {
     let surface = g.params.robot_ground;
+    let soft = g.params.sole_spring.any;
     let mut vel = [w.feet[0].vel.array(), w.feet[1].vel.array()];
     let mut wanted = [[V::zero(); 3]; 2];
     for i in 0..w.soles.len() {
         for f in 0..2 {
             let sole = &mut w.soles[i][f];
-            let v = sole.in_frame::<PLANE>(Motion::from_array(vel[f]).at(sole.point));
+            let mut v = sole.in_frame::<PLANE>(Motion::from_array(vel[f]).at(sole.point));
+            if soft {
+                v[0] -= sole.slide[0];
+                v[1] -= sole.slide[1];
+            }
             let friction = Friction { stick: w.feet[f].friction, slide: w.feet[f].friction };
             let improved = sole.block.solve(v, sole.target, sole.on, friction, &mut sole.impulse);
             let change = improved.change;

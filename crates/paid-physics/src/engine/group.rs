@@ -3,7 +3,7 @@
 use paid_lanes::{Quat, Real, Vec3};
 
 use super::articulated::{Articulated, BaseFactor};
-use super::ball::{BallTouch, BallWork};
+use super::ball::BallWork;
 use super::foot::Foot;
 use super::forces::BodyForces;
 use super::layout::ModelLayout;
@@ -11,6 +11,7 @@ use super::pairs::PairTouch;
 use super::params::GroupParams;
 use super::sole::Sole;
 use super::spatial::{Kin, Motion, Rigid};
+use super::touch::BallTouch;
 use crate::GroupState;
 
 /// Dynamic state of `LANES` environments.
@@ -88,7 +89,7 @@ pub(crate) struct Work<V: Real> {
     pub soles: Vec<[Sole<V>; 2]>,
     /// The ball's velocity, on its way to the end of the step.
     pub ball: BallWork<V>,
-    /// Contacts of the ball with the base, then one per chain.
+    /// Contacts of the ball with the base, then one per chain, then a second one per leg.
     pub touches: Vec<BallTouch<V>>,
     pub pairs: Vec<PairTouch<V>>,
     /// Net contact forces over the physics step.
@@ -116,7 +117,8 @@ impl<V: Real> Work<V> {
         let n = layout.links.len();
         let foot = |f: usize| Foot::new(layout.paths[layout.legs[f]].len());
         let mut touches = vec![BallTouch::new(0)];
-        touches.extend(layout.paths.iter().map(|p| BallTouch::new(p.len())));
+        let legs = layout.legs.iter().map(|&leg| &layout.paths[leg]);
+        touches.extend(layout.paths.iter().chain(legs).map(|p| BallTouch::new(p.len())));
         Self {
             base: Kin::zero(),
             kin: vec![Kin::zero(); layout.chains.len()],

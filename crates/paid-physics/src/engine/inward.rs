@@ -34,12 +34,13 @@ fn joint_torque<V: Real>(
     let zero = V::zero();
     let stiffness = V::splat(link.stiffness) * params.gain_scale[0];
     let damping = V::splat(link.gain_damping) * params.gain_scale[1];
-    let ahead = stiffness.mul_add(h, damping);
+    // The torque is (1 - s) of the step's start and s of its end.
+    let known = params.pd_implicitness * h;
     let limit = V::splat(link.effort);
-    let wanted = ahead.neg_mul_add(qd, stiffness * (target - q));
+    let wanted = stiffness.mul_add(known, damping).neg_mul_add(qd, stiffness * (target - q));
     let free = wanted.abs().lt(limit);
     let mut torque = wanted.min(limit).max(-limit);
-    let mut diagonal = V::splat(link.armature) + V::select(free, ahead * h, zero);
+    let mut diagonal = V::splat(link.armature) + V::select(free, stiffness.mul_add(h, damping) * known, zero);
 
     let over = (V::splat(link.range[0]) - q).max(zero) + (V::splat(link.range[1]) - q).min(zero);
     let at_stop = zero.lt(over.abs());

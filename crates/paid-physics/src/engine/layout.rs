@@ -42,6 +42,14 @@ pub(crate) struct Link<S> {
     pub report: Option<[[S; 3]; 3]>,
 }
 
+/// Offsets of a sole's point from the mean of the points, along and across the foot, and the way up; in the foot's internal frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SoleFrame<S> {
+    pub ahead: [S; 3],
+    pub left: [S; 3],
+    pub up: [S; 3],
+}
+
 /// Consecutive links without a branch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Chain {
@@ -88,6 +96,8 @@ pub(crate) struct ModelLayout<S> {
     pub legs: [usize; 2],
     /// Sole sphere centers and radii, per point, left and right.
     pub soles: Vec<[([S; 3], S); 2]>,
+    /// How the points of the soles move with their shape.
+    pub sole_frames: Vec<[SoleFrame<S>; 2]>,
     pub capsules: Vec<Capsule<S>>,
     pub pairs: Vec<PairGroup>,
     /// No shape reaches farther from the base's origin in any pose, with the ball's horizon to spare `[m]`.
@@ -222,6 +232,19 @@ fn sole_points<S: Scalar>(body: &Body, frame: &Mat3<f64>) -> Result<Vec<([S; 3],
     Ok(points)
 }
 
+/// The frames of `points` in a foot whose internal frame is `frame` in the body's.
+fn sole_frames<S: Scalar>(points: &[([S; 3], S)], frame: &Mat3<f64>) -> Vec<SoleFrame<S>> {
+    let centers: Vec<Vec3<f64>> = points.iter().map(|(c, _)| frame.mul_vec(Vec3(c.map(S::to_f64)))).collect();
+    let sum = centers.iter().fold(Vec3([0.0; 3]), |sum, c| sum + *c);
+    let mean = sum.scale(1.0 / centers.len().max(1) as f64);
+    let inside = |v: [f64; 3]| scalars(frame.tr_mul_vec(Vec3(v)).0);
+    let of = |c: &Vec3<f64>| {
+        let [x, y, _] = (*c - mean).0;
+        SoleFrame { ahead: inside([x, 0.0, 0.0]), left: inside([0.0, y, 0.0]), up: inside([0.0, 0.0, 1.0]) }
+    };
+    centers.iter().map(of).collect()
+}
+
 impl<S: Scalar> ModelLayout<S> {
     /// Checks and prepares the model.
     pub fn new(model: &RobotModel, spec: &EngineSpec, scene: &SceneConfig) -> Result<Self, PhysicsError> {
@@ -280,6 +303,9 @@ impl<S: Scalar> ModelLayout<S> {
         if left.is_empty() || left.len() != right.len() {
             return Err(PhysicsError::Soles(left.len(), right.len()));
         }
+        let frames_of = |points: &[([S; 3], S)], f: usize| sole_frames(points, &frame(feet[f]));
+        let sole_frames =
+            frames_of(&left, 0).into_iter().zip(frames_of(&right, 1)).map(|(l, r)| [l, r]).collect();
         let reach = reach(model);
         let mut visits = Vec::new();
         walk(&chains, None, &mut visits);
@@ -293,6 +319,7 @@ impl<S: Scalar> ModelLayout<S> {
             visits,
             paths,
             legs,
+            sole_frames,
             soles: left.into_iter().zip(right).map(|(l, r)| [l, r]).collect(),
             capsules,
             pairs,

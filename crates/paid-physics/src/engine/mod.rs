@@ -3,7 +3,8 @@
 //! A physics step, for all lanes of a group at once:
 //! 1. `outward`: poses, velocities, rigid inertias, bias forces, contact shapes.
 //! 2. `inward`: articulated inertias with controllers, joint stops, friction loss and `soft` ground contacts implicit.
-//! 3. `feet`, `ball`, `pairs`: contacts at velocity level by projected Gauss-Seidel, warm-started at the soles.
+//! 3. `feet`, `ball`, `pairs`: contacts at velocity level by projected Gauss-Seidel, warm-started at the soles. Where contacts are
+//!    soft, `spring` says which velocity they reach.
 //! 4. `step`: new velocities and positions, semi-implicit Euler.
 //!
 //! Everything spatial is in world axes about the base's origin. Lanes never influence one another: a branch
@@ -12,6 +13,7 @@
 mod articulated;
 mod ball;
 mod block;
+mod cone;
 mod error;
 mod feet;
 mod foot;
@@ -35,7 +37,10 @@ mod sole;
 mod solver;
 mod spatial;
 mod spec;
+mod spring;
 mod step;
+mod touch;
+mod twist;
 mod validate;
 
 use paid_lanes::{Quat, Real, Vec3};

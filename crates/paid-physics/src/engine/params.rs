@@ -3,7 +3,9 @@
 use paid_lanes::{Real, Vec3};
 
 use super::block::Friction;
-use crate::{BallParams, EnvParams, Material, SceneConfig};
+use super::cone::ConeLanes;
+use super::spring::SpringLanes;
+use crate::{BallParams, Cone, ContactKind, EnvParams, Material, SceneConfig, SoleShape};
 
 /// Coefficients of a contact between two surfaces, one value per lane.
 #[derive(Clone, Copy, Debug)]
@@ -44,6 +46,15 @@ pub(crate) struct BallLanes<V> {
     pub angular_keep: V,
 }
 
+/// Changes of the soles' shape, one value per lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SoleLanes<V> {
+    /// Scales less 1.
+    pub length: V,
+    pub width: V,
+    pub rounding: V,
+}
+
 /// [`EnvParams`] of a group, prepared for stepping.
 #[derive(Clone, Debug)]
 pub(crate) struct GroupParams<V> {
@@ -57,6 +68,16 @@ pub(crate) struct GroupParams<V> {
     pub robot_ground: ContactLanes<V>,
     pub ball_ground: ContactLanes<V>,
     pub ball_robot: ContactLanes<V>,
+    pub sole_spring: SpringLanes<V>,
+    pub ball_ground_spring: SpringLanes<V>,
+    pub ball_robot_spring: SpringLanes<V>,
+    /// Torsional and rolling friction of the ball; `None` while no lane has any.
+    pub spin_friction: Option<[V; 2]>,
+    /// Kinds of the ball's friction cone; `None` while every lane has the usual one and no friction of spin.
+    pub cone: Option<ConeLanes<V>>,
+    /// `None` while every lane has the model's soles.
+    pub sole_shape: Option<SoleLanes<V>>,
+    pub pd_implicitness: V,
 }
 
 impl<V: Real> GroupParams<V> {
@@ -80,6 +101,13 @@ impl<V: Real> GroupParams<V> {
             robot_ground: ContactLanes::new(zero),
             ball_ground: ContactLanes::new(zero),
             ball_robot: ContactLanes::new(zero),
+            sole_spring: SpringLanes::hard(),
+            ball_ground_spring: SpringLanes::hard(),
+            ball_robot_spring: SpringLanes::hard(),
+            spin_friction: None,
+            cone: None,
+            sole_shape: None,
+            pd_implicitness: V::one(),
         };
         for lane in 0..V::LANES {
             params.set_lane(lane, &EnvParams::default(), scene, bodies);
@@ -119,5 +147,38 @@ impl<V: Real> GroupParams<V> {
         self.ball_ground.set_lane(lane, scene.contact_with_ground(p.ball.material));
         self.ball_robot.set_lane(lane, SceneConfig::contact_of_ball_and_robot(p.ball.material, p.robot));
         self.lanes[lane] = p.clone();
+        self.set_kind(lane, &p.kind);
+    }
+
+    /// Takes over the kind of one lane; what no lane uses costs nothing in the step. `lanes` must be up to date.
+    fn set_kind(&mut self, lane: usize, kind: &ContactKind) {
+        let compliance = &kind.compliance;
+        self.sole_spring.set_lane(lane, &compliance.sole_ground);
+        self.ball_ground_spring.set_lane(lane, &compliance.ball_ground);
+        self.ball_robot_spring.set_lane(lane, &compliance.ball_robot);
+        let any = |what: fn(&ContactKind) -> bool| self.lanes.iter().any(|p| what(&p.kind));
+        self.sole_spring.any = any(|k| k.compliance.sole_ground.is_soft());
+        self.ball_ground_spring.any = any(|k| k.compliance.ball_ground.is_soft());
+        self.ball_robot_spring.any = any(|k| k.compliance.ball_robot.is_soft());
+        let kinds = |of: fn(&ContactKind) -> f64| {
+            let mut lanes = V::zero();
+            for (i, p) in self.lanes.iter().enumerate() {
+                lanes.set_lane(i, of(&p.kind));
+            }
+            lanes
+        };
+        self.spin_friction = any(|k| k.ball_spin_friction_m != [0.0; 2])
+            .then(|| [kinds(|k| k.ball_spin_friction_m[0]), kinds(|k| k.ball_spin_friction_m[1])]);
+        let usual = |k: &ContactKind| k.cone == Cone::default() && k.ball_spin_friction_m == [0.0; 2];
+        self.cone = self.lanes.iter().any(|p| !usual(&p.kind)).then(|| ConeLanes {
+            pyramid: kinds(|k| if k.cone.pyramid { 1.0 } else { 0.0 }),
+            convex: kinds(|k| if k.cone.convex { 1.0 } else { 0.0 }),
+        });
+        self.sole_shape = any(|k| k.sole != SoleShape::default()).then(|| SoleLanes {
+            length: kinds(|k| k.sole.length_scale - 1.0),
+            width: kinds(|k| k.sole.width_scale - 1.0),
+            rounding: kinds(|k| k.sole.rounding_m),
+        });
+        self.pd_implicitness.set_lane(lane, kind.pd_implicitness);
     }
 }

@@ -17,6 +17,8 @@ pub(crate) struct Sole<V> {
     pub response: [[V; 3]; 6],
     pub block: Block<V>,
     pub target: V,
+    /// Sliding velocity that a soft contact leaves, along t1 and t2; read where some lane is soft.
+    pub slide: [V; 2],
     pub on: V,
     pub impulse: [V; 3],
 }
@@ -30,6 +32,7 @@ impl<V: Real> Sole<V> {
             response: [[z; 3]; 6],
             block: Block::zero(),
             target: z,
+            slide: [z; 2],
             on: z,
             impulse: [z; 3],
         }

@@ -26,6 +26,11 @@ pub struct SolverConstants {
     /// Fastest correction of a sole's overlap `[m/s]`: 2.5 mm in a 5 ms step.
     pub sole_max_push: f64,
 
+    /// Gap up to which soft soles are in touch `[m]`: a resting foot rocks by less.
+    pub sole_soft_reach_m: f64,
+
+    /// Gap up to which a soft ball is in touch `[m]`: a ball that rests or rolls hovers by less.
+    pub ball_soft_reach_m: f64,
     /// Gap above which no contact of ball and robot is looked for `[m]`. Nothing moves faster than 50 m/s for long, which is
     /// 0.25 m in a 5 ms step.
     pub ball_horizon_m: f64,
@@ -75,6 +80,8 @@ impl SolverConstants {
         sole_reach_m: 0.02,
         sole_slop_m: 0.001,
         sole_max_push: 0.5,
+        sole_soft_reach_m: 0.001,
+        ball_soft_reach_m: 0.0002,
         ball_horizon_m: 0.25,
         ball_margin_m: 0.01,
         ball_slop_m: 0.0,

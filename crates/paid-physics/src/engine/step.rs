@@ -9,7 +9,7 @@ use super::inward::{Drive, dynamics};
 use super::layout::ModelLayout;
 use super::phase::phase;
 use super::spatial::{Motion, dot6};
-use super::{ball, feet, pairs, rows};
+use super::{ball, feet, pairs, rows, touch};
 use crate::SceneConfig;
 
 /// The scene's numbers in lane form.
@@ -66,7 +66,7 @@ pub(crate) fn physics_step<V: Real>(
     let mut others = pairs::prepare(layout, constants, w);
     if constants.ball {
         ball::prepare_ground(constants, g, w);
-        others |= ball::prepare_robot(layout, constants, g, w);
+        others |= touch::prepare(layout, constants, g, w);
     }
     for i in 0..constants.sweeps {
         let decide = i + 1 == constants.sweeps.div_ceil(2);
@@ -90,7 +90,7 @@ phase! {
 fn sweep_others<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>) -> () {
     rows::spread_soles(layout, w);
     pairs::sweep(layout, w);
-    ball::sweep_robot(layout, g, w);
+    touch::sweep(layout, g, w);
     rows::push_feet(layout, w);
 }
 }
