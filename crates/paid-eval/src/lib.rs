@@ -4,7 +4,7 @@
 //! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the paper's protocols, [`matches`] go on
 //! without a reset; [`agreement`] and [`tracking_agreement`] compare the engines
 //! trial by trial, [`gap`] finds out which of their differences matter, [`panel`] whether a kick
-//! holds on other balls and grounds; [`picture`] draws.
+//! holds on other balls and grounds, [`impacts`] compares single impacts of ball and leg; [`picture`] draws.
 
 pub mod ablation;
 pub mod agreement;
@@ -18,6 +18,7 @@ pub mod file_set;
 pub mod footage;
 pub mod gap;
 pub mod html;
+pub mod impacts;
 pub mod knowledge;
 pub mod metrics;
 pub mod monitor;

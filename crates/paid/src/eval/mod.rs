@@ -7,6 +7,7 @@ mod film;
 mod gap;
 mod matches;
 mod panel;
+mod impacts;
 mod progress;
 mod protocol;
 pub mod shoot;
@@ -42,6 +43,8 @@ enum Command {
     /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
     /// turf and in a hall.
     Panel(Box<panel::Args>),
+    /// Compare random impacts of ball and leg in both engines: speed, direction and spin of the ball afterwards.
+    Impacts(Box<impacts::Args>),
     /// Draw one episode.
     Film(film::Args),
     /// Write the scene of the evaluation as MJCF for MuJoCo's viewer.
@@ -56,6 +59,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Gap(args) => gap::run(&args),
         Command::Match(args) => matches::run(&args),
         Command::Panel(args) => panel::run(&args),
+        Command::Impacts(args) => impacts::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }
