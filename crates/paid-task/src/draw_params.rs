@@ -3,6 +3,7 @@
 use paid_lanes::rng::Rng;
 use paid_physics::{EnvParams, Material};
 
+use crate::contact_kind::draw_kind;
 use crate::preset::Range;
 use crate::reset::{StartContext, draw};
 
@@ -35,8 +36,12 @@ impl StartContext<'_> {
     pub(crate) fn params(&self, rng: &mut Rng) -> (EnvParams, Vec<f64>) {
         let preset = &self.config.preset;
         let ranges = &preset.randomization;
-        let mut params =
-            EnvParams { robot: preset.robot_material, ball: preset.ball_params, ..EnvParams::default() };
+        let mut params = EnvParams {
+            robot: preset.robot_material,
+            ball: preset.ball_params,
+            kind: preset.contact_kind,
+            ..EnvParams::default()
+        };
         let mut offsets = vec![0.0; self.config.joints()];
         if !self.randomize {
             return (params, offsets);
@@ -76,6 +81,9 @@ impl StartContext<'_> {
             surface.perturbed(ranges.surface_deviation, rng).apply(&mut params.ball);
         }
         self.scales(&mut params, rng);
+        if ranges.kinds() {
+            params.kind = draw_kind(ranges, &preset.scene, &params, rng);
+        }
         (params, offsets)
     }
 }

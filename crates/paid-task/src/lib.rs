@@ -11,6 +11,7 @@ mod ball_preset;
 mod camera;
 mod codec;
 mod config;
+mod contact_kind;
 mod curriculum;
 mod delay;
 mod draw_params;

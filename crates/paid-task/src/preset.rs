@@ -3,11 +3,12 @@
 
 use std::path::Path;
 
-use paid_physics::{BallParams, Material, SceneConfig};
+use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
 
 pub use crate::ball_preset::{AfterStrikePreset, BallPlacement, BallRule, GoalPreset, ShownAfterStrike};
+use crate::contact_kind;
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
 use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
@@ -37,6 +38,9 @@ pub struct TaskPreset {
     pub robot_material: Material,
     /// Nominal ball.
     pub ball_params: BallParams,
+    /// Nominal kind of contacts and joint control; the randomization of kinds replaces it.
+    #[serde(default)]
+    pub contact_kind: ContactKind,
     /// What is observed, its noise, perception.
     pub observations: ObservationPreset,
     /// Reward terms.

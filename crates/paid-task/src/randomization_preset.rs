@@ -109,6 +109,35 @@ pub struct RandomizationPreset {
     pub link_mass_scale: Range,
     /// Factor of mass and inertia of the base; [1, 1] is none.
     pub base_mass_scale: Range,
+    /// Time constant of the ball's contacts with ground and robot `[s]`, up to 25 ms; below 2 ms (so also at [0, 0]) they are hard: one
+    /// step long. A soft contact returns the restitution that the surfaces have, but at least 0.135.
+    #[serde(default = "none")]
+    pub ball_contact_time_s: Range,
+    /// The same of the soles' contacts.
+    #[serde(default = "none")]
+    pub sole_contact_time_s: Range,
+    /// Torsional friction of the ball `[m]`: moment about the normal over normal force. MuJoCo's scene has 0.01.
+    #[serde(default = "none")]
+    pub ball_torsional_friction_m: Range,
+    /// Rolling friction of the ball `[m]`. MuJoCo's scene has 0.0001.
+    #[serde(default = "none")]
+    pub ball_rolling_friction_m: Range,
+    /// Share of the environments whose ball has a friction pyramid instead of a circular cone.
+    #[serde(default)]
+    pub pyramid_share: f64,
+    /// Share of the environments in which sliding on the ball lifts, as in MuJoCo, instead of Coulomb's law.
+    #[serde(default)]
+    pub convex_share: f64,
+    /// Factor on the soles' length, and another on their width; [1, 1] is none.
+    #[serde(default = "unit")]
+    pub sole_scale: Range,
+    /// Added to the radius of the soles' points `[m]`; the lowest points stay.
+    #[serde(default = "none")]
+    pub sole_rounding_m: Range,
+    /// Joint control between explicit (0: torques of a physics step's start) and implicit (1: of its end); [1, 1] is the engine's
+    /// own. Explicit control at steps of 2 ms, as in MuJoCo's scene, is near 0.4 at steps of 5 ms.
+    #[serde(default = "unit")]
+    pub pd_implicitness: Range,
     /// Delay between policy and joint targets `[s]`, up to a control period: the target is the time average of the last and the
     /// new one over the control step.
     pub action_delay_s: Range,
@@ -117,7 +146,54 @@ pub struct RandomizationPreset {
     pub observation_delay_s: Range,
 }
 
+/// The range of what is off.
+fn none() -> Range {
+    [0.0; 2]
+}
+
+/// The range of a factor that changes nothing.
+fn unit() -> Range {
+    [1.0; 2]
+}
+
 impl RandomizationPreset {
+    /// True if contacts or controllers differ in kind between environments.
+    pub(crate) fn kinds(&self) -> bool {
+        let off = [
+            self.ball_contact_time_s,
+            self.sole_contact_time_s,
+            self.ball_torsional_friction_m,
+            self.ball_rolling_friction_m,
+            self.sole_rounding_m,
+        ];
+        off.iter().any(|range| *range != none())
+            || [self.sole_scale, self.pd_implicitness].iter().any(|range| *range != unit())
+            || self.pyramid_share > 0.0
+            || self.convex_share > 0.0
+    }
+
+    /// Checks what makes contacts and controllers differ in kind.
+    fn check_kinds(&self) -> Result<(), TaskError> {
+        for (name, range, least, most) in [
+            ("ball_contact_time_s", self.ball_contact_time_s, 0.0, 0.025),
+            ("sole_contact_time_s", self.sole_contact_time_s, 0.0, 0.025),
+            ("ball_torsional_friction_m", self.ball_torsional_friction_m, 0.0, 0.1),
+            ("ball_rolling_friction_m", self.ball_rolling_friction_m, 0.0, 0.1),
+            ("pyramid_share", [self.pyramid_share; 2], 0.0, 1.0),
+            ("convex_share", [self.convex_share; 2], 0.0, 1.0),
+            ("sole_scale", self.sole_scale, 0.5, 1.5),
+            ("sole_rounding_m", self.sole_rounding_m, 0.0, 0.03),
+            ("pd_implicitness", self.pd_implicitness, 0.0, 1.0),
+        ] {
+            let key = format!("randomization.{name}");
+            check_ranges(&[(&key, range)])?;
+            if range[0] < least || range[1] > most {
+                return Err(value_error(&key, &format!("{least} to {most}"), format!("{range:?}")));
+            }
+        }
+        Ok(())
+    }
+
     /// True if actions or observations are delayed.
     pub(crate) fn delays(&self) -> bool {
         self.action_delay_s[1] > 0.0 || self.observation_delay_s[1] > 0.0
@@ -166,6 +242,7 @@ impl RandomizationPreset {
             let found = self.surface_deviation.to_string();
             return Err(value_error(&key("surface_deviation"), "a number between 0 and 1", found));
         }
+        self.check_kinds()?;
         if self.ball && !self.surfaces.is_empty() {
             let expected = "none while randomization.ball draws the same parameters";
             return Err(value_error(&key("surfaces"), expected, self.surfaces.len().to_string()));
@@ -228,6 +305,10 @@ mod tests {
             ("randomization.action_delay_s=[0, 0.03]", "randomization.action_delay_s"),
             ("randomization.gain_scale=[0, 1]", "randomization.gain_scale"),
             ("randomization.surface_deviation=-1", "surface_deviation"),
+            ("randomization.ball_contact_time_s=[0, 0.05]", "expected 0 to 0.025"),
+            ("randomization.pd_implicitness=[-0.1, 1]", "pd_implicitness"),
+            ("randomization.convex_share=2", "convex_share"),
+            ("randomization.sole_scale=[1.2, 0.9]", "sole_scale"),
             ("randomization.surfaces=[{name=\"x\"}]", "static_friction"),
             ("observations.perception.dropout=1.5", "observations.perception.dropout"),
             ("observations.perception.latency_s=[0, 2]", "latency_s"),
