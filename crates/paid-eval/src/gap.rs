@@ -15,6 +15,7 @@ use crate::divergence::Trace;
 use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
 use crate::knowledge::Knowledge;
+use crate::like_mujoco::like_mujoco;
 use crate::metrics::statistics::Share;
 use crate::policy::DriverMaker;
 use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced, plan};
@@ -150,7 +151,7 @@ pub struct GapReport {
     pub titles: Vec<String>,
     /// What the policy knew of ball and goal, in every row.
     pub knowledge: Option<Knowledge>,
-    /// The built-in engine, the same with another rounding (what agreement is possible at all), MuJoCo's own scene, then one
+    /// The built-in engine, the same with another rounding (what agreement is possible at all) and with MuJoCo's contacts, MuJoCo's own scene, then one
     /// difference at a time, then several together.
     pub rows: Vec<GapRow>,
 }
@@ -191,6 +192,13 @@ pub fn evaluate(
             &reference,
             &other,
         ));
+    }
+    if !setup.monitor.stopped() {
+        let preset = like_mujoco(&setup.preset, scene);
+        let softer = EvalSetup { preset, ..with(EngineChoice::Builtin, setup.isa) };
+        let other = evaluate_traced(&softer, policy, options, &trials)?;
+        let what = "the built-in engine with MuJoCo's contacts";
+        report.rows.push(row(setup, "as MuJoCo", what, &reference, &other));
     }
     let each = |picked: fn(&Difference) -> bool| DIFFERENCES.iter().filter(move |d| picked(d));
     let mut changes: Vec<(&str, String, Vec<&Difference>)> =

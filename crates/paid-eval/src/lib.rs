@@ -20,6 +20,7 @@ pub mod gap;
 pub mod html;
 pub mod impacts;
 pub mod knowledge;
+pub mod like_mujoco;
 pub mod metrics;
 pub mod monitor;
 pub mod panel;

@@ -26,6 +26,9 @@ pub struct Args {
     /// Threads of the measurement on all cores; 0 means one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
+    /// Measure the built-in engine too with contacts and controllers of all kinds (soft and hard, every friction cone, ...).
+    #[arg(long)]
+    kinds: bool,
     /// Leave MuJoCo out.
     #[arg(long)]
     no_mujoco: bool,
@@ -42,6 +45,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         seconds: args.seconds,
         rounds: args.rounds,
         threads: thread_count((args.threads > 0).then_some(args.threads))?,
+        kinds: args.kinds,
         mujoco: !args.no_mujoco,
     })?;
     if args.no_mujoco {

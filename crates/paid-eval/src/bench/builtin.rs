@@ -1,7 +1,9 @@
 //! The built-in engine under the clock.
 
 use paid_lanes::{Isa, IsaVisitor, Real};
-use paid_physics::{Engine, EngineSpec, EnvParams, Simulator};
+use paid_physics::{
+    Compliance, Cone, ContactCompliance, ContactKind, Engine, EngineSpec, EnvParams, Simulator, SoleShape,
+};
 
 use super::clock::{Rate, timed};
 use super::workload::{EPISODE, Means, Workload};
@@ -14,6 +16,25 @@ pub struct BuiltIn<'a> {
     pub groups: usize,
     pub scene: &'static str,
     pub workload: &'a Workload,
+    /// Contacts and controllers of all kinds.
+    pub kinds: bool,
+}
+
+/// The kind of a lane: soft and hard contacts, every cone, other soles, other controllers.
+fn kind(lane: usize) -> ContactKind {
+    let share = lane as f64 / 8.0 % 1.0;
+    let contact = Compliance::returning(0.025 * share, 0.6 * share);
+    ContactKind {
+        compliance: ContactCompliance { ball_robot: contact, ball_ground: contact, sole_ground: contact },
+        ball_spin_friction_m: [0.01 * share, 0.0001],
+        cone: Cone { pyramid: lane.is_multiple_of(2), convex: lane % 4 < 2 },
+        sole: SoleShape {
+            length_scale: 1.0 - 0.1 * share,
+            rounding_m: 0.005 * share,
+            ..SoleShape::default()
+        },
+        pd_implicitness: 1.0 - 0.6 * share,
+    }
 }
 
 struct Runner<V: Real> {
@@ -24,7 +45,7 @@ struct Runner<V: Real> {
 }
 
 impl<V: Real> Runner<V> {
-    fn new(workload: &Workload, groups: usize) -> Result<Self, EvalError> {
+    fn new(workload: &Workload, groups: usize, kinds: bool) -> Result<Self, EvalError> {
         let spec = EngineSpec {
             feet: workload.feet.to_vec(),
             stiffness: workload.control.stiffness.clone(),
@@ -42,7 +63,8 @@ impl<V: Real> Runner<V> {
         for group in 0..groups {
             for lane in 0..V::LANES {
                 let offset = [0.37 * group as f64, 0.53 * lane as f64];
-                let params = EnvParams { terrain_offset: offset, ..EnvParams::default() };
+                let kind = if kinds { kind(lane) } else { ContactKind::default() };
+                let params = EnvParams { terrain_offset: offset, kind, ..EnvParams::default() };
                 engine.set_params(group, lane, &params);
             }
         }
@@ -85,26 +107,30 @@ struct Time<'a> {
     groups: usize,
     threads: usize,
     seconds: f64,
+    kinds: bool,
 }
 
 impl IsaVisitor for Time<'_> {
     type Output = Result<Rate, EvalError>;
     fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
-        let make = || Runner::<V>::new(self.workload, self.groups);
+        let make = || Runner::<V>::new(self.workload, self.groups, self.kinds);
         timed(self.threads, self.seconds, make, |r| r.round(self.workload))
     }
 }
 
-struct Look<'a>(&'a Workload);
+struct Look<'a> {
+    workload: &'a Workload,
+    kinds: bool,
+}
 
 impl IsaVisitor for Look<'_> {
     type Output = Result<(f64, f64), EvalError>;
     fn visit<V: Real<Scalar = f32>>(self) -> Self::Output {
-        let mut runner = Runner::<V>::new(self.0, 1)?;
+        let mut runner = Runner::<V>::new(self.workload, 1, self.kinds)?;
         let mut means = Means::default();
         for _ in 0..EPISODE {
-            runner.round(self.0);
-            means.take(runner.engine.state(0), self.0.feet);
+            runner.round(self.workload);
+            means.take(runner.engine.state(0), self.workload.feet);
         }
         Ok(means.get())
     }
@@ -112,11 +138,18 @@ impl IsaVisitor for Look<'_> {
 
 impl Contender for BuiltIn<'_> {
     fn speed(&self, threads: usize, seconds: f64) -> Result<Rate, EvalError> {
-        self.isa.dispatch(Time { workload: self.workload, groups: self.groups, threads, seconds })
+        self.isa.dispatch(Time {
+            workload: self.workload,
+            groups: self.groups,
+            threads,
+            seconds,
+            kinds: self.kinds,
+        })
     }
 
     fn row(&self) -> Result<Row, EvalError> {
-        let (foot_contact_share, mean_base_height_m) = self.isa.dispatch(Look(self.workload))?;
+        let (foot_contact_share, mean_base_height_m) =
+            self.isa.dispatch(Look { workload: self.workload, kinds: self.kinds })?;
         Ok(Row {
             simulator: "built-in".to_owned(),
             scene: self.scene.to_owned(),

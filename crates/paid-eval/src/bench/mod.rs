@@ -26,6 +26,8 @@ pub struct BenchOptions {
     pub rounds: u32,
     /// Threads of the measurement on all cores. At least 1.
     pub threads: usize,
+    /// The built-in engine is measured too with contacts and controllers of all kinds.
+    pub kinds: bool,
     /// MuJoCo is measured too.
     pub mujoco: bool,
 }
@@ -126,9 +128,13 @@ pub fn bench_physics(options: &BenchOptions) -> Result<PhysicsBench, EvalError> 
     let rough = Workload::new(workload::rough())?;
     let groups = options.envs.div_ceil(isa.lanes());
     let mut contenders: Vec<Box<dyn Contender>> = vec![
-        Box::new(builtin::BuiltIn { isa, groups, scene: "plane", workload: &plane }),
-        Box::new(builtin::BuiltIn { isa, groups, scene: "rough ground", workload: &rough }),
+        Box::new(builtin::BuiltIn { isa, groups, scene: "plane", workload: &plane, kinds: false }),
+        Box::new(builtin::BuiltIn { isa, groups, scene: "rough ground", workload: &rough, kinds: false }),
     ];
+    if options.kinds {
+        let scene = "plane, all kinds of contacts";
+        contenders.push(Box::new(builtin::BuiltIn { isa, groups, scene, workload: &plane, kinds: true }));
+    }
     let mujoco_missing = if options.mujoco {
         mujoco::contenders(&plane, &mut contenders).err()
     } else {
