@@ -19,6 +19,7 @@ pub mod footage;
 pub mod gap;
 pub mod html;
 pub mod impacts;
+pub mod judge;
 pub mod knowledge;
 pub mod like_mujoco;
 pub mod metrics;

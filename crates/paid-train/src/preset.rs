@@ -7,6 +7,7 @@ use paid_task::{TaskError, TaskPreset};
 use serde::{Deserialize, Serialize};
 
 use crate::TrainError;
+use crate::judge::JudgeConfig;
 use crate::phases::Phase;
 
 /// One stage of a run, completely described (with the motions).
@@ -52,6 +53,9 @@ pub struct RunConfig {
     /// `auto`, `avx512`, `avx2` or `portable`. Two instruction sets round differently, so a run repeats bit for bit only on
     /// the same one.
     pub isa: String,
+    /// Scores in the log by the referee, where the program has one.
+    #[serde(default)]
+    pub judge: JudgeConfig,
 }
 
 impl RunPreset {
@@ -81,6 +85,7 @@ impl RunPreset {
             let found = run.average_last;
             return wrong("run.average_last", format!("expected 0 or more and less than 1, found {found}"));
         }
+        run.judge.check()?;
         let isa: Isa = match run.isa.parse() {
             Ok(isa) => isa,
             Err(error) => return wrong("run.isa", format!("{error}")),

@@ -12,6 +12,10 @@ impl Named {
     pub fn get(&self, name: &str) -> Option<f64> {
         self.0.iter().find(|(n, _)| n == name).map(|(_, value)| *value)
     }
+    /// True without any.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
     /// Appends a number.
     pub fn push(&mut self, name: impl Into<String>, value: f64) {
         self.0.push((name.into(), value));
@@ -84,6 +88,9 @@ pub struct Record {
     pub terminations: Named,
     /// Tracking errors, kick statistics and other figures of the task.
     pub metrics: Named,
+    /// Scores by a judge, in the iterations after which there was one.
+    #[serde(skip_serializing_if = "Named::is_empty")]
+    pub judge: Named,
     /// Environments that were reset because a number was not finite, in this iteration.
     pub nan_resets: u64,
     /// Observations and rewards that were not finite and were replaced by zero, in this iteration.
@@ -119,6 +126,7 @@ impl Record {
             ("Episode_Reward", &self.rewards),
             ("Episode_Termination", &self.terminations),
             ("Metrics", &self.metrics),
+            ("judge", &self.judge),
         ] {
             tags.extend(named.0.iter().map(|(name, value)| (format!("{prefix}/{name}"), *value)));
         }
@@ -158,9 +166,15 @@ impl Record {
             self.loss.learning_rate,
             self.loss.kl,
         );
-        for (title, named) in
-            [("rewards", &self.rewards), ("ends", &self.terminations), ("metrics", &self.metrics)]
-        {
+        for (title, named) in [
+            ("rewards", &self.rewards),
+            ("ends", &self.terminations),
+            ("metrics", &self.metrics),
+            ("judge", &self.judge),
+        ] {
+            if title == "judge" && named.is_empty() {
+                continue;
+            }
             let cells: Vec<String> =
                 named.0.iter().map(|(name, value)| format!("{name} {}", short(*value))).collect();
             let mut line = format!("  {title}:");
@@ -250,6 +264,18 @@ mod tests {
         assert_eq!(value["rewards"]["anchor_pos"], 0.25);
         assert_eq!(value["iteration"], 3);
         assert!(!line.contains('\n'));
+    }
+
+    #[test]
+    fn a_judge_is_named_where_there_was_one_and_nowhere_else() {
+        let mut judged = record();
+        judged.judge.push("mujoco_goal", 0.75);
+        assert!(judged.scalars().contains(&("judge/mujoco_goal".to_owned(), 0.75)));
+        assert!(serde_json::to_string(&judged).expect("json").contains(r#""judge":{"mujoco_goal":0.75}"#));
+        assert!(judged.text().contains("judge:  mujoco_goal 0.75"), "{}", judged.text());
+        let plain = record();
+        assert!(!serde_json::to_string(&plain).expect("json").contains("judge"));
+        assert!(!plain.text().contains("judge"));
     }
 
     #[test]

@@ -10,7 +10,7 @@ use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
 use crate::policy_weights::load_weights;
 use crate::stage::run_stage;
 use crate::toy::Toy;
-use crate::{End, Limits, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
+use crate::{End, Judge, Limits, Named, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
 
 fn trainer(preset: &RunPreset) -> Trainer<Toy> {
     Trainer::new(preset, Toy::shards(preset), vec!["toy".to_owned()]).expect("trainer")
@@ -142,7 +142,46 @@ fn run_from(out: &Path, preset: &RunPreset, start: Start, stop_after: u64) -> Ou
             stop.store(true, Ordering::SeqCst);
         }
     };
-    run_stage(&job, &|preset| Ok(trainer(preset)), &stop, &mut report).expect("runs")
+    run_stage(&job, &|preset| Ok(trainer(preset)), &stop, &mut report, None).expect("runs")
+}
+
+/// Reads what it is given, as a judge does, and remembers how often.
+struct Reader(Vec<Vec<f32>>);
+
+impl Judge for Reader {
+    fn score(&mut self, policy: &Path) -> Named {
+        self.0.push(Checkpoint::load(policy).expect("reads").policy().expect("policy").params);
+        Named(vec![("mujoco_goal".to_owned(), self.0.len() as f64)])
+    }
+}
+
+#[test]
+fn a_judge_is_asked_as_often_as_the_preset_says_and_does_not_change_the_weights() {
+    let folder = tempfile::tempdir().expect("folder");
+    let preset = Toy::preset(&["run.judge.every_iterations=2"]);
+    let (alone, watched) = (folder.path().join("alone"), folder.path().join("watched"));
+    let plain = run(&alone, &preset, false, u64::MAX);
+    let job =
+        StageJob { preset, out: watched.clone(), start: Start::Fresh, limits: Limits::default(), threads: 2 };
+    let mut judge = Reader(Vec::new());
+    let build = |preset: &RunPreset| Ok(trainer(preset));
+    let stop = AtomicBool::new(false);
+    let judged = run_stage(&job, &build, &stop, &mut |_| {}, Some(&mut judge)).expect("runs");
+    let params = |outcome: &Outcome| {
+        Checkpoint::load(&outcome.checkpoint).expect("reads").policy().expect("policy").params
+    };
+    assert_eq!(params(&plain), params(&judged));
+    assert_eq!(judge.0.len(), 3);
+    assert_eq!(judge.0[2], params(&judged), "the judge sees the policy of the iteration");
+    let lines = fs::read_to_string(watched.join(METRICS_FILE)).expect("metrics");
+    let scores: Vec<Option<f64>> = lines
+        .lines()
+        .map(|line| serde_json::from_str::<serde_json::Value>(line).expect("json"))
+        .map(|line| line["judge"]["mujoco_goal"].as_f64())
+        .collect();
+    assert_eq!(scores, [None, Some(1.0), None, Some(2.0), None, Some(3.0)]);
+    assert!(lines.contains("\"seconds\":"));
+    assert!(!watched.join("judged.safetensors").exists());
 }
 
 #[test]

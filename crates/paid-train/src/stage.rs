@@ -11,7 +11,7 @@ use crate::folder::{self, PRESET_FILE, RunFolder};
 use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
 use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_weights};
 use crate::trainer::progress_of;
-use crate::{Record, RunPreset, Scene, TrainError, Trainer};
+use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};
 
 /// Where a stage starts.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +30,9 @@ pub struct Limits {
     /// Wall clock of this start `[min]`.
     pub minutes: Option<f64>,
 }
+
+/// Name of the checkpoint that a judge reads, while he does.
+const JUDGED_FILE: &str = "judged.safetensors";
 
 /// A stage to be trained.
 #[derive(Clone, Debug)]
@@ -80,9 +83,22 @@ pub fn train_stage(
     stop: &AtomicBool,
     report: &mut dyn FnMut(&Record),
 ) -> Result<Outcome, TrainError> {
+    train_judged_stage(job, stop, report, None)
+}
+
+/// [`train_stage`] with a judge, who is asked as often as the preset says ([`crate::RunConfig::judge`]).
+///
+/// # Errors
+/// As [`train_stage`].
+pub fn train_judged_stage(
+    job: &StageJob,
+    stop: &AtomicBool,
+    report: &mut dyn FnMut(&Record),
+    judge: Option<&mut dyn Judge>,
+) -> Result<Outcome, TrainError> {
     let scene = Scene::load(&job.preset)?;
     let build = |preset: &RunPreset| Trainer::new(preset, scene.shards(preset)?, scene.motion_names());
-    let outcome = run_stage(job, &build, stop, report)?;
+    let outcome = run_stage(job, &build, stop, report, judge)?;
     let weights = load_weights(&job.out)?;
     write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;
     TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)?;
@@ -95,6 +111,7 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
     build: &dyn Fn(&RunPreset) -> Result<Trainer<E>, TrainError>,
     stop: &AtomicBool,
     report: &mut dyn FnMut(&Record),
+    mut judge: Option<&mut dyn Judge>,
 ) -> Result<Outcome, TrainError> {
     let preset = &job.preset;
     let config = &preset.run;
@@ -149,6 +166,9 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
         if !preset.phases.is_empty() {
             record.metrics.push("phase", phase as f64);
         }
+        if let Some(judge) = judge.as_deref_mut().filter(|_| config.judge.is_due(record.iteration)) {
+            record.judge = judged(&trainer, &run, judge)?;
+        }
         run.log(&record)?;
         report(&record);
         saved = None;
@@ -159,6 +179,21 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
     let checkpoint = saved.map_or_else(|| save(&trainer, &run, config.keep_checkpoints), Ok)?;
     let progress = trainer.progress();
     Ok(Outcome { end, iteration: progress.iteration, samples: progress.samples, checkpoint })
+}
+
+/// The judge's figures of the present policy, and the time that they took. The checkpoint that the judge reads is removed again.
+fn judged<E: TrainShard + ?Sized>(
+    trainer: &Trainer<E>,
+    run: &RunFolder,
+    judge: &mut dyn Judge,
+) -> Result<Named, TrainError> {
+    let start = Instant::now();
+    let path = run.path().join(JUDGED_FILE);
+    trainer.save_policy(&path)?;
+    let mut figures = judge.score(&path);
+    std::fs::remove_file(&path).map_err(TrainError::write(&path))?;
+    figures.push("seconds", start.elapsed().as_secs_f64());
+    Ok(figures)
 }
 
 /// The wall clock of a start.

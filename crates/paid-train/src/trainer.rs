@@ -213,6 +213,15 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         Ok(self.learner.save(path, &blobs)?)
     }
 
+    /// Writes networks, normalizers and preset alone: what a judge needs. Nothing of the trainer changes.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn save_policy(&self, path: &Path) -> Result<(), TrainError> {
+        let preset = self.preset.to_toml()?;
+        Ok(self.learner.save(path, &[(PRESET_FILE, preset.as_bytes())])?)
+    }
+
     /// Continues exactly where a checkpoint of the same run, in the same phase, stopped.
     ///
     /// # Errors

@@ -6,10 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use paid_eval::EvalError;
+use paid_eval::judge::MujocoJudge;
 use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_train::folder::PRESET_FILE;
-use paid_train::{End, Explanation, Limits, Outcome, Record, Resolved, StageJob, Start, train_stage};
+use paid_train::{
+    End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
+};
 
 use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
@@ -254,9 +258,24 @@ fn run_stage(
     let threads = thread_count(args.threads)?;
     let job = StageJob { preset, out, start, limits: Limits { minutes }, threads };
     let mut printer = Printer { json: args.json, quiet: args.quiet, last: None };
-    let outcome = train_stage(&job, stop, &mut |record| printer.iteration(record)).map_err(Failure::input)?;
+    let mut judge = judge(&job);
+    let mut report = |record: &Record| printer.iteration(record);
+    let outcome = train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))
+        .map_err(Failure::input)?;
     printer.end(&job, &outcome);
     Ok(outcome)
+}
+
+/// The referee, if the preset asks for one. Without MuJoCo training goes on without its scores, and says so.
+fn judge(job: &StageJob) -> Option<MujocoJudge<'static>> {
+    let config = job.preset.run.judge;
+    if config.every_iterations == 0 || !job.preset.task.scene.ball {
+        return None;
+    }
+    let failed = |error: &EvalError| eprintln!("run.judge: no score: {error}");
+    MujocoJudge::new(config, job.threads, failed)
+        .map_err(|error| eprintln!("run.judge: no scores in the log: {error}"))
+        .ok()
 }
 
 /// Progress in the terminal: a block of text every few seconds, or JSON lines, or nothing.
@@ -276,7 +295,9 @@ impl Printer {
                 Ok(line) => println!("{line}"),
                 Err(error) => eprintln!("iteration {}: {error}", record.iteration),
             }
-        } else if !self.quiet && self.last.is_none_or(|last| last.elapsed() >= Self::PAUSE) {
+        } else if !self.quiet
+            && (!record.judge.is_empty() || self.last.is_none_or(|last| last.elapsed() >= Self::PAUSE))
+        {
             print!("{}", record.text());
             self.last = Some(Instant::now());
         }
