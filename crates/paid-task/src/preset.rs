@@ -153,6 +153,7 @@ impl TaskPreset {
         self.observations.check(self.reference)?;
         self.ball.after_strike.check(self.reference)?;
         self.randomization.check(self.control_dt_s())?;
+        contact_kind::check(&self.contact_kind)?;
         if self.hold_s[0] < 0.0 || self.hold_s[1] > 60.0 {
             return Err(value_error("hold_s", "times from 0 to 60 s", format!("{:?}", self.hold_s)));
         }
