@@ -5,7 +5,7 @@
 
 mod lanes;
 
-pub use lanes::{fill_symmetric, philox_lanes};
+pub use lanes::{fill_normal, fill_symmetric, philox_lanes};
 
 const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
 const WEYL: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
