@@ -33,13 +33,13 @@ impl<V: Real> ShownBall<V> {
 }
 
 impl<V: Real> GroupTask<V> {
-    /// Applies the rule to what critic (`truth`) and policy (`believed`) are about to be shown, in the base frame. `base` is the
-    /// base's pose in the frame in which the ball's place is kept: the world.
+    /// Applies the rule to what critic (`truth`) and policy (`believed`) are about to be shown, in the base frame. `bases` are
+    /// the base's poses in the frames in which either's place of the ball is kept: the world, and odometry's where the robot sees.
     #[inline(always)]
     pub(crate) fn show_after_strike(
         &mut self,
         config: &TaskConfig,
-        base: &Pose<V>,
+        bases: [&Pose<V>; 2],
         truth: &mut SceneView<V>,
         believed: &mut SceneView<V>,
     ) {
@@ -49,7 +49,9 @@ impl<V: Real> GroupTask<V> {
         };
         // The state is a frame before the one that it will be scored against.
         let to_strike_s = self.to_strike_s + V::c(config.dt_s);
-        for (kept, scene) in [(&mut kept.truth, truth), (&mut kept.believed, believed)] {
+        for (kept, scene, base) in
+            [(&mut kept.truth, truth, bases[0]), (&mut kept.believed, believed, bases[1])]
+        {
             kept.advance(base.point_in_world(scene.ball_at_strike), to_strike_s, times);
             let shown = |ball| base.point_in_body(kept.shown(base.point_in_world(ball), to_strike_s, times));
             (scene.ball, scene.ball_at_strike) = (shown(scene.ball), shown(scene.ball_at_strike));

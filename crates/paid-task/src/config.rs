@@ -34,6 +34,8 @@ pub(crate) struct TaskConfig {
     pub bodies: usize,
     /// Policy joints of the waist.
     pub waist: Vec<usize>,
+    /// Height of the base in the default pose `[m]`.
+    pub nominal_height_m: f64,
     /// Center of mass of the base in its frame `[m]`.
     pub base_com: [f64; 3],
     /// True if episodes follow a reference motion.
@@ -112,6 +114,7 @@ impl TaskConfig {
             undesired: (0..robot.bodies.len()).filter(|b| !allowed.contains(b)).collect(),
             waist,
             bodies: robot.bodies.len(),
+            nominal_height_m: spec.nominal_height_m,
             base_com: robot.bodies[0].com,
             has_reference: preset.reference == ReferenceSource::Motions,
             dt_s,

@@ -69,3 +69,10 @@ pub enum TaskError {
     #[error("evaluation: {0}")]
     Eval(String),
 }
+
+impl TaskError {
+    /// A value of a part's preset, which stands at `key`.
+    pub(crate) fn below(key: &str, error: paid_perceive::ValueError) -> Self {
+        Self::Value { key: format!("{key}.{}", error.key), expected: error.expected, found: error.found }
+    }
+}

@@ -137,7 +137,7 @@ pub trait EvalControl {
     /// heading, and the ball lies at a new place. The robot's state stays as it is, and so does the count of control steps.
     ///
     /// # Errors
-    /// If the environment or the motion does not exist or a number is not finite.
+    /// If the environment or the motion does not exist, a number is not finite, or the task's knowledge is `perceived`.
     fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError>;
     /// The state of an environment.
     ///

@@ -1,6 +1,7 @@
 //! What the task remembers of a lane group.
 
 use paid_lanes::{Real, Vec3};
+use paid_perceive::Eyes;
 
 use crate::REWARD_TERMS;
 use crate::after_strike::ShownBall;
@@ -42,6 +43,8 @@ pub(crate) struct GroupTask<V> {
     pub camera: Option<CameraState<V>>,
     /// Where the ball lay at the strike, where the preset shows that.
     pub shown_ball: Option<ShownBall<V>>,
+    /// Ball and goal through the robot's eyes, where the preset's knowledge is perceived.
+    pub eyes: Option<Eyes<V>>,
     /// Delays of actions and observations, where the preset has them.
     pub delays: Option<Delays<V>>,
     /// Undiscounted return so far.
@@ -71,6 +74,7 @@ impl<V: Real> GroupTask<V> {
             memory: BallMemory::new(),
             camera: CameraState::new(config),
             shown_ball: ShownBall::new(config),
+            eyes: config.preset.perceives().then(|| Eyes::new(&config.preset.eyes, config.dt_s)),
             delays: Delays::new(config),
             episode_return: V::zero(),
             foot_peak: V::zero(),
@@ -94,6 +98,7 @@ impl<V: Real> GroupTask<V> {
         fields.extend(self.camera.iter_mut().flat_map(CameraState::fields));
         fields.extend(self.delays.iter_mut().flat_map(Delays::fields));
         fields.extend(self.shown_ball.iter_mut().flat_map(ShownBall::fields));
+        fields.extend(self.eyes.iter_mut().flat_map(Eyes::fields));
         fields
     }
 }

@@ -19,6 +19,7 @@ mod episode_preset;
 mod episode_rules;
 mod error;
 mod eval_control;
+mod eyes;
 #[cfg(test)]
 mod fixture;
 mod group;
@@ -60,6 +61,7 @@ pub use episode_rules::{
 };
 pub use error::TaskError;
 pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick};
+pub use eyes::first_look;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use parameters::{ParameterInfo, Requirement};

@@ -20,6 +20,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             self.library.facts().get(next.motion).ok_or_else(|| {
                 TaskError::Eval(format!("motion {} of {}", next.motion, self.library.len()))
             })?;
+        if self.config.preset.perceives() {
+            return Err(TaskError::Eval(
+                "a next kick: expected knowledge = \"truth\", found \"perceived\", whose eyes begin with an episode".into(),
+            ));
+        }
         let numbers = next.ball_xy.iter().chain(&next.ball_velocity).chain(&next.goal_xy);
         if numbers.into_iter().any(|x| !x.is_finite()) {
             return Err(TaskError::Eval("a number of the next kick is not finite".into()));

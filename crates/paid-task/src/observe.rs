@@ -9,6 +9,7 @@ use paid_policy::{Dimensions, Pose, PrivilegedView, RobotView, SceneView, Views}
 
 use crate::config::TaskConfig;
 use crate::delay::Delays;
+use crate::eyes::seen_scene;
 use crate::group::GroupTask;
 use crate::preset::ObservationPreset;
 
@@ -202,7 +203,7 @@ pub(crate) struct Observe<'a, V> {
     pub state: &'a GroupState<V>,
     pub group: &'a mut GroupTask<V>,
     pub robot: &'a mut RobotBuffer<V>,
-    /// Ball and goal as the policy sees them, where that is not the truth.
+    /// Ball and goal as the policy sees them, where that is the truth with errors.
     pub perceived: Option<SceneView<V>>,
     pub draw: Draw<'a, V>,
     pub policy: &'a mut [f32],
@@ -219,8 +220,16 @@ impl<V: Real> Kernel for Observe<'_, V> {
         self.robot.fill_joints(config, state, &group.joint_offset);
         self.robot.fill_bodies(config, state);
         let mut truth = true_scene(config, state, group);
-        let mut seen = self.perceived.unwrap_or(truth);
-        group.show_after_strike(config, &base_pose(state), &mut truth, &mut seen);
+        let base = base_pose(state);
+        let (mut seen, believed_base) = match &group.eyes {
+            Some(eyes) => {
+                // The state is a frame before the one that it will be scored against.
+                let to_strike_s = group.to_strike_s + V::c(config.dt_s);
+                seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, to_strike_s)
+            }
+            None => (self.perceived.unwrap_or(truth), base),
+        };
+        group.show_after_strike(config, [&base, &believed_base], &mut truth, &mut seen);
         let views = Views {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),

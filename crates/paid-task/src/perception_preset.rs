@@ -1,6 +1,6 @@
 //! What the policy sees wrongly of ball and goal, as typed values.
 
-use paid_perceive::{Camera, PositionNoise};
+use paid_perceive::{CameraPreset, PositionNoise};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
@@ -37,7 +37,7 @@ pub struct PerceptionPreset {
     pub dropout: f64,
     /// True: the ball is seen only inside the picture of the head camera.
     pub visible_band: bool,
-    /// The head camera.
+    /// The head camera, on the anchor body (torso).
     pub camera: CameraPreset,
     /// True: all of this holds in evaluations too, which are undisturbed otherwise.
     pub in_evaluation: bool,
@@ -55,34 +55,6 @@ pub enum MemoryFrame {
     World,
 }
 
-/// The head camera, fixed to the anchor body (torso).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraPreset {
-    /// Place in the anchor's frame `[m]`.
-    pub mount_m: [f64; 3],
-    /// Angle of the optical axis below the anchor's x axis `[degrees]`.
-    pub down_deg: f64,
-    /// Full angle of the picture across `[degrees]`.
-    pub across_deg: f64,
-    /// Full angle of the picture from top to bottom `[degrees]`.
-    pub upright_deg: f64,
-}
-
-impl Default for CameraPreset {
-    /// The Unitree G1's depth camera, 1.27 m above the ground on straight legs (the torso's frame is then 0.84 m up).
-    fn default() -> Self {
-        Self { mount_m: [0.058, 0.018, 0.43], down_deg: 47.6, across_deg: 87.0, upright_deg: 58.0 }
-    }
-}
-
-impl CameraPreset {
-    /// What the camera has in its picture, in the anchor's frame.
-    pub fn geometry(&self) -> Camera {
-        Camera::new(self.mount_m, self.down_deg, self.across_deg, self.upright_deg)
-    }
-}
-
 impl PerceptionPreset {
     /// Noise of seen positions, where `gaussian` is on.
     pub fn noise(&self) -> PositionNoise {
@@ -92,6 +64,13 @@ impl PerceptionPreset {
     /// True if ball and goal come from a camera: delayed, seldom, or not always; else they are seen anew at every observation.
     pub(crate) fn has_camera(&self) -> bool {
         self.latency_s[1] > 0.0 || self.frame_s > 0.0 || self.dropout > 0.0 || self.visible_band
+    }
+
+    /// Ball and goal are seen as they are.
+    pub(crate) fn switch_off(&mut self) {
+        (self.blind_zone, self.gaussian, self.visible_band, self.in_evaluation) =
+            (false, false, false, false);
+        (self.latency_s, self.frame_s, self.dropout) = ([0.0; 2], 0.0, 0.0);
     }
 
     /// True if anything differs from the truth.
@@ -111,15 +90,12 @@ impl PerceptionPreset {
             ("latency_s.1", self.latency_s[1], [0.0, 1.0], "0 to 1 s"),
             ("frame_s", self.frame_s, [0.0, 1.0], "0 to 1 s"),
             ("dropout", self.dropout, [0.0, 1.0], "a share between 0 and 1"),
-            ("camera.across_deg", self.camera.across_deg, [1.0, 179.0], "1 to 179 degrees"),
-            ("camera.upright_deg", self.camera.upright_deg, [1.0, 179.0], "1 to 179 degrees"),
-            ("camera.down_deg", self.camera.down_deg, [-90.0, 90.0], "-90 to 90 degrees"),
         ] {
             if !(limits[0]..=limits[1]).contains(&value) {
                 return Err(value_error(&key(name), expected, value.to_string()));
             }
         }
-        Ok(())
+        self.camera.check().map_err(|error| TaskError::below(&key("camera"), error))
     }
 }
 

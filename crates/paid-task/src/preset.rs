@@ -10,11 +10,13 @@ use serde::{Deserialize, Serialize};
 pub use crate::ball_preset::{AfterStrikePreset, BallPlacement, BallRule, GoalPreset, ShownAfterStrike};
 use crate::contact_kind;
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
+pub use crate::eyes::KnowledgeMode;
 use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
-pub use crate::perception_preset::{CameraPreset, MemoryFrame, PerceptionPreset};
+pub use crate::perception_preset::{MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
 use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
+pub use paid_perceive::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
 pub type Range = [f64; 2];
@@ -43,6 +45,12 @@ pub struct TaskPreset {
     pub contact_kind: ContactKind,
     /// What is observed, its noise, perception.
     pub observations: ObservationPreset,
+    /// What the policy knows of ball and goal.
+    #[serde(default)]
+    pub knowledge: KnowledgeMode,
+    /// Camera, odometry and ball tracker of `knowledge = "perceived"`.
+    #[serde(default)]
+    pub eyes: EyesPreset,
     /// Reward terms.
     pub rewards: RewardPreset,
     /// What ends an episode as a failure.
@@ -152,6 +160,11 @@ impl TaskPreset {
         check_ranges(&ranges)?;
         self.observations.check(self.reference)?;
         self.ball.after_strike.check(self.reference)?;
+        self.eyes.check().map_err(|error| TaskError::below("eyes", error))?;
+        if self.perceives() && self.observations.perception.errs() {
+            let expected = "no errors of its own while knowledge is \"perceived\" (eyes has them)";
+            return Err(value_error("observations.perception", expected, "some".into()));
+        }
         self.randomization.check(self.control_dt_s())?;
         contact_kind::check(&self.contact_kind)?;
         if self.hold_s[0] < 0.0 || self.hold_s[1] > 60.0 {
@@ -208,6 +221,19 @@ impl TaskPreset {
     /// True if the policy sees a rolling ball where it will be when the reference strikes; motions are chosen by that place then.
     pub fn predicts_ball(&self) -> bool {
         self.observations.policy.contains(&ObservationId::BallAtStrike)
+    }
+
+    /// True if ball and goal are known through the robot's eyes.
+    pub fn perceives(&self) -> bool {
+        self.knowledge == KnowledgeMode::Perceived
+    }
+
+    /// This task with another knowledge of ball and goal; the errors of `observations.perception`, which belong to neither, are off.
+    #[must_use]
+    pub fn with_knowledge(&self, knowledge: KnowledgeMode) -> Self {
+        let mut task = Self { knowledge, ..self.clone() };
+        task.observations.perception.switch_off();
+        task
     }
 
     /// Duration of a control step `[s]`.

@@ -5,6 +5,7 @@ use paid_lanes::rng::Rng;
 use paid_physics::{EnvParams, LaneState, Simulator};
 
 use crate::config::TaskConfig;
+use crate::eyes::believed;
 use crate::placement::{
     RollingBall, clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, from_start_frame,
     moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
@@ -59,6 +60,8 @@ pub(crate) struct StartContext<'a> {
     pub env: u32,
     /// False: nominal parameters whatever the preset says.
     pub randomize: bool,
+    /// Random numbers of the eyes, where the preset's knowledge is perceived: for a glance at what they will show.
+    pub eyes: Option<Rng>,
 }
 
 pub(crate) fn draw(range: Range, rng: &mut Rng) -> f64 {
@@ -107,7 +110,7 @@ impl StartContext<'_> {
             let by_motion = frame > 0 || (preset.sampling.miss_sampling_weight > 0.0 && rng.unit() < 0.5);
             let ball = if !by_motion {
                 let ball = draw_from_workspace(&preset.ball, rng);
-                motion = nearest_motion(motions, ball);
+                motion = nearest_motion(motions, self.believed(ball));
                 ball
             } else {
                 draw_ball_of_motion(motions, motion, &preset.ball, rng)
@@ -117,6 +120,17 @@ impl StartContext<'_> {
         let state = if frame == 0 { self.other_start(motion, extra) } else { None };
         let ball = ball.map(|xy| from_start_frame(&motions[motion], xy));
         EpisodePlan { motion, frame, ball, hold, after_strike, state }
+    }
+
+    /// Where the robot believes a ball to be when its motion strikes that comes to `place`; both in the start frame `[m]`.
+    fn believed(&self, place: [f64; 2]) -> [f64; 2] {
+        let Some(mut rng) = self.eyes else { return place };
+        let preset = &self.config.preset;
+        // It errs on a ball that rolls to this place as on one that lies there: the error of a linear filter is that of its pictures.
+        let ball = RollingBall { place, velocity: [0.0; 2], decay: roll_decay(&preset.ball_params) };
+        let seen = believed(&preset.eyes, &ball, self.config.nominal_height_m, &mut rng);
+        let motions = self.library.facts();
+        seen.at_strike(&motions[nearest_motion(motions, place)], 0, self.config.dt_s)
     }
 
     /// A frame of a bin, not too late for the ball.

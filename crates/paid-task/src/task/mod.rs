@@ -14,6 +14,7 @@ use paid_policy::Pose;
 
 use crate::anchoring::Anchoring;
 use crate::config::TaskConfig;
+use crate::eyes::{begin_lane, start_rng};
 use crate::group::GroupTask;
 use crate::kernels::Gather;
 use crate::observe::{RobotBuffer, base_pose, in_base};
@@ -28,7 +29,7 @@ use crate::{
 };
 use step::push_interval;
 
-/// Purposes of an environment's random streams (2 is observation noise, 3 and 4 are perception).
+/// Purposes of an environment's random streams (2 is observation noise, 3 and 4 are perception, 5 to 7 the eyes).
 const RESET_STREAM: u32 = 0;
 const PUSH_STREAM: u32 = 1;
 const START_STREAM: u32 = 8;
@@ -178,7 +179,10 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let randomize = self.disturbed();
         for lane in (0..V::LANES).filter(|l| lanes >> l & 1 == 1) {
             let env = &mut self.envs[group * V::LANES + lane];
+            let reset_position = env.forced.is_none().then(|| env.reset_rng.position());
+            let mut eyes_rng = start_rng(self.seed, env.id, reset_position);
             let context = StartContext {
+                eyes: self.config.preset.perceives().then_some(eyes_rng),
                 config: &self.config,
                 library: &self.library,
                 sampler: &self.sampler,
@@ -220,6 +224,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);
             begin_to_see(&self.config, task, lane, &start, &mut env.reset_rng);
+            if let Some(eyes) = &mut task.eyes {
+                begin_lane(eyes, lane, &start, facts.heading, &self.config, &mut eyes_rng);
+            }
             if let Some(delays) = &mut task.delays {
                 delays.reset_lane(lane, start.delays);
             }

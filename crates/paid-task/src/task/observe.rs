@@ -8,6 +8,7 @@ use paid_policy::SceneView;
 
 use super::{BLOCK_GROUPS, Task};
 use crate::delay::Remember;
+use crate::eyes::Look;
 use crate::observe::{Draw, Observe};
 
 /// Purposes of an environment's random streams.
@@ -46,11 +47,17 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         self.observations += 1;
     }
 
-    fn observe_group(&mut self, group: usize, disturbed: bool, first: usize, stride: usize) {
+    /// Numbers of a group's environments, one per lane.
+    fn ids(&self, group: usize) -> [u32; MAX_LANES] {
         let mut ids = [0; MAX_LANES];
         for lane in 0..V::LANES {
             ids[lane] = self.envs[group * V::LANES + lane].id;
         }
+        ids
+    }
+
+    fn observe_group(&mut self, group: usize, disturbed: bool, first: usize, stride: usize) {
+        let ids = self.ids(group);
         let perceived = self.perceived(group);
         V::run(Observe {
             config: &self.config,
@@ -110,7 +117,23 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         self.groups[group].capture(&self.config, self.sim.state(group), &mut rngs);
     }
 
-    /// Ball and goal as the policy sees them where that differs from the truth: remembered while out of sight, delayed, both with
+    /// A control step of the eyes, where the policy's knowledge is perceived.
+    pub(super) fn look(&mut self, group: usize) {
+        let ids = self.ids(group);
+        let task = &mut self.groups[group];
+        let Some(eyes) = &mut task.eyes else { return };
+        V::run(Look {
+            config: &self.config,
+            state: self.sim.state(group),
+            eyes,
+            to_strike_s: task.to_strike_s,
+            envs: &ids[..V::LANES],
+            seed: self.seed,
+            count: self.observations,
+        });
+    }
+
+    /// Ball and goal with the errors of `observations.perception`: remembered while out of sight, delayed, both with
     /// Gaussian noise. The ball's velocity, which a prediction needs, is the simulator's with the preset's noise.
     fn perceived(&self, group: usize) -> Option<SceneView<V>> {
         let preset = &self.config.preset.observations.perception;

@@ -53,6 +53,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 reward: &mut reward[first..first + V::LANES],
             });
             self.capture(group);
+            self.look(group);
             let resets = self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
             if resets != 0 {
                 self.reset_lanes(group, resets);
