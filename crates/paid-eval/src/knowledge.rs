@@ -3,7 +3,7 @@
 use std::fmt;
 
 use paid_task::TaskPreset;
-use paid_task::preset::PerceptionPreset;
+use paid_task::preset::{EyesPreset, PerceptionPreset};
 use serde::Serialize;
 
 /// What a policy knew of ball and goal. Its [`Knowledge::name`] stands beside every score.
@@ -22,6 +22,13 @@ pub enum Knowledge {
         ball_velocity: bool,
         /// Every error, in words.
         errors: Vec<String>,
+    },
+    /// What simulated eyes, odometry and the ball tracker make of the scene. The motion is chosen by it too.
+    Perceived {
+        /// The policy is told where the tracker expects a rolling ball at the strike.
+        ball_velocity: bool,
+        /// Eyes and odometry, in words.
+        eyes: Vec<String>,
     },
 }
 
@@ -43,16 +50,20 @@ impl Knowledge {
     /// ```
     pub fn of(task: &TaskPreset) -> Self {
         let ball_velocity = task.predicts_ball();
+        if task.perceives() {
+            return Self::Perceived { ball_velocity, eyes: eyes(&task.eyes) };
+        }
         let perception = &task.observations.perception;
         let errors = if perception.in_evaluation { errors(perception, ball_velocity) } else { Vec::new() };
         if errors.is_empty() { Self::Truth { ball_velocity } } else { Self::Noisy { ball_velocity, errors } }
     }
 
-    /// One word: `truth` or `noisy`.
+    /// One word: `truth`, `noisy` or `perceived`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Truth { .. } => "truth",
             Self::Noisy { .. } => "noisy",
+            Self::Perceived { .. } => "perceived",
         }
     }
 }
@@ -72,8 +83,50 @@ impl fmt::Display for Knowledge {
                 what(*ball_velocity),
                 errors.join(", ")
             ),
+            Self::Perceived { ball_velocity, eyes } => write!(
+                f,
+                "perceived (the tracker's {}, from {}; the motion is chosen by it too)",
+                what(*ball_velocity),
+                eyes.join(", ")
+            ),
         }
     }
+}
+
+/// Numbers of a range in words.
+fn range([lo, hi]: [f64; 2]) -> String {
+    if lo == hi { format!("{lo}") } else { format!("{lo} to {hi}") }
+}
+
+/// Eyes and odometry in words.
+fn eyes(p: &EyesPreset) -> Vec<String> {
+    let camera = &p.camera;
+    let mut words = vec![
+        format!("{} pictures/s of {} x {} degrees", range(p.rate_hz), camera.across_deg, camera.upright_deg),
+        format!("{} s old", range(p.latency_s)),
+        format!("noise {} m + {:.2}% of the distance + speed/{}", p.c_min, 100.0 / p.c_dist, p.c_vel),
+    ];
+    if p.noise_scale != [1.0; 2] {
+        words.push(format!("that times {} unknown to the tracker", range(p.noise_scale)));
+    }
+    if p.dropout[1] > 0.0 {
+        words.push(format!("{}% without the ball", range(p.dropout.map(|share| 100.0 * share))));
+    }
+    if p.false_share > 0.0 {
+        words.push(format!("{}% of something else", 100.0 * p.false_share));
+    }
+    let o = &p.odometry;
+    words.push(format!(
+        "odometry off by {} m, drifting {} m/s and {} deg/s",
+        range(o.offset_m),
+        range(o.drift_m_s),
+        range(o.heading_drift_deg_s)
+    ));
+    if p.decay_scale != [1.0; 2] {
+        words.push(format!("rolling decay known to a factor of {}", range(p.decay_scale)));
+    }
+    words.push(format!("{} pictures before the start", p.first_look));
+    words
 }
 
 /// The errors of a perception preset in words; none for a perfect one.
@@ -116,6 +169,7 @@ fn errors(perception: &PerceptionPreset, ball_velocity: bool) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use paid_policy::observation::ObservationId;
+    use paid_task::preset::KnowledgeMode;
 
     use super::*;
 
@@ -172,5 +226,30 @@ mod tests {
         let p = &mut task.observations.perception;
         (p.gaussian, p.latency_s, p.frame_s, p.dropout, p.visible_band) = (false, [0.0; 2], 0.0, 0.0, false);
         assert_eq!(Knowledge::of(&task).name(), "truth");
+    }
+
+    #[test]
+    fn the_eyes_are_told_in_words() {
+        let task = TaskPreset::builtin("paper_stage2").expect("built in");
+        let mut task = task.with_knowledge(KnowledgeMode::Perceived);
+        predict(&mut task);
+        task.eyes.noise_scale = [2.0; 2];
+        task.eyes.latency_s = [0.06, 0.1];
+        let knowledge = Knowledge::of(&task);
+        let text = knowledge.to_string();
+        assert_eq!(knowledge.name(), "perceived");
+        for words in [
+            "perceived (the tracker's ball position and velocity, from 30 pictures/s of 69 x 42 degrees",
+            "0.06 to 0.1 s old",
+            "noise 0.01 m + 1.00% of the distance + speed/16.7, that times 2 unknown to the tracker",
+            "5% without the ball",
+            "1% of something else",
+            "odometry off by 0.01 m, drifting 0.01 m/s and 0.23 deg/s",
+            "the motion is chosen by it too",
+        ] {
+            assert!(text.contains(words), "{words}: {text}");
+        }
+        let json = serde_json::to_value(&knowledge).expect("plain data");
+        assert_eq!(json["name"], "perceived");
     }
 }

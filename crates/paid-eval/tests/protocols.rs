@@ -13,6 +13,7 @@ use paid_eval::{EvalError, picture};
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
+use paid_task::preset::KnowledgeMode;
 use paid_task::{ReferenceLibrary, TaskPreset};
 
 /// The folder of the standard kicks, or `None` (the test is skipped).
@@ -73,6 +74,41 @@ fn shots_repeat_whatever_the_number_of_threads() {
 }
 
 #[test]
+fn perceived_shots_repeat_and_their_motions_are_chosen_by_what_the_robot_sees() {
+    let Some(folder) = motions("perceived_shots_repeat_and_their_motions_are_chosen_by_what_the_robot_sees")
+    else {
+        return;
+    };
+    let options = ShootingOptions {
+        grid: Grid { x: [0.75, 1.5], y: [-0.5, 0.5], step: 0.25 },
+        trials: 6,
+        rolling: Some(shooting::ROLLING_SPEED),
+        limit_s: 0.4,
+        ..ShootingOptions::default()
+    };
+    let setup = |knowledge, threads| {
+        let setup = setup(&folder, "paper_stage2", threads);
+        EvalSetup { preset: setup.preset.with_knowledge(knowledge), ..setup }
+    };
+    let run = |threads| {
+        let setup = setup(KnowledgeMode::Perceived, threads);
+        shooting::evaluate(&setup, &zero(&setup), &options).expect("runs")
+    };
+    let (one, three) = (run(1), run(3));
+    assert_eq!(one, three);
+    assert!(one.title().contains("; knowledge: perceived (the tracker's ball position"), "{}", one.title());
+    assert!(one.csv().lines().skip(1).all(|line| line.ends_with(",perceived")));
+    // The same balls, and another motion for those near a border.
+    let truth = plan(&setup(KnowledgeMode::Truth, 1), &options).expect("plans");
+    let others = one.trials.iter().zip(&truth).filter(|(o, t)| {
+        assert_eq!((o.trial.place, o.trial.repeat), (t.place, t.repeat));
+        o.trial.motion != t.motion
+    });
+    let others = others.count();
+    assert!((1..truth.len() / 4).contains(&others), "{others} of {}", truth.len());
+}
+
+#[test]
 fn standing_still_tracks_no_kick() {
     let Some(folder) = motions("standing_still_tracks_no_kick") else { return };
     let setup = setup(&folder, "paper_stage1", 2);
@@ -108,13 +144,13 @@ fn a_plan_is_in_the_robots_axes_and_leaves_room_for_the_ball() {
         }
         assert!(t.displacement[0].hypot(t.displacement[1]) <= 0.5);
         assert!(!placement.overlaps(t.motion, t.ball));
-        assert_eq!(t.motion, placement.motion(t.ball, t.ball_velocity));
+        assert_eq!(t.motion, placement.motion(0, t.ball, t.ball_velocity));
     }
     let robot = ShootingOptions { trials: 1, variant: Variant::Robot, ..ShootingOptions::default() };
     assert!(plan(&setup, &robot).expect("plans").iter().all(|t| t.ball == t.place && t.goal == [5.0, 0.0]));
     // The ball does not fit under the feet; and motion 001 goes 0.82 m straight ahead.
     assert!(placement.overlaps(0, [0.0, 0.1]) && placement.overlaps(0, [0.0, -0.1]));
-    assert_eq!(placement.motion([0.82, 0.0], [0.0; 2]), 0);
+    assert_eq!(placement.motion(0, [0.82, 0.0], [0.0; 2]), 0);
 }
 
 #[test]

@@ -35,7 +35,8 @@ impl Failure {
 }
 
 /// The options of the command line, by the names that the libraries give to values.
-const FLAGS: [(&str, &str); 21] = [
+const FLAGS: [(&str, &str); 22] = [
+    ("knowledge", "--knowledge"),
     ("trials", "--trials"),
     ("workspace trials", "--workspace-trials"),
     ("limit", "--limit"),

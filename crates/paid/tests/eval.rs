@@ -91,6 +91,19 @@ fn shooting_writes_every_trial_and_every_figure() {
 }
 
 #[test]
+fn a_score_of_what_the_robot_sees_says_so() {
+    let folder = folder();
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
+    let asked = ["--effective", "--knowledge", "perceived", "--eyes-noise", "2", "--eyes-latency-ms", "100"];
+    let text = succeeds(&paid(folder.path(), &[&args[..], &asked, &["--out", "scores"]].concat()));
+    assert!(text.contains("knowledge: perceived (the tracker's ball position"), "{text}");
+    assert!(text.contains("0.1 s old") && text.contains("that times 2 unknown to the tracker"), "{text}");
+    let csv = fs::read_to_string(folder.path().join("scores/builtin_static_trials.csv")).expect("the trials");
+    assert!(csv.lines().skip(1).all(|line| line.ends_with(",perceived")), "{csv}");
+}
+
+#[test]
 fn an_onnx_file_scores_as_its_checkpoint_does() {
     let folder = folder();
     let score = |policy: &str| {
@@ -287,5 +300,12 @@ fn bad_arguments_are_named() {
     let shooting = ["shooting", "--policy", "run", "--task", "paper_stage2", "--ball", "static"];
     let error = eval(&[&shooting[..], &["--speed", "0.1", "0.3"]].concat());
     assert!(error.contains("--speed") && error.contains("--ball static"), "{error}");
+    let error = eval(&[&shooting[..], &["--eyes-noise", "2"]].concat());
+    assert!(error.contains("--knowledge: expected perceived, for eyes.noise_scale"), "{error}");
+    let error = eval(&[&shooting[..], &["--knowledge", "perceived", "--eyes-latency-ms", "900"]].concat());
+    assert!(
+        error.contains("eyes.latency_s is [0.9, 0.9], expected [lo, hi] with lo <= hi, 0 to 0.5 s"),
+        "{error}"
+    );
     assert!(!Path::new("scores").exists());
 }

@@ -9,6 +9,7 @@ use paid_physics::Terrain;
 use paid_policy::{Checkpoint, Policy};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_sysid::Surface;
+use paid_task::preset::KnowledgeMode;
 use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::RunPreset;
 use paid_train::setup::load_robot;
@@ -91,6 +92,7 @@ pub struct Judge<'a> {
 /// The task that every variant is judged in: flat ground, and perception errors that act in evaluations.
 fn task(preset: &RunPreset, settings: &JudgeSettings) -> TaskPreset {
     let mut task = preset.task.clone();
+    task.knowledge = KnowledgeMode::Truth;
     task.scene.terrain = Terrain::Plane;
     let perception = &mut task.observations.perception;
     perception.gaussian = true;

@@ -9,6 +9,7 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
+use paid_task::preset::KnowledgeMode;
 use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::setup::load_robot;
 
@@ -44,7 +45,9 @@ pub struct SubjectSpec {
     pub task: Option<String>,
     /// The built-in preset whose task stands in for a policy that does not name its own: `paper_stage1` or `paper_stage2`.
     pub fallback_task: String,
-    /// Changed values of the task, each `KEY=VALUE`.
+    /// What the policy is told of ball and goal; `None`: as the task says.
+    pub knowledge: Option<KnowledgeMode>,
+    /// Changed values of the task, each `KEY=VALUE`; they come after `knowledge`.
     pub overrides: Vec<String>,
     /// Which engines score.
     pub engines: Engines,
@@ -67,6 +70,7 @@ impl SubjectSpec {
             motions: None,
             task: None,
             fallback_task: "paper_stage2".to_owned(),
+            knowledge: None,
             overrides: Vec::new(),
             engines: Engines::default(),
             scene: SceneSpec::default(),
@@ -80,9 +84,22 @@ impl SubjectSpec {
     /// ground.
     fn task(&self, source: &PolicySource) -> Result<TaskPreset, EvalError> {
         let mut task = match &self.task {
-            None => source.task(&self.fallback_task)?.with_overrides(&self.overrides)?,
-            Some(name) => paid_train::task_preset(name, &self.overrides)?,
+            None => source.task(&self.fallback_task)?,
+            Some(name) => paid_train::task_preset(name, &[])?,
         };
+        if let Some(knowledge) = self.knowledge {
+            task = task.with_knowledge(knowledge);
+        }
+        task = task.with_overrides(&self.overrides)?;
+        if let Some(change) = self.overrides.iter().find(|change| change.starts_with("eyes."))
+            && !task.perceives()
+        {
+            return Err(EvalError::Option {
+                option: "knowledge",
+                expected: format!("perceived, for {change}"),
+                found: "truth".to_owned(),
+            });
+        }
         task.scene.terrain = Terrain::Plane;
         Ok(task)
     }

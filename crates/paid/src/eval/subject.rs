@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::ValueEnum;
 use paid_eval::subject::SubjectSpec;
+use paid_task::preset::KnowledgeMode;
 
-use super::engine::{EngineArgs, EngineName};
+use super::engine::{EngineArgs, EngineName, positive};
 use crate::failure::Failure;
 use crate::threads::thread_count;
 
@@ -39,6 +41,15 @@ pub struct Setting {
     /// paper_stage2 with a ball, paper_stage1 without].
     #[arg(long, value_name = "NAME|FILE", requires = "policy")]
     task: Option<String>,
+    /// What the policy is told of ball and goal [default: as its task says].
+    #[arg(long, value_enum, requires = "policy")]
+    knowledge: Option<KnowledgeName>,
+    /// Factor of the noise of what is seen, which the tracker does not know of [default: the task's]. With --knowledge perceived.
+    #[arg(long, value_name = "FACTOR", value_parser = positive, requires = "policy")]
+    eyes_noise: Option<f64>,
+    /// Age of a picture when it arrives [ms; default: the task's]. With --knowledge perceived.
+    #[arg(long, value_name = "MS", requires = "policy")]
+    eyes_latency_ms: Option<f64>,
     /// Change a value of the task, such as scene.ground.restitution=0 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "policy")]
     sets: Vec<String>,
@@ -58,7 +69,33 @@ pub struct Setting {
     scene: EngineArgs,
 }
 
+/// What the policy is told of ball and goal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum KnowledgeName {
+    /// Where they are, and how the ball moves, from the simulator.
+    Truth,
+    /// What camera, odometry and ball tracker make of it.
+    Perceived,
+}
+
+impl From<KnowledgeName> for KnowledgeMode {
+    fn from(name: KnowledgeName) -> Self {
+        match name {
+            KnowledgeName::Truth => Self::Truth,
+            KnowledgeName::Perceived => Self::Perceived,
+        }
+    }
+}
+
 impl Setting {
+    /// Changes of the task's values: the eyes', then those of `--set`.
+    fn overrides(&self) -> Vec<String> {
+        let noise = self.eyes_noise.map(|factor| format!("eyes.noise_scale=[{factor:?}, {factor:?}]"));
+        let latency = self.eyes_latency_ms.map(|ms| 1e-3 * ms);
+        let latency = latency.map(|s| format!("eyes.latency_s=[{s:?}, {s:?}]"));
+        noise.into_iter().chain(latency).chain(self.sets.iter().cloned()).collect()
+    }
+
     /// Refuses `--engine both` where a single episode is played, before anything is read.
     pub fn one_engine(&self) -> Result<(), Failure> {
         match self.engine {
@@ -76,7 +113,8 @@ impl Setting {
             motions: self.motions.clone(),
             task: self.task.clone(),
             fallback_task: fallback_task.to_owned(),
-            overrides: self.sets.clone(),
+            knowledge: self.knowledge.map(Into::into),
+            overrides: self.overrides(),
             engines: self.engine.into(),
             scene: self.scene.spec(),
             isa: self.isa.parse().map_err(Failure::input)?,

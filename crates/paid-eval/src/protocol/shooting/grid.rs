@@ -3,7 +3,7 @@
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
-use paid_task::{BodySample, EnvSample, RollingBall, motion_for, nearest_motion, roll_decay};
+use paid_task::{BodySample, EnvSample, RollingBall, first_look, motion_for, nearest_motion, roll_decay};
 use serde::Serialize;
 
 use super::{ShootingOptions, Variant};
@@ -29,8 +29,8 @@ pub struct Trial {
     pub ball_velocity: [f64; 2],
     /// Goal center `[m]`.
     pub goal: [f64; 2],
-    /// The motion whose displacement is nearest to the ball; for a policy that sees a rolling ball ahead of time, to where it will be
-    /// when the motion strikes.
+    /// The motion whose displacement is nearest to the ball, as the robot knows it; for a policy that sees a rolling ball ahead of time,
+    /// to where it will be when the motion strikes.
     pub motion: usize,
 }
 
@@ -48,13 +48,19 @@ impl<'a> Placement<'a> {
         Self { setup, decay: roll_decay(&setup.ball()) }
     }
 
-    /// The motion for a ball at `place` `[m]` with `velocity` `[m/s]`, in the start frame.
-    pub fn motion(&self, place: [f64; 2], velocity: [f64; 2]) -> usize {
-        let (facts, preset) = (self.setup.library.facts(), &self.setup.preset);
-        if !preset.predicts_ball() {
-            return nearest_motion(facts, place);
+    /// The motion for a ball at `place` `[m]` with `velocity` `[m/s]`, in the start frame, in trial number `trial`. Where the task's
+    /// knowledge is perceived, it is chosen by what the robot makes of its first look, which the trial then begins with.
+    pub fn motion(&self, trial: usize, place: [f64; 2], velocity: [f64; 2]) -> usize {
+        let EvalSetup { library, preset, spec, seed, .. } = self.setup;
+        let mut ball = RollingBall { place, velocity, decay: self.decay };
+        if preset.perceives() {
+            let env = u32::try_from(trial).unwrap_or(u32::MAX);
+            ball = first_look(&preset.eyes, &ball, spec.nominal_height_m, *seed, env);
         }
-        motion_for(facts, &RollingBall { place, velocity, decay: self.decay }, preset.control_dt_s())
+        if !preset.predicts_ball() {
+            return nearest_motion(library.facts(), ball.place);
+        }
+        motion_for(library.facts(), &ball, preset.control_dt_s())
     }
 
     /// True if a ball lying at `ball` would touch the robot in the first frame of `motion`.
@@ -122,9 +128,10 @@ pub fn plan(setup: &EvalSetup, options: &ShootingOptions) -> Result<Vec<Trial>, 
         for y in options.grid.places(options.grid.y) {
             for repeat in 0..options.trials {
                 // A stream of its own: the numbers must not be those of the environment's resets.
-                let mut rng = Rng::new(setup.seed, trials.len() as u32, STREAM);
+                let number = trials.len();
+                let mut rng = Rng::new(setup.seed, number as u32, STREAM);
                 let trial = (0..REDRAWS)
-                    .map(|_| draw(&mut rng, &placement, options, [x, y], repeat))
+                    .map(|_| draw(&mut rng, &placement, options, number, ([x, y], repeat)))
                     .find(|t| !placement.overlaps(t.motion, t.ball));
                 trials.push(trial.ok_or_else(|| EvalError::Option {
                     option: "grid",
@@ -144,8 +151,8 @@ fn draw(
     rng: &mut Rng,
     placement: &Placement,
     options: &ShootingOptions,
-    place: [f64; 2],
-    repeat: usize,
+    number: usize,
+    (place, repeat): ([f64; 2], usize),
 ) -> Trial {
     use std::f64::consts::TAU;
     let radius = options.start_radius_m * rng.unit().sqrt();
@@ -172,7 +179,7 @@ fn draw(
         ball,
         ball_velocity,
         goal,
-        motion: placement.motion(ball, ball_velocity),
+        motion: placement.motion(number, ball, ball_velocity),
     }
 }
 
