@@ -20,6 +20,7 @@ const STREAM: u32 = 0x5108;
 pub(super) struct Draw<'a> {
     placement: Placement<'a>,
     options: &'a MatchOptions,
+    number: usize,
     rng: Rng,
 }
 
@@ -27,7 +28,7 @@ impl<'a> Draw<'a> {
     pub(super) fn new(setup: &'a EvalSetup, options: &'a MatchOptions, number: usize) -> Self {
         // A stream of its own: the numbers must not be those of the environment's resets.
         let rng = Rng::new(setup.seed, number as u32, STREAM);
-        Self { placement: Placement::new(setup), options, rng }
+        Self { placement: Placement::new(setup), options, number, rng }
     }
 
     /// The next kick whose ball is `free` for its motion.
@@ -51,7 +52,12 @@ impl<'a> Draw<'a> {
         });
         let bearing = rng.uniform(-o.goal_bearing_deg, o.goal_bearing_deg).to_radians();
         let goal_xy = [o.goal_distance_m * bearing.cos(), o.goal_distance_m * bearing.sin()];
-        NextKick { motion: self.placement.motion(ball_xy, ball_velocity), ball_xy, ball_velocity, goal_xy }
+        NextKick {
+            motion: self.placement.motion(self.number, ball_xy, ball_velocity),
+            ball_xy,
+            ball_velocity,
+            goal_xy,
+        }
     }
 
     /// The next kick of a robot that stands as it does; `anchor` is the anchor's body. `None` if no ball has room.
