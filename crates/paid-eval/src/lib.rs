@@ -1,7 +1,7 @@
 //! Scores a policy: how well it follows the motions, how well it shoots, and pictures of what it does.
 //!
 //! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments, which the built-in engine
-//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the paper's protocols, [`matches`] go on
+//! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the paper's protocols, [`mod@matches`] go on
 //! without a reset; [`agreement`] and [`tracking_agreement`] compare the engines
 //! trial by trial, [`gap`] finds out which of their differences matter, [`panel`] whether a kick
 //! holds on other balls and grounds, [`impacts`] compares single impacts of ball and leg; [`picture`] draws.

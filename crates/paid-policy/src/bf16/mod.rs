@@ -1,8 +1,8 @@
 //! Products of matrices in bfloat16 with sums in f32.
 //!
 //! Both operands are rounded to bfloat16 (8 bits of mantissa, nearest even) and packed: [`Rows`] for the left one, [`Panels`] for
-//! the right one. [`Kernel::multiply`] then adds products pair by pair along the inner dimension. [`Kernel::Avx512`] and
-//! [`Kernel::Portable`] give equal bits; [`Kernel::Amx`] adds in another order.
+//! the right one. [`Kernel::multiply`] then adds products pair by pair along the inner dimension. [`Kernel::avx512`] and
+//! [`Kernel::PORTABLE`] give equal bits; [`Kernel::amx`] adds in another order.
 
 #[cfg(target_arch = "x86_64")]
 mod amx;
