@@ -17,7 +17,6 @@ use crate::stats::{CollectStats, IterationStats, UpdateStats};
 use crate::transitions::Transitions;
 use crate::update::{Gradients, Networks, Schedule, Worker, update};
 use paid_policy::Policy;
-use paid_policy::bf16::Kernel;
 use paid_policy::normalizer::Normalizer;
 use paid_policy::{ObservationGroup, VecEnv};
 
@@ -47,8 +46,6 @@ pub struct Learner {
     pub(crate) shards: Vec<Shard>,
     workers: Vec<Worker>,
     gradients: Gradients,
-    /// What computes the products of hidden layers; `None`: f32.
-    kernel: Option<Kernel>,
     operands: Operands,
 }
 
@@ -96,8 +93,7 @@ impl Learner {
             shards: Vec::new(),
             workers: Vec::new(),
             gradients: Gradients::default(),
-            kernel: config.precision.kernel(),
-            operands: Operands::default(),
+            operands: Operands::new(config.precision.kernel()),
         })
     }
 
@@ -136,9 +132,9 @@ impl Learner {
         &self.config
     }
 
-    /// What computes the products of hidden layers: `f32`, or the name of a bfloat16 kernel ([`Kernel::name`]).
+    /// What computes the products of hidden layers: `f32`, or the name of a bfloat16 kernel ([`paid_policy::bf16::Kernel::name`]).
     pub fn products(&self) -> &'static str {
-        self.kernel.map_or("f32", Kernel::name)
+        self.operands.products()
     }
 
     /// Iterations done.
@@ -225,7 +221,7 @@ impl Learner {
         self.prepare_shards(envs)?;
         self.prepare_workers(threads);
         let models = core::iter::once(&self.actor).chain(&self.critics);
-        self.operands.refresh(self.kernel, models, &mut self.workers);
+        self.operands.refresh(models, &mut self.workers);
         let shared = Collect {
             actor: &self.actor,
             critics: &self.critics,
@@ -294,12 +290,7 @@ impl Learner {
         let ppo = PpoConfig { max_std: self.std_limit, ..self.config.ppo.clone() };
         let stats = update(
             &ppo,
-            Networks {
-                actor: &mut self.actor,
-                critics: &mut self.critics,
-                kernel: self.kernel,
-                operands: &mut self.operands,
-            },
+            Networks { actor: &mut self.actor, critics: &mut self.critics, operands: &mut self.operands },
             &mut self.schedule,
             &self.shards,
             &mut self.gradients,

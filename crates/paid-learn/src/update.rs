@@ -13,7 +13,6 @@ use crate::rollout::unit_ref;
 use crate::shard::Shard;
 use crate::stats::UpdateStats;
 use crate::value_loss::{ValueBatch, value_loss};
-use paid_policy::bf16::Kernel;
 use paid_policy::element::Element;
 use paid_policy::net::State;
 
@@ -83,8 +82,6 @@ pub struct Networks<'a> {
     pub actor: &'a mut Model,
     /// Value functions.
     pub critics: &'a mut [Model],
-    /// Kernel of the products of hidden layers; `None`: f32.
-    pub kernel: Option<Kernel>,
     /// The weights that the products read, made from the models before each minibatch.
     pub operands: &'a mut Operands,
 }
@@ -109,7 +106,7 @@ pub fn update(
     gradients: &mut Gradients,
     workers: &mut [Worker],
 ) -> UpdateStats {
-    let Networks { actor, critics, kernel, operands } = networks;
+    let Networks { actor, critics, operands } = networks;
     let mut units: Vec<(usize, usize)> = Vec::new();
     for (k, shard) in shards.iter().enumerate() {
         units.extend((0..shard.rollout.layout.units()).map(|unit| (k, unit)));
@@ -124,7 +121,7 @@ pub fn update(
         }
         for part in 0..minibatches {
             let batch = &units[part * units.len() / minibatches..(part + 1) * units.len() / minibatches];
-            operands.refresh(kernel, core::iter::once(&*actor).chain(&*critics), workers);
+            operands.refresh(core::iter::once(&*actor).chain(&*critics), workers);
             let shared =
                 Shared { config, actor, critics, operands, old_log_std: &old_log_std, shards, advantage };
             let losses = minibatch_gradient(&shared, batch, gradients, workers);

@@ -105,9 +105,9 @@ pub fn forward<S: Element>(
     }
 }
 
-#[allow(clippy::too_many_arguments)]
 /// Backward through time from the output gradient in the cache; adds to `grads`, writes the input gradient to `dx`
 /// `[input, steps * width]` if wanted. The states at the start are constants (truncated backpropagation).
+#[allow(clippy::too_many_arguments)]
 pub fn backward<S: Element>(
     layer: &Lstm,
     weights: Weights<'_, S>,

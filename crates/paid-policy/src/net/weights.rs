@@ -42,11 +42,6 @@ impl PackedWeights {
         packed
     }
 
-    /// What computes its products.
-    pub fn kernel(&self) -> Kernel {
-        self.kernel
-    }
-
     /// Rounds and packs newer parameters of the same network.
     pub fn pack(&mut self, params: &[f32]) {
         for (k, Tensor { range, shape: [rows, cols], straight, transposed }) in
