@@ -132,7 +132,13 @@ impl TaskConfig {
     /// The left (0) or right (1) foot.
     #[inline(always)]
     pub(crate) fn foot<'a, V>(&self, state: &'a GroupState<V>, side: usize) -> &'a BodyState<V> {
-        &state.bodies[self.followed[self.feet[side]]]
+        &state.bodies[self.foot_body(side)]
+    }
+
+    /// The engine's body of the left (0) or right (1) foot.
+    #[inline(always)]
+    pub(crate) fn foot_body(&self, side: usize) -> usize {
+        self.followed[self.feet[side]]
     }
 
     /// Control steps for which no contact counts as a kick, in an episode from frame `start` of a motion.

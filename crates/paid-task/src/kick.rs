@@ -150,23 +150,29 @@ impl<V: Real> KickState<V> {
         }
     }
 
-    /// Takes in the state after a control step. `robot_points` are anchor and base, world `[m]`.
+    /// Takes in the state after a control step. `feet` are places and engine bodies of the left and right foot, `robot_points`
+    /// anchor and base, world `[m]`.
     #[inline(always)]
     pub(crate) fn advance(
         &mut self,
         ball: &BallState<V>,
-        feet: [Vec3<V>; 2],
+        feet: [(Vec3<V>, usize); 2],
         robot_points: [Vec3<V>; 2],
         preset: &KickPreset,
     ) -> KickStep<V> {
         let one = V::one();
         let untouched = is_set(self.touched).not();
         let first = ball.robot_force.norm().gt(V::c(preset.contact_force_n)).and(untouched);
-        let right = (ball.pos - feet[1]).norm2().lt((ball.pos - feet[0]).norm2());
+        let [left_foot, right_foot] = feet;
+        let right = (ball.pos - right_foot.0).norm2().lt((ball.pos - left_foot.0).norm2());
         let side = V::select(right, one, -one);
         let in_time = self.wait.lt(V::c(0.5));
         self.wait = (self.wait - one).max(V::zero());
-        let correct = first.and((side * self.label).ge(V::zero())).and(in_time);
+        let mut correct = first.and((side * self.label).ge(V::zero())).and(in_time);
+        if preset.foot_only {
+            let foot = V::select(right, V::c(right_foot.1 as f64), V::c(left_foot.1 as f64));
+            correct = correct.and((ball.touched_by - foot).abs().lt(V::c(0.5)));
+        }
         self.since = V::select(untouched, V::zero(), self.since + one);
         self.touched = V::select(first, one, self.touched);
         self.correct = V::select(correct, one, self.correct);
@@ -252,6 +258,7 @@ mod tests {
             min_ball_speed: 0.5,
             full_ball_speed: 0.0,
             early_s: 0.0,
+            foot_only: false,
         }
     }
 
@@ -266,7 +273,7 @@ mod tests {
         }
     }
 
-    const FEET: [Vec3<f64>; 2] = [Vec3([0.2, 0.2, 0.0]), Vec3([-0.1, 0.2, 0.0])];
+    const FEET: [(Vec3<f64>, usize); 2] = [(Vec3([0.2, 0.2, 0.0]), 6), (Vec3([-0.1, 0.2, 0.0]), 12)];
 
     /// Anchor and base.
     const POINTS: [Vec3<f64>; 2] = [Vec3([0.0, 3.0, 0.8]), Vec3([2.0, 0.0, 0.8])];
@@ -314,11 +321,25 @@ mod tests {
     }
 
     #[test]
+    fn a_shin_pays_only_where_the_nearer_foot_stands_for_it() {
+        // Bodies 6 and 12 are the feet, 11 is the right shin; the right foot is the nearer one.
+        for (foot_only, body, pays) in
+            [(false, 11.0, true), (true, 11.0, false), (true, 6.0, false), (true, 12.0, true)]
+        {
+            let mut kick = KickState::<f64>::new();
+            kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 0);
+            let touched = BallState { touched_by: body, ..ball(50.0, [0.0, -2.0, 0.0], 0.0) };
+            let hit = kick.advance(&touched, FEET, POINTS, &KickPreset { foot_only, ..preset() });
+            assert_eq!((hit.first, hit.correct), (true, pays), "{foot_only} {body}");
+        }
+    }
+
+    #[test]
     fn either_foot_pays_where_none_is_labeled() {
         for ball_y in [0.1, -0.1] {
             let mut kick = KickState::<f64>::new();
             kick.reset_lane(0, None, [0.0, 0.0, 0.11], 0);
-            let feet = [Vec3([0.0, 0.2, 0.0]), Vec3([0.0, -0.2, 0.0])];
+            let feet = [(Vec3([0.0, 0.2, 0.0]), 6), (Vec3([0.0, -0.2, 0.0]), 12)];
             let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], ball_y), feet, POINTS, &preset());
             assert!(hit.correct && hit.window && hit.right == (ball_y < 0.0), "{ball_y}");
         }

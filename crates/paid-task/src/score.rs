@@ -59,7 +59,7 @@ pub(crate) fn score<V: Real>(
     foot_peaks(config, state, group);
     let kick = if config.preset.scene.ball {
         let robot_points = [state.bodies[config.followed[config.anchor]].pos, state.bodies[0].pos];
-        let feet = [config.foot(state, 0).pos, config.foot(state, 1).pos];
+        let feet = [0, 1].map(|side| (config.foot(state, side).pos, config.foot_body(side)));
         group.kick.advance(&state.ball, feet, robot_points, &preset.kick)
     } else {
         KickStep::none()

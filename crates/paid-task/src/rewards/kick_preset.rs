@@ -23,4 +23,7 @@ pub struct KickPreset {
     /// How long before the reference's strike the first contact may come and still pay `[s]`; 0: at any time. A touch in walking
     /// otherwise pays a little, and is learned where the ball lies in the way of a step.
     pub early_s: f64,
+    /// A first contact pays only if the labeled foot's own body meets the ball, not its shin. Release: whichever foot is nearer
+    /// counts as the one that met it.
+    pub foot_only: bool,
 }
