@@ -53,7 +53,7 @@ impl Shot {
             subject.require_ball()?;
         }
         let setup = &subject.setup;
-        let nearest = || self.ball.map_or(0, |ball| Placement::new(setup).motion(0, ball, self.velocity));
+        let nearest = || self.ball.map_or(0, |ball| Placement::new(setup).motion(0, 0, ball, self.velocity));
         let motion = self.motion.unwrap_or_else(nearest);
         let start = InitialState {
             ball_xy: self.ball,

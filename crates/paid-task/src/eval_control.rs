@@ -51,6 +51,8 @@ pub struct NextKick {
     pub ball_velocity: [f64; 2],
     /// Goal center (x, y) `[m]`.
     pub goal_xy: [f64; 2],
+    /// Number of the robot's first look at a ball, where knowledge is perceived: equal numbers look alike. An episode begins with 0.
+    pub look: u64,
 }
 
 /// The first contact of an episode between robot and ball.
@@ -134,10 +136,11 @@ pub trait EvalControl {
     /// If the environment, motion or frame does not exist or a number is not finite.
     fn force_start(&mut self, env: usize, start: &InitialState) -> Result<(), TaskError>;
     /// Lets environment `env` go on without a reset: the reference of another motion begins where the robot's anchor is, along its
-    /// heading, and the ball lies at a new place. The robot's state stays as it is, and so does the count of control steps.
+    /// heading, and the ball lies at a new place. The robot's state stays as it is, and so does the count of control steps. Where
+    /// knowledge is perceived, the robot has had its first look at the new ball, and has been told where the goal is.
     ///
     /// # Errors
-    /// If the environment or the motion does not exist, a number is not finite, or the task's knowledge is `perceived`.
+    /// If the environment or the motion does not exist, or a number is not finite.
     fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError>;
     /// The state of an environment.
     ///

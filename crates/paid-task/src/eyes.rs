@@ -43,15 +43,17 @@ pub(crate) fn start_rng(seed: u64, env: u32, reset_position: Option<u64>) -> Rng
 /// The ball (seen from the robot) as the robot believes it to be after its first look, with the decay that it reckons with.
 ///
 /// `height_m` is that of the base above the ground, `env` the number of the environment: a start that is forced there
-/// ([`crate::EvalControl::force_start`]) begins with the same look.
+/// ([`crate::EvalControl::force_start`]) begins with the same look, number 0, and a next kick
+/// ([`crate::EvalControl::next_kick`]) with the one of its number.
 pub fn first_look(
     preset: &EyesPreset,
     ball: &RollingBall,
     height_m: f64,
     seed: u64,
     env: u32,
+    look: u64,
 ) -> RollingBall {
-    believed(preset, ball, height_m, &mut start_rng(seed, env, None))
+    believed(preset, ball, height_m, &mut start_rng(seed, env, Some(look)))
 }
 
 /// As [`first_look`] with given random numbers.

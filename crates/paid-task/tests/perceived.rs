@@ -8,8 +8,8 @@ use paid_motion::MotionLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EpisodeRules, InitialState, ReferenceLibrary, RollingBall, ShardSetup, TaskPreset, TaskSetup,
-    TaskShard, build_shard, first_look, motion_for, roll_decay, run_agent,
+    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, TaskPreset,
+    TaskSetup, TaskShard, build_shard, first_look, motion_for, roll_decay, run_agent,
 };
 
 const DT: f64 = 0.02;
@@ -160,7 +160,7 @@ fn an_evaluation_begins_with_the_look_that_its_motion_was_chosen_by() {
             velocity: rolling,
             decay: roll_decay(&f.preset.ball_params),
         };
-        let believed = first_look(&f.preset.eyes, &ball, f.height_m, SEED, env as u32);
+        let believed = first_look(&f.preset.eyes, &ball, f.height_m, SEED, env as u32, 0);
         let base = &sample.bodies[0];
         let world = Mat3(base.rot).mul_vec(Vec3([shown[0], shown[1], shown[2]])) + Vec3(base.pos);
         let (s, c) = facts.heading.sin_cos();
@@ -288,4 +288,34 @@ fn values_that_make_no_sense_are_refused_by_key() {
     let noisy = ["observations.perception.gaussian=true".to_owned()];
     let task = TaskPreset::builtin_with("paper_stage2", &noisy).expect("valid");
     task.with_knowledge(paid_task::preset::KnowledgeMode::Perceived).validate().expect("valid");
+}
+
+#[test]
+fn the_next_kick_begins_with_a_first_look_of_its_own_number() {
+    let next = |look| NextKick {
+        motion: 0,
+        ball_xy: [1.2, -0.3],
+        ball_velocity: [0.0; 2],
+        goal_xy: [5.0, 0.5],
+        look,
+    };
+    let run = |look| {
+        let mut f = fixture(&[PERCEIVED], ENVS);
+        place(&mut f, [0.0; 2]);
+        for _ in 0..30 {
+            seen(f.shard.as_mut());
+            step(f.shard.as_mut());
+        }
+        (0..ENVS).for_each(|env| f.shard.eval().next_kick(env, &next(look)).expect("exists"));
+        seen(f.shard.as_mut())
+    };
+    let [policy, critic] = run(3);
+    for (env, (policy, critic)) in policy.iter().zip(&critic).enumerate() {
+        // Twenty pictures with 2.2 cm of noise each, and a centimeter of odometry.
+        assert!(distance(&policy[..3], &critic[..3]) < 0.05, "{env}: {policy:?} {critic:?}");
+        assert!(distance(&policy[6..], &critic[6..]) < 0.05, "{env}: {policy:?} {critic:?}");
+        assert_ne!(policy[..3], critic[..3], "{env}");
+    }
+    assert_eq!(run(3)[0], policy);
+    assert_ne!(run(4)[0], policy);
 }

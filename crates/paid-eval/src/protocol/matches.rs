@@ -80,7 +80,7 @@ impl MatchOptions {
 /// matches that ended.
 ///
 /// # Errors
-/// As [`run_episodes`], or if an option makes no sense, the task's knowledge is `perceived`, or no place of the workspace has room for a ball.
+/// As [`run_episodes`], or if an option makes no sense, or no place of the workspace has room for a ball.
 pub fn evaluate(
     setup: &EvalSetup,
     policy: &DriverMaker,
@@ -88,13 +88,6 @@ pub fn evaluate(
     filmed: usize,
 ) -> Result<(MatchReport, Vec<Film>), EvalError> {
     options.check()?;
-    if setup.preset.perceives() {
-        return Err(EvalError::Option {
-            option: "knowledge",
-            expected: "truth: the robot's eyes begin with an episode, and a match has one".to_owned(),
-            found: "perceived".to_owned(),
-        });
-    }
     let mut draws: Vec<Draw> = (0..options.matches).map(|i| Draw::new(setup, options, i)).collect();
     let starts = draws.iter_mut().map(first_start).collect::<Result<Vec<_>, _>>()?;
     let facts = setup.library.facts();

@@ -25,5 +25,6 @@ pub struct KickPreset {
     pub early_s: f64,
     /// A first contact pays only if the labeled foot's own body meets the ball, not its shin. Release: whichever foot is nearer
     /// counts as the one that met it.
+    #[serde(default)]
     pub foot_only: bool,
 }

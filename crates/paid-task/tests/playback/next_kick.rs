@@ -6,7 +6,7 @@ use paid_task::{EpisodeRules, EvalControl, InitialState, NextKick, TaskShard, Ti
 use crate::simulator::{FRAMES, Playback, steps, task};
 
 const NEXT: NextKick =
-    NextKick { motion: 0, ball_xy: [1.0, 0.25], ball_velocity: [0.1, 0.2], goal_xy: [5.0, -1.0] };
+    NextKick { motion: 0, ball_xy: [1.0, 0.25], ball_velocity: [0.1, 0.2], goal_xy: [5.0, -1.0], look: 1 };
 
 fn near(found: [f64; 3], expected: [f64; 3]) {
     assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-9), "{found:?}, expected {expected:?}");

@@ -21,6 +21,8 @@ pub(super) struct Draw<'a> {
     placement: Placement<'a>,
     options: &'a MatchOptions,
     number: usize,
+    /// Number of the ball that is drawn.
+    look: u64,
     rng: Rng,
 }
 
@@ -28,7 +30,7 @@ impl<'a> Draw<'a> {
     pub(super) fn new(setup: &'a EvalSetup, options: &'a MatchOptions, number: usize) -> Self {
         // A stream of its own: the numbers must not be those of the environment's resets.
         let rng = Rng::new(setup.seed, number as u32, STREAM);
-        Self { placement: Placement::new(setup), options, number, rng }
+        Self { placement: Placement::new(setup), options, number, look: 0, rng }
     }
 
     /// The next kick whose ball is `free` for its motion.
@@ -53,15 +55,17 @@ impl<'a> Draw<'a> {
         let bearing = rng.uniform(-o.goal_bearing_deg, o.goal_bearing_deg).to_radians();
         let goal_xy = [o.goal_distance_m * bearing.cos(), o.goal_distance_m * bearing.sin()];
         NextKick {
-            motion: self.placement.motion(self.number, ball_xy, ball_velocity),
+            motion: self.placement.motion(self.number, self.look, ball_xy, ball_velocity),
             ball_xy,
             ball_velocity,
             goal_xy,
+            look: self.look,
         }
     }
 
     /// The next kick of a robot that stands as it does; `anchor` is the anchor's body. `None` if no ball has room.
     pub(super) fn next(&mut self, sample: &EnvSample, anchor: usize) -> Option<NextKick> {
+        self.look += 1;
         self.kick(|placement, kick| !placement.touches(sample, anchor, kick.ball_xy))
     }
 }
@@ -69,11 +73,12 @@ impl<'a> Draw<'a> {
 /// The first kick, from the first frame of its motion.
 pub(super) fn first_start(draw: &mut Draw<'_>) -> Result<InitialState, EvalError> {
     let kick = draw.kick(|placement, kick| !placement.overlaps(kick.motion, kick.ball_xy));
-    let NextKick { motion, ball_xy, ball_velocity, goal_xy } = kick.ok_or_else(|| EvalError::Option {
-        option: "workspace",
-        expected: "places that leave room for the ball beside the robot".to_owned(),
-        found: format!("{:?}", draw.options.workspace),
-    })?;
+    let NextKick { motion, ball_xy, ball_velocity, goal_xy, look: _ } =
+        kick.ok_or_else(|| EvalError::Option {
+            option: "workspace",
+            expected: "places that leave room for the ball beside the robot".to_owned(),
+            found: format!("{:?}", draw.options.workspace),
+        })?;
     Ok(InitialState {
         ball_xy: Some(ball_xy),
         ball_velocity,

@@ -76,6 +76,7 @@ impl<'a> Player<'a> {
             ball_xy: start.ball_xy.unwrap_or_default(),
             ball_velocity: start.ball_velocity,
             goal_xy: start.goal_xy.unwrap_or_default(),
+            look: 0,
         };
         Self {
             setup,

@@ -49,13 +49,14 @@ impl<'a> Placement<'a> {
     }
 
     /// The motion for a ball at `place` `[m]` with `velocity` `[m/s]`, in the start frame, in trial number `trial`. Where the task's
-    /// knowledge is perceived, it is chosen by what the robot makes of its first look, which the trial then begins with.
-    pub fn motion(&self, trial: usize, place: [f64; 2], velocity: [f64; 2]) -> usize {
+    /// knowledge is perceived, it is chosen by what the robot makes of its first look at the trial's ball number `look`, which the
+    /// kick then begins with.
+    pub fn motion(&self, trial: usize, look: u64, place: [f64; 2], velocity: [f64; 2]) -> usize {
         let EvalSetup { library, preset, spec, seed, .. } = self.setup;
         let mut ball = RollingBall { place, velocity, decay: self.decay };
         if preset.perceives() {
             let env = u32::try_from(trial).unwrap_or(u32::MAX);
-            ball = first_look(&preset.eyes, &ball, spec.nominal_height_m, *seed, env);
+            ball = first_look(&preset.eyes, &ball, spec.nominal_height_m, *seed, env, look);
         }
         if !preset.predicts_ball() {
             return nearest_motion(library.facts(), ball.place);
@@ -179,7 +180,7 @@ fn draw(
         ball,
         ball_velocity,
         goal,
-        motion: placement.motion(number, ball, ball_velocity),
+        motion: placement.motion(number, 0, ball, ball_velocity),
     }
 }
 
