@@ -345,7 +345,16 @@ mod tests {
     fn no_value_is_a_corner_of_the_trainings_ranges() {
         let task = TaskPreset::builtin("paper_stage2").expect("built in").randomization;
         // What configs/presets/stage2.toml sets beyond it.
-        let stage2 = [[0.4, 1.0], [0.05, 0.8], [0.5, 1.3], [0.5, 1.2], [0.0, 5.0], [0.0, 0.1]];
+        let stage2 = [
+            [0.38, 0.5],
+            [0.2, 1.2],
+            [0.05, 1.2],
+            [0.5, 1.3],
+            [0.5, 1.2],
+            [0.0, 5.0],
+            [0.0, 0.1],
+            [0.0, 0.025],
+        ];
         let corners: Vec<f64> = [task.ball_mass_kg, task.ball_linear_damping, task.ball_angular_damping]
             .into_iter()
             .chain(stage2)
