@@ -9,6 +9,7 @@
 pub mod ablation;
 pub mod agreement;
 pub mod bench;
+pub mod clips;
 pub mod divergence;
 pub mod engine;
 pub mod episodes;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::EvalError;
 use crate::agreement::AgreementReport;
+use crate::clips::ClipsReport;
 use crate::file::write_whole;
 use crate::gap::GapReport;
 use crate::matches::MatchReport;
@@ -119,6 +120,17 @@ pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Re
 pub fn write_match(folder: &Path, engine: &str, report: &MatchReport, json: &str) -> Result<(), EvalError> {
     let name = format!("{engine}_match_{}", report.ball());
     let file = |extension: &str| -> PathBuf { folder.join(format!("{name}.{extension}")) };
+    write_whole(&file("json"), json.as_bytes())?;
+    write_whole(&file("csv"), report.csv().as_bytes())?;
+    write_whole(&file("txt"), report.table().as_bytes())
+}
+
+/// Writes the scores of the clips in an engine as JSON, CSV and table.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_clips(folder: &Path, engine: &str, report: &ClipsReport, json: &str) -> Result<(), EvalError> {
+    let file = |extension: &str| -> PathBuf { folder.join(format!("{engine}_clips.{extension}")) };
     write_whole(&file("json"), json.as_bytes())?;
     write_whole(&file("csv"), report.csv().as_bytes())?;
     write_whole(&file("txt"), report.table().as_bytes())

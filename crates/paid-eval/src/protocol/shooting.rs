@@ -164,9 +164,19 @@ pub fn evaluate(
     options: &ShootingOptions,
 ) -> Result<ShootingReport, EvalError> {
     let trials = plan(setup, options)?;
-    let watches = run(setup, policy, options, &trials, |_| Watch::new(setup, options))?;
-    let outcomes = watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), setup)).collect();
+    let outcomes = outcomes(setup, policy, options, &trials)?;
     Ok(ShootingReport::new(setup.engine.facts(&setup.preset), options, outcomes))
+}
+
+/// What came of the planned trials that ended.
+pub(crate) fn outcomes(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    options: &ShootingOptions,
+    trials: &[Trial],
+) -> Result<Vec<Outcome>, EvalError> {
+    let watches = run(setup, policy, options, trials, |_| Watch::new(setup, options))?;
+    Ok(watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), setup)).collect())
 }
 
 /// As [`evaluate`] with trials that were planned before, with the number and the trace of every trial in the report's order. The same

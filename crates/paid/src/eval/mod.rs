@@ -1,5 +1,6 @@
 //! `paid eval`: scores a policy and draws what it does.
 
+mod clips;
 pub mod demo;
 mod engine;
 pub mod episode;
@@ -40,6 +41,8 @@ enum Command {
     Gap(Box<gap::Args>),
     /// Kick ball after ball without a reset: kicks until the first fall, goals, drift.
     Match(Box<matches::Args>),
+    /// Shoot with every clip at balls near its own place.
+    Clips(Box<clips::Args>),
     /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
     /// turf and in a hall.
     Panel(Box<panel::Args>),
@@ -58,6 +61,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Shooting(args) => shoot::run(&args),
         Command::Gap(args) => gap::run(&args),
         Command::Match(args) => matches::run(&args),
+        Command::Clips(args) => clips::run(&args),
         Command::Panel(args) => panel::run(&args),
         Command::Impacts(args) => impacts::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),

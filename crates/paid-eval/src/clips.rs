@@ -1,0 +1,237 @@
+//! Every clip with balls near its own place: which of the kicks can be aimed?
+//!
+//! A shooting grid lets the ball choose the clip, so it says little about a clip that few places choose.
+
+use std::f64::consts::TAU;
+use std::fmt::Write;
+
+use paid_lanes::rng::Rng;
+use paid_task::MotionFacts;
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::engine::EngineFacts;
+use crate::episodes::EvalSetup;
+use crate::policy::DriverMaker;
+use crate::shooting::{self, CellScore, Placement, ShootingOptions, Trial};
+use crate::table::{Table, number};
+
+/// Redraws of a ball before a clip counts as having no room for one.
+const REDRAWS: usize = 1000;
+/// Random stream of the balls.
+const STREAM: u32 = 0x5109;
+
+/// What to run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClipsOptions {
+    /// Shots of a clip.
+    pub trials: usize,
+    /// Balls lie in a disc of this radius around the clip's own place `[m]`.
+    pub radius_m: f64,
+    /// Time limit of a shot `[s]`.
+    pub limit_s: f64,
+}
+
+impl Default for ClipsOptions {
+    /// Forty shots within 0.25 m.
+    fn default() -> Self {
+        Self { trials: 40, radius_m: 0.25, limit_s: 12.0 }
+    }
+}
+
+/// One clip's score.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClipRow {
+    /// Name of the clip.
+    pub motion: String,
+    /// Its scores; `place` is the clip's own `[m]`.
+    pub score: CellScore,
+}
+
+/// Everything.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClipsReport {
+    /// Who simulated.
+    pub engine: EngineFacts,
+    /// What was run.
+    pub options: ClipsOptions,
+    /// Every clip that was shot with.
+    pub rows: Vec<ClipRow>,
+}
+
+/// Runs the shots, static balls, from each clip's own first frame with the goal 5 m ahead. A stopped evaluation reports the shots that
+/// ended.
+///
+/// # Errors
+/// As [`shooting::evaluate`].
+pub fn evaluate(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    options: &ClipsOptions,
+) -> Result<ClipsReport, EvalError> {
+    let bad = |option, expected: &str, found: String| {
+        Err(EvalError::Option { option, expected: expected.to_owned(), found })
+    };
+    if options.trials == 0 {
+        return bad("trials", "at least 1", "0".into());
+    }
+    if !(0.0..=2.0).contains(&options.radius_m) {
+        return bad("radius", "0 to 2 m", options.radius_m.to_string());
+    }
+    let trials = plan(setup, options)?;
+    let shots = ShootingOptions { limit_s: options.limit_s, ..ShootingOptions::default() };
+    let outcomes = shooting::outcomes(setup, policy, &shots, &trials)?;
+    let rows = setup.library.facts().iter().enumerate().filter_map(|(motion, facts)| {
+        let of_clip: Vec<_> = outcomes.iter().filter(|o| o.trial.motion == motion).collect();
+        (!of_clip.is_empty()).then(|| ClipRow {
+            motion: facts.name.clone(),
+            score: CellScore::of(Some(own_place(facts)), &of_clip),
+        })
+    });
+    let rows = rows.collect();
+    Ok(ClipsReport { engine: setup.engine.facts(&setup.preset), options: options.clone(), rows })
+}
+
+/// Where a clip's own ball lies, in its start frame `[m]`.
+fn own_place(facts: &MotionFacts) -> [f64; 2] {
+    let ([x, y], (s, c)) = (facts.displacement, facts.heading.sin_cos());
+    [c * x + s * y, c * y - s * x]
+}
+
+fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<Vec<Trial>, EvalError> {
+    let placement = Placement::new(setup);
+    let goal = [ShootingOptions::default().goal_distance_m, 0.0];
+    let mut trials = Vec::new();
+    for (motion, facts) in setup.library.facts().iter().enumerate() {
+        let place = own_place(facts);
+        for repeat in 0..options.trials {
+            let mut rng = Rng::new(setup.seed, trials.len() as u32, STREAM);
+            let ball = (0..REDRAWS)
+                .map(|_| {
+                    let radius = options.radius_m * rng.unit().sqrt();
+                    let (s, c) = (TAU * rng.unit()).sin_cos();
+                    [place[0] + radius * c, place[1] + radius * s]
+                })
+                .find(|ball| !placement.overlaps(motion, *ball));
+            let ball = ball.ok_or_else(|| EvalError::Option {
+                option: "radius",
+                expected: "places that leave room for the ball beside the robot".to_owned(),
+                found: format!("{} m around {place:?}, the ball of {}", options.radius_m, facts.name),
+            })?;
+            let (displacement, ball_velocity) = ([0.0; 2], [0.0; 2]);
+            trials.push(Trial { place, repeat, displacement, ball, ball_velocity, goal, motion });
+        }
+    }
+    Ok(trials)
+}
+
+/// Titles of the table and of the CSV.
+const COLUMNS: [&str; 9] = [
+    "clip",
+    "own place [m]",
+    "trials",
+    "success",
+    "accuracy",
+    "contact",
+    "a foot first",
+    "labeled foot",
+    "falls in the clip",
+];
+
+impl ClipRow {
+    fn cells(&self) -> [String; 9] {
+        let share = |share: f64| format!("{:.1}%", 100.0 * share);
+        let s = &self.score;
+        [
+            self.motion.clone(),
+            s.place.map_or("-".to_owned(), |[x, y]| format!("{x:.2} {y:.2}")),
+            s.success.trials.to_string(),
+            share(s.success.share),
+            s.accuracy.map_or("-".to_owned(), |v| number(v, 3)),
+            share(s.contact.share),
+            share(s.foot_contact.share),
+            share(s.correct_foot.share),
+            share(s.falls_in_clip.share),
+        ]
+    }
+}
+
+impl ClipsReport {
+    /// The clip with the least share of goals.
+    pub fn worst(&self) -> Option<&ClipRow> {
+        self.rows.iter().min_by(|a, b| a.score.success.share.total_cmp(&b.score.success.share))
+    }
+
+    /// The rows and the worst as text. Writing to a string cannot fail.
+    pub fn table(&self) -> String {
+        let o = &self.options;
+        let mut table = Table::new(&COLUMNS);
+        self.rows.iter().for_each(|row| table.row(row.cells()));
+        let mut out = format!(
+            "{}; static ball within {} m of each clip's own place, {} trials a clip{}\n\n{table}",
+            self.engine.name,
+            o.radius_m,
+            o.trials,
+            self.engine.knowledge_text()
+        );
+        if let Some(worst) = self.worst() {
+            let _ = writeln!(out, "worst {:.1}% ({})", 100.0 * worst.score.success.share, worst.motion);
+        }
+        out
+    }
+
+    /// One line per clip.
+    pub fn csv(&self) -> String {
+        let mut out = format!("{},knowledge\n", COLUMNS.join(","));
+        for row in &self.rows {
+            let cells = row.cells().map(|cell| cell.replace(',', ";")).join(",");
+            let _ = writeln!(out, "{cells},{}", self.engine.knowledge_name());
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::EngineChoice;
+    use crate::metrics::statistics::Share;
+    use paid_task::TaskPreset;
+
+    #[test]
+    fn a_clips_own_place_is_where_its_robot_ends_seen_from_where_it_starts() {
+        let facts = MotionFacts {
+            name: "kick".into(),
+            frames: 2,
+            kick_foot: 0,
+            strike_frame: 1,
+            strike_speed: 0.0,
+            start_xy: [3.0, 4.0],
+            base_xy: [3.0, 4.0],
+            heading: std::f64::consts::FRAC_PI_2,
+            displacement: [-0.5, 2.0],
+        };
+        let [x, y] = own_place(&facts);
+        assert!((x - 2.0).abs() < 1e-12 && (y - 0.5).abs() < 1e-12, "{x} {y}");
+    }
+
+    #[test]
+    fn the_worst_clip_is_named_in_every_form() {
+        let row = |name: &str, goals: &[bool]| {
+            let mut score = CellScore::of(Some([1.0, 0.5]), &[]);
+            score.success = Share::of(goals.iter().copied());
+            ClipRow { motion: name.to_owned(), score }
+        };
+        let report = ClipsReport {
+            engine: EngineChoice::Builtin.facts(&TaskPreset::builtin("paper_stage2").expect("built in")),
+            options: ClipsOptions::default(),
+            rows: vec![row("one", &[true, true]), row("two, hard", &[true, false])],
+        };
+        assert_eq!(report.worst().map(|row| row.motion.as_str()), Some("two, hard"));
+        assert!(report.table().ends_with("worst 50.0% (two, hard)\n"), "{}", report.table());
+        let csv = report.csv();
+        let fields = |line: &str| line.split(',').count();
+        let lines: Vec<&str> = csv.lines().collect();
+        assert!(lines.len() == 3 && lines.iter().all(|line| fields(line) == fields(lines[0])), "{csv}");
+    }
+}

@@ -1,0 +1,51 @@
+//! `paid eval clips`.
+
+use std::process::ExitCode;
+
+use paid_eval::clips::{self, ClipsOptions};
+use paid_eval::html::write_report;
+use paid_eval::results::{Evaluation, to_json, write_clips};
+use paid_eval::subject::Subject;
+
+use super::engine::positive;
+use super::progress::Progress;
+use super::subject::Common;
+use super::{Output, ended};
+use crate::failure::Failure;
+
+/// Arguments of `paid eval clips`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    common: Common,
+    /// Shots of a clip.
+    #[arg(long, default_value_t = 40)]
+    trials: usize,
+    /// Balls lie within this distance of the clip's own place [m].
+    #[arg(long, value_name = "M", default_value_t = 0.25, value_parser = positive)]
+    radius: f64,
+    /// Time limit of a shot [s].
+    #[arg(long, value_name = "S", default_value_t = 12.0, value_parser = positive)]
+    limit: f64,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Shoots with every clip, writes and prints the report.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    args.common.setting.one_engine()?;
+    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
+    subject.require_ball()?;
+    let options = ClipsOptions { trials: args.trials, radius_m: args.radius, limit_s: args.limit };
+    let (monitor, progress) = Progress::start(args.output.json)?;
+    subject.setup.monitor = monitor;
+    let report = clips::evaluate(&subject.setup, &*subject.maker, &options)?;
+    let timing = progress.finish();
+    let json = to_json(&Evaluation { kind: "clips", policy: &subject.name, report: &report, timing })?;
+    if let Some(out) = &args.output.out {
+        write_clips(out, subject.setup.engine.name(), &report, &json)?;
+        write_report(out)?;
+    }
+    args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    Ok(ended(&subject.setup.monitor))
+}
