@@ -8,6 +8,7 @@ mod agent;
 mod bench;
 mod bench_physics;
 mod bench_train;
+mod curves;
 mod eval;
 mod export;
 mod failure;
@@ -46,6 +47,8 @@ enum Command {
     Play(Box<play::Args>),
     /// Write a policy as an ONNX file.
     Export(export::Args),
+    /// Draw the course of a training, and thin its log to keep it beside the policy.
+    Curves(curves::Args),
     /// Measure the speed of physics and training.
     Bench(bench::Args),
     /// Find out how a ball bounces and rolls from filmed experiments.
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Command::Motion(args) => motion::run(args),
         Command::Play(args) => play::run(&args),
         Command::Export(args) => export::run(args),
+        Command::Curves(args) => curves::run(&args),
         Command::Bench(args) => bench::run(args),
         Command::Sysid(args) => sysid::run(*args),
         Command::Ablate(args) => ablate::run(&args),
