@@ -1,0 +1,49 @@
+//! Why a robot does not start.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::LinkError;
+
+/// Something does not fit, or is missing.
+#[derive(Debug, Error)]
+pub enum DeployError {
+    /// The file of limits.
+    #[error("{file}: {message}")]
+    Limits {
+        /// The file.
+        file: PathBuf,
+        /// Key, expected, found.
+        message: String,
+    },
+    /// The policy, its motions or its robot.
+    #[error("{0}")]
+    Policy(String),
+    /// The simulation.
+    #[error("{0}")]
+    Simulation(String),
+    /// The link.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// A log.
+    #[error("{file}: {message}")]
+    Log {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// The robot or the network says no.
+    #[error("refused to start: {0}")]
+    Refused(String),
+}
+
+impl DeployError {
+    pub(crate) fn policy(error: impl ToString) -> Self {
+        Self::Policy(error.to_string())
+    }
+    pub(crate) fn simulation(error: impl ToString) -> Self {
+        Self::Simulation(error.to_string())
+    }
+}

@@ -1,0 +1,39 @@
+//! A policy on the robot, and a robot that nobody can break on the same wire.
+//!
+//! - [`wire`]: the messages of a Unitree G1, byte for byte, with their checksum.
+//! - [`Link`]: how packets travel; [`ChannelLink`] within a process, and with the feature `dds` the robot's own network.
+//! - [`Runtime`]: packets in, a command out. No threads and no clock: the same packets give the same commands bit for bit.
+//! - [`Writer`]: the last hand before the robot, which damps if the runtime is silent.
+//! - [`sim`]: a G1 in MuJoCo behind the same packets, with its senses and its faults.
+//!
+//! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_perceive`]: the code of training and judge.
+//!
+//! ```
+//! use paid_deploy::wire::LowCmd;
+//!
+//! // What a damped G1 is told, 500 times a second.
+//! let command = LowCmd::damping(5, 29, 3.0);
+//! assert_eq!(command.to_cdr().len(), LowCmd::CDR_SIZE);
+//! assert_eq!(command.crc, command.expected_crc());
+//! ```
+
+mod error;
+mod limits;
+mod link;
+pub mod log;
+mod message;
+mod motors;
+mod player;
+pub mod runtime;
+pub mod sim;
+pub mod wire;
+mod writer;
+
+pub use error::DeployError;
+pub use limits::{Envelope, Limits};
+pub use link::{ChannelLink, Link, LinkError};
+pub use message::{OdometryPose, Packet, Sighting};
+pub use motors::{G1_MOTORS, motors_of};
+pub use player::{Player, PlayerSpec};
+pub use runtime::{Event, Output, PolicyTrace, Reason, Runtime, State};
+pub use writer::Writer;

@@ -1,0 +1,176 @@
+//! What is played: a policy with its motions, on the robot that it was trained for.
+
+use std::path::{Path, PathBuf};
+
+use paid_lanes::{Mat3, Quat, Vec3};
+use paid_motion::MotionLibrary;
+use paid_policy::observation::{self, Need};
+use paid_policy::{Policy, Pose, ReferenceView};
+use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
+use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_train::TrainedPolicy;
+use paid_train::policy_file::task_contract;
+use serde::{Deserialize, Serialize};
+
+use crate::DeployError;
+use crate::motors::motors_of;
+
+/// Where a player comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlayerSpec {
+    /// Run folder or checkpoint.
+    pub policy: PathBuf,
+    /// Folder of the motion files; `None`: those that the policy was trained on.
+    pub motions: Option<PathBuf>,
+    /// Changed values of the task, each `KEY=VALUE`.
+    pub sets: Vec<String>,
+}
+
+/// A policy, its motions and its robot.
+#[derive(Clone, Debug)]
+pub struct Player {
+    /// Tree and limits.
+    pub model: RobotModel,
+    /// Names and gains.
+    pub spec: RobotSpec,
+    /// Gains, default pose, action scales, model order.
+    pub control: ControlSpec,
+    /// The task that the policy was trained in.
+    pub task: TaskPreset,
+    /// The motions.
+    pub library: ReferenceLibrary,
+    /// The network.
+    pub policy: Policy,
+    /// Model joint of each policy joint.
+    pub to_model: Vec<usize>,
+    /// Motor of each model joint.
+    pub motors: Vec<usize>,
+    /// Place of the anchor among the library's followed bodies.
+    anchor: usize,
+    /// Joints (model order) from the base to the anchor.
+    waist: Vec<usize>,
+}
+
+impl Player {
+    /// Reads policy and motions.
+    ///
+    /// # Errors
+    /// If a file is missing or damaged, the policy is for another robot than the G1, or it observes what only a simulator knows.
+    pub fn load(spec: &PlayerSpec) -> Result<Self, DeployError> {
+        let trained = TrainedPolicy::load(&spec.policy).map_err(DeployError::policy)?;
+        let task = trained.preset.task.with_overrides(&spec.sets).map_err(DeployError::policy)?;
+        let own = &trained.preset.run.motions;
+        let folder = match &spec.motions {
+            Some(folder) => folder.clone(),
+            None if own.is_empty() || Path::new(own).exists() => PathBuf::from(own),
+            None => {
+                return Err(DeployError::Policy(format!(
+                    "{}: trained on the motions of '{own}', which are not here: name their folder",
+                    trained.checkpoint.display()
+                )));
+            }
+        };
+        let rate = 1.0 / task.control_dt_s();
+        let motions = MotionLibrary::open(&folder, &trained.model, &trained.spec, rate)
+            .map_err(DeployError::policy)?;
+        let library = ReferenceLibrary::from_motions(&motions, &trained.model, &trained.spec)
+            .map_err(DeployError::policy)?;
+        Self::new(trained, task, library)
+    }
+
+    /// Puts the parts together.
+    ///
+    /// # Errors
+    /// As [`Player::load`].
+    pub fn new(
+        trained: TrainedPolicy,
+        task: TaskPreset,
+        library: ReferenceLibrary,
+    ) -> Result<Self, DeployError> {
+        let contract = trained.contract("").map_err(DeployError::policy)?;
+        // The robot as this program knows it, not as the policy's file tells it.
+        let (g1, g1_spec) = (RobotModel::g1(), RobotSpec::g1());
+        let robot = task_contract(&g1, &g1_spec, 0.02, &task.observations.policy)
+            .map_err(DeployError::policy)?;
+        let robot = paid_policy::Contract { recurrent: contract.recurrent, ..robot };
+        let differences = robot.differences(&contract);
+        if !differences.is_empty() {
+            return Err(DeployError::Policy(format!(
+                "{}: the policy is not for this robot: {}",
+                trained.checkpoint.display(),
+                differences.join("; ")
+            )));
+        }
+        observation::check(&task.observations.policy, &[Need::Reference, Need::Scene])
+            .map_err(DeployError::policy)?;
+        let TrainedPolicy { model, spec, policy, .. } = trained;
+        let control = spec.resolve(&model).map_err(DeployError::policy)?;
+        let to_model = Permutation::between(&model.joint_names(), &spec.policy_joint_order)
+            .map_err(DeployError::policy)?
+            .indices()
+            .to_vec();
+        let motors = motors_of(&model.joint_names()).map_err(DeployError::policy)?;
+        let anchor_body = model
+            .body_index(&spec.anchor_body)
+            .ok_or_else(|| DeployError::Policy(format!("the robot has no body '{}'", spec.anchor_body)))?;
+        let anchor = library.followed().iter().position(|&b| b == anchor_body).unwrap_or(0);
+        let waist = chain(&model, anchor_body);
+        Ok(Self { model, spec, control, task, library, policy, to_model, motors, anchor, waist })
+    }
+
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.motors.len()
+    }
+
+    /// Pose of the anchor body (torso) in the base, from the joint angles, model order `[rad]`.
+    pub fn anchor_in_base(&self, joint_pos: &[f64]) -> Pose<f64> {
+        let mut pose = Pose::identity();
+        for &j in &self.waist {
+            let joint = &self.model.joints[j];
+            let body = &self.model.bodies[joint.body];
+            pose.pos = pose.point_in_world(Vec3(body.pos));
+            let turn = Quat(body.quat).mul(Quat::from_axis_angle(Vec3(joint.axis), joint_pos[j]));
+            pose.rot = pose.rot.mul_mat(&turn.to_mat());
+        }
+        pose
+    }
+
+    /// Frame `t` of a motion as a policy observes it: in the clip's own axes. `joints` is room for angles and speeds.
+    pub fn reference<'a>(&self, motion: usize, t: usize, joints: &'a mut Vec<f64>) -> ReferenceView<'a, f64> {
+        let (frame, n) = (self.library.frame(motion, t), self.joints());
+        joints.clear();
+        joints.extend(frame[..2 * n].iter().map(|x| f64::from(*x)));
+        let at = 2 * n + paid_task::FrameLayout::BODY * self.anchor;
+        let x = |k: usize| f64::from(frame[at + k]);
+        let (joint_pos, joint_vel) = joints.split_at(n);
+        ReferenceView {
+            joint_pos,
+            joint_vel,
+            anchor: Pose { pos: Vec3([x(0), x(1), x(2)]), rot: Quat([x(3), x(4), x(5), x(6)]).to_mat() },
+            anchor_ang_vel: Vec3([x(10), x(11), x(12)]),
+        }
+    }
+}
+
+/// Joints from the base to a body, the base's end first.
+fn chain(model: &RobotModel, mut body: usize) -> Vec<usize> {
+    let mut joints = Vec::new();
+    while let Some(j) = model.joints.iter().position(|joint| joint.body == body) {
+        joints.push(j);
+        body = model.bodies[body].parent.unwrap_or(0);
+    }
+    joints.reverse();
+    joints
+}
+
+/// Heading of a rotation: the angle of its x axis about z `[rad]`.
+pub(crate) fn heading(rot: &Mat3<f64>) -> f64 {
+    rot.0[1][0].atan2(rot.0[0][0])
+}
+
+/// A turn about z `[rad]`.
+pub(crate) fn about_z(angle: f64) -> Mat3<f64> {
+    let (s, c) = angle.sin_cos();
+    Mat3([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+}

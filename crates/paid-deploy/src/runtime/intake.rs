@@ -1,0 +1,117 @@
+//! What comes from the robot, and whether it can be believed.
+
+use super::{Reason, Runtime};
+use crate::message::Packet;
+use crate::wire::{LowState, Remote};
+
+/// What the last packets said beside the body.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Intake {
+    pub mode_machine: u8,
+    /// When the last state came whose tick was new.
+    pub state_us: Option<u64>,
+    pub tick: Option<u32>,
+    pub crc_errors: u32,
+    /// The last state had a number that is not finite.
+    pub not_finite: bool,
+    pub remote: Remote,
+    pub remote_before: Remote,
+    pub remote_us: u64,
+    pub others: bool,
+    pub battery: Option<f64>,
+    /// When the last picture came, with or without a ball.
+    pub picture_us: Option<u64>,
+}
+
+impl Intake {
+    /// Time since the last new state `[s]`; infinite before the first.
+    pub fn state_age(&self, now_us: u64) -> f64 {
+        self.state_us.map_or(f64::INFINITY, |at| now_us.saturating_sub(at) as f64 * 1e-6)
+    }
+}
+
+impl Runtime {
+    /// Takes in a packet.
+    pub(super) fn take(&mut self, now_us: u64, packet: &Packet) {
+        match packet {
+            Packet::LowState(bytes) => match LowState::from_cdr(bytes) {
+                Ok(state) => self.take_state(now_us, &state),
+                Err(_) => self.intake.crc_errors += 1,
+            },
+            Packet::OthersCommand => self.intake.others = true,
+            Packet::Sighting(sighting) => {
+                self.intake.picture_us = Some(now_us);
+                self.sight.sighting(*sighting);
+            }
+            Packet::Odometry(pose) => self.sight.odometry(*pose),
+            Packet::Goal(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal = Some(*goal),
+            Packet::Battery(percent) if percent.is_finite() => self.intake.battery = Some(*percent),
+            Packet::LowCmd(_) | Packet::Goal(_) | Packet::Battery(_) => {}
+        }
+    }
+
+    fn take_state(&mut self, now_us: u64, state: &LowState) {
+        let intake = &mut self.intake;
+        if self.limits.check_crc && state.crc != state.expected_crc() {
+            intake.crc_errors += 1;
+            return;
+        }
+        intake.crc_errors = 0;
+        intake.mode_machine = state.mode_machine;
+        // A state that is sent again is no news of the robot.
+        if intake.tick != Some(state.tick) {
+            intake.tick = Some(state.tick);
+            intake.state_us = Some(now_us);
+        }
+        intake.remote = Remote::new(&state.wireless_remote);
+        if intake.remote.present {
+            intake.remote_us = now_us;
+        }
+        intake.not_finite = !self.body.take(state, &self.player);
+    }
+
+    /// Why the robot must not stand up now.
+    pub(super) fn refusals(&self, now_us: u64) -> Vec<String> {
+        let (intake, limits) = (&self.intake, &self.limits);
+        let mut out = Vec::new();
+        let age = intake.state_age(now_us);
+        if age > limits.state_gap_s {
+            out.push(Reason::StateGap(age).to_string());
+        }
+        if intake.crc_errors > 0 {
+            out.push(Reason::Checksum(intake.crc_errors).to_string());
+        }
+        if intake.not_finite {
+            out.push(Reason::StateNotFinite.to_string());
+        }
+        if intake.mode_machine != crate::wire::MODE_MACHINE_G1_29 {
+            out.push(Reason::ModeMachine(intake.mode_machine).to_string());
+        }
+        if intake.others {
+            out.push(Reason::OthersCommand.to_string());
+        }
+        if self.body.tilt() > limits.start_tilt_rad {
+            out.push(Reason::Tilt(self.body.tilt()).to_string());
+        }
+        if let Some(percent) = intake.battery.filter(|percent| *percent < limits.battery_percent) {
+            out.push(Reason::Battery(percent).to_string());
+        }
+        out
+    }
+
+    /// What a kick needs and does not have.
+    pub(super) fn missing_senses(&self, now_us: u64) -> Vec<&'static str> {
+        let mut out = Vec::new();
+        if self.sight.odometry_age(now_us) > self.limits.odometry_age_s {
+            out.push("no odometry");
+        }
+        let age = self.intake.picture_us.map_or(u64::MAX, |at| now_us.saturating_sub(at));
+        if age as f64 * 1e-6 > self.limits.ball_fresh_s {
+            out.push("no ball detector");
+        }
+        if self.sight.goal.is_none() {
+            out.push("no goal");
+        }
+        out
+    }
+}

@@ -1,0 +1,298 @@
+//! The runtime: packets in, a command out, 500 times a second. No threads, no clock of its own: the same packets at the same times
+//! give the same commands bit for bit.
+
+mod act;
+mod body;
+mod intake;
+mod monitor;
+mod reason;
+mod sight;
+
+use std::sync::Arc;
+
+use paid_policy::{PolicyState, SceneView};
+use serde::{Deserialize, Serialize};
+
+use crate::limits::Limits;
+use crate::message::Packet;
+use crate::player::Player;
+use crate::wire::{Key, LowCmd};
+use body::Body;
+use intake::Intake;
+use sight::Sight;
+
+pub use reason::{Event, Reason, State};
+
+/// Time between two policy steps `[us]`.
+pub const POLICY_US: u64 = 20_000;
+/// Time between two commands `[us]`.
+pub const COMMAND_US: u64 = 2_000;
+
+/// What the policy got and gave in one step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PolicyTrace {
+    /// The observation, as the contract lists it.
+    pub observation: Vec<f32>,
+    /// The action, policy joint order.
+    pub action: Vec<f32>,
+}
+
+/// What a step of the runtime gives.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// The command, with its checksum.
+    pub command: LowCmd,
+    /// The state after the step.
+    pub state: State,
+    /// The policy's step, if there was one.
+    pub trace: Option<PolicyTrace>,
+    /// What has happened.
+    pub events: Vec<Event>,
+}
+
+/// Who moves the joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Controller {
+    Damping,
+    Standing,
+    Policy,
+}
+
+/// A kick that has begun.
+#[derive(Clone, Debug)]
+struct Playing {
+    motion: usize,
+    /// Policy steps since its begin.
+    step: usize,
+    /// Ball and goal as last shown.
+    shown: Option<SceneView<f64>>,
+    /// True once it goes on without looking: what was shown last is shown to the end.
+    blind: bool,
+}
+
+/// See the module.
+pub struct Runtime {
+    player: Arc<Player>,
+    limits: Limits,
+    state: State,
+    entered_us: u64,
+    body: Body,
+    intake: Intake,
+    sight: Sight,
+    enabled: bool,
+    controller: Controller,
+    switched_us: u64,
+    /// Joint targets, model order `[rad]`: what the controller wants, and where the rate limit has got to.
+    wanted: Vec<f64>,
+    limited: Vec<f64>,
+    ramp_from: Vec<f64>,
+    playing: Option<Playing>,
+    memory: PolicyState,
+    trace: PolicyTrace,
+    joints: Vec<f64>,
+    next_policy_us: Option<u64>,
+    late: u32,
+    still_since_us: Option<u64>,
+    why: Option<Reason>,
+    waiting: &'static str,
+    events: Vec<Event>,
+    kicks: usize,
+}
+
+impl Runtime {
+    /// A passive runtime.
+    pub fn new(player: Arc<Player>, limits: Limits) -> Self {
+        let joints = player.joints();
+        let zeros = vec![0.0; joints];
+        Self {
+            body: Body::new(joints),
+            intake: Intake::default(),
+            sight: Sight::new(&player),
+            memory: player.policy.start(1),
+            trace: PolicyTrace {
+                observation: Vec::with_capacity(player.policy.obs_dim()),
+                action: vec![0.0; joints],
+            },
+            player,
+            limits,
+            state: State::Passive,
+            entered_us: 0,
+            enabled: false,
+            controller: Controller::Damping,
+            switched_us: 0,
+            wanted: zeros.clone(),
+            limited: zeros.clone(),
+            ramp_from: zeros,
+            playing: None,
+            joints: Vec::with_capacity(2 * joints),
+            next_policy_us: None,
+            late: 0,
+            still_since_us: None,
+            why: None,
+            waiting: "",
+            events: Vec::new(),
+            kicks: 0,
+        }
+    }
+
+    /// The state.
+    pub fn state(&self) -> State {
+        self.state
+    }
+    /// Why it damps, if it does.
+    pub fn why(&self) -> Option<&Reason> {
+        self.why.as_ref()
+    }
+    /// What a robot that is ready waits for; empty if for nothing.
+    pub fn waiting(&self) -> &'static str {
+        self.waiting
+    }
+    /// Kicks that have begun.
+    pub fn kicks(&self) -> usize {
+        self.kicks
+    }
+    /// Motion of the kick that is played or was the last one.
+    pub fn motion(&self) -> Option<usize> {
+        self.playing.as_ref().map(|playing| playing.motion)
+    }
+    /// Where the ball is believed to be (x, y), odometry's frame `[m]`.
+    pub fn ball(&self) -> Option<[f64; 2]> {
+        let belief = self.sight.belief(f64::INFINITY);
+        belief.known.then_some(belief.ball.position)
+    }
+
+    /// A step at `now_us` `[us]`, with what has come since the last one. `stop` is true once the operator has asked the program to end.
+    pub fn step(&mut self, now_us: u64, packets: &[Packet], stop: bool) -> Output {
+        for packet in packets {
+            self.take(now_us, packet);
+        }
+        self.sight.remember(now_us, &self.body, &self.player);
+        let policy_due = self.policy_due(now_us);
+        if self.state != State::Damping {
+            if let Some(reason) = self.alarm(now_us, stop) {
+                self.damp(now_us, reason);
+            } else {
+                self.keys(now_us);
+            }
+        }
+        let mut trace = None;
+        if policy_due {
+            self.sight.advance(now_us, POLICY_US as f64 * 1e-6, self.to_strike());
+            trace = self.think(now_us);
+        }
+        if self.state == State::StandUp {
+            self.stand_up(now_us);
+        }
+        let command = self.command(now_us);
+        Output { command, state: self.state, trace, events: std::mem::take(&mut self.events) }
+    }
+
+    /// True where a policy step is due; counts those that came late.
+    fn policy_due(&mut self, now_us: u64) -> bool {
+        let due = *self.next_policy_us.get_or_insert(now_us);
+        if now_us < due {
+            return false;
+        }
+        let late_s = (now_us - due) as f64 * 1e-6;
+        self.late = if late_s > self.limits.late_s { self.late + 1 } else { 0 };
+        if self.late >= self.limits.late_steps && self.moves() {
+            self.damp(now_us, Reason::Late(late_s));
+        }
+        // A late step does not make the next one early.
+        let next = due + POLICY_US;
+        self.next_policy_us = Some(if next <= now_us { now_us + POLICY_US } else { next });
+        true
+    }
+
+    /// True while joints are under control.
+    fn moves(&self) -> bool {
+        !matches!(self.state, State::Passive | State::Damping)
+    }
+
+    /// Time until the motion strikes `[s]`; infinite while none is played, negative after the strike.
+    fn to_strike(&self) -> f64 {
+        match &self.playing {
+            Some(playing) if self.state != State::Ready => {
+                let strike = self.player.library.facts()[playing.motion].strike_frame;
+                (strike as f64 - playing.step as f64) * POLICY_US as f64 * 1e-6
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
+    fn enter(&mut self, now_us: u64, state: State, reason: impl Into<String>) {
+        self.events.push(Event { at_us: now_us, from: self.state, to: state, reason: reason.into() });
+        self.state = state;
+        self.entered_us = now_us;
+        self.still_since_us = None;
+    }
+
+    /// Writes a line without a change of state.
+    fn note(&mut self, now_us: u64, text: impl Into<String>) {
+        self.events.push(Event { at_us: now_us, from: self.state, to: self.state, reason: text.into() });
+    }
+
+    fn damp(&mut self, now_us: u64, reason: Reason) {
+        if self.state == State::Damping {
+            return;
+        }
+        self.enter(now_us, State::Damping, reason.to_string());
+        self.why = Some(reason);
+        self.playing = None;
+        self.controller = Controller::Damping;
+    }
+
+    /// Another controller takes over: targets begin at the measured pose.
+    fn switch(&mut self, now_us: u64, controller: Controller) {
+        if self.controller != controller {
+            self.controller = controller;
+            self.switched_us = now_us;
+            self.limited.copy_from_slice(&self.body.joint_pos);
+        }
+    }
+
+    /// The remote's keys.
+    fn keys(&mut self, now_us: u64) {
+        let pressed = |keys: &[Key]| self.intake.remote.holds(keys) && !self.intake.remote_before.holds(keys);
+        let (up, play) = (pressed(&[Key::L2, Key::Up]), pressed(&[Key::R1, Key::X]));
+        if up && self.state == State::Passive {
+            let refusals = self.refusals(now_us);
+            if refusals.is_empty() {
+                self.begin_to_stand(now_us, "keys L2 and up");
+            } else {
+                self.note(now_us, format!("refused to stand up: {}", refusals.join("; ")));
+            }
+        }
+        if play && self.state == State::Ready {
+            let missing = self.missing_senses(now_us);
+            if missing.is_empty() {
+                self.enabled = true;
+                self.note(now_us, "keys R1 and X: kicks are allowed");
+            } else {
+                self.note(now_us, format!("refused to kick: {}", missing.join("; ")));
+            }
+        }
+        self.intake.remote_before = self.intake.remote;
+    }
+
+    fn begin_to_stand(&mut self, now_us: u64, reason: &str) {
+        self.ramp_from.copy_from_slice(&self.body.joint_pos);
+        self.playing = None;
+        self.switch(now_us, Controller::Standing);
+        self.enter(now_us, State::StandUp, reason);
+    }
+
+    /// The ramp to the standing pose.
+    fn stand_up(&mut self, now_us: u64) {
+        let share = (now_us - self.entered_us) as f64 * 1e-6 / self.limits.stand_up_s;
+        let smooth = |x: f64| x * x * (3.0 - 2.0 * x);
+        let share = smooth(share.min(1.0));
+        for (j, wanted) in self.wanted.iter_mut().enumerate() {
+            let (from, to) = (self.ramp_from[j], self.player.control.default_pos[j]);
+            *wanted = from + share * (to - from);
+        }
+        if share >= 1.0 {
+            self.enter(now_us, State::Ready, "the standing pose is reached");
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Robot, senses, link, runtime and writer in step: simulated time waits for all of them, and nothing depends on the machine.
+
+use std::sync::Arc;
+
+use paid_policy::Pose;
+
+use super::faults::Fault;
+use super::robot::{Mount, VirtualG1};
+use super::senses::{Senses, TrueState};
+use crate::DeployError;
+use crate::limits::Limits;
+use crate::link::{ChannelLink, Link};
+use crate::log::LogWriter;
+use crate::message::Packet;
+use crate::player::Player;
+use crate::runtime::{Event, Runtime, State};
+use crate::wire::{Key, Remote};
+use crate::writer::Writer;
+
+/// How to set it up.
+#[derive(Clone, Debug, Default)]
+pub struct LockstepOptions {
+    /// Limits of the runtime.
+    pub limits: Limits,
+    /// Seed of the senses' errors.
+    pub seed: u64,
+}
+
+/// A virtual robot and its runtime.
+pub struct Lockstep {
+    player: Arc<Player>,
+    /// The robot.
+    pub robot: VirtualG1,
+    /// Its senses.
+    pub senses: Senses,
+    runtime: Runtime,
+    writer: Writer,
+    ends: (ChannelLink, ChannelLink),
+    packets: Vec<Packet>,
+    events: Vec<Event>,
+    fault: Option<Fault>,
+    called_us: u64,
+    anchor: usize,
+    log: Option<LogWriter>,
+    peak: [f64; 4],
+}
+
+impl Lockstep {
+    /// A robot on the gantry and a passive runtime.
+    ///
+    /// # Errors
+    /// If MuJoCo is missing.
+    pub fn new(player: &Arc<Player>, options: &LockstepOptions) -> Result<Self, DeployError> {
+        let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
+        Ok(Self {
+            robot: VirtualG1::new(Arc::clone(player))?,
+            senses: Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, options.seed),
+            runtime: Runtime::new(Arc::clone(player), options.limits.clone()),
+            writer: Writer::new(&options.limits, player.joints()),
+            ends: ChannelLink::pair(),
+            packets: Vec::new(),
+            events: Vec::new(),
+            fault: None,
+            called_us: 0,
+            anchor,
+            log: None,
+            peak: [0.0; 4],
+            player: Arc::clone(player),
+        })
+    }
+
+    /// Writes every step to a log from now on.
+    pub fn set_log(&mut self, log: LogWriter) {
+        self.log = Some(log);
+    }
+    /// The log, to be finished.
+    pub fn take_log(&mut self) -> Option<LogWriter> {
+        self.log.take()
+    }
+    /// The runtime.
+    pub fn runtime(&self) -> &Runtime {
+        &self.runtime
+    }
+    /// The player.
+    pub fn player(&self) -> &Player {
+        &self.player
+    }
+    /// Everything that the runtime has told.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+    /// Highest tilt `[rad]`, angular velocity of the pelvis `[rad/s]`, joint speed and torque (shares of their limits) while the policy
+    /// moved the robot.
+    pub fn peak(&self) -> [f64; 4] {
+        self.peak
+    }
+
+    /// What is true now.
+    pub fn truth(&self) -> TrueState {
+        let state = self.robot.truth();
+        let pose = |body: usize| Pose { pos: state.bodies[body].pos, rot: state.bodies[body].rot };
+        TrueState {
+            base: pose(0),
+            base_vel: state.bodies[0].lin_vel,
+            torso: pose(self.anchor),
+            ball: state.ball.pos,
+            ball_vel: state.ball.vel,
+        }
+    }
+
+    /// Injects a fault.
+    pub fn inject(&mut self, fault: Fault) {
+        self.fault = Some(fault);
+        self.robot.set_fault(Some(fault));
+        match fault {
+            Fault::NoOdometry => self.senses.odometry = false,
+            Fault::NoBall => self.senses.ball_visible = false,
+            _ => {}
+        }
+    }
+
+    /// Tells the runtime where the goal is, world (x, y) `[m]`.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn place_goal(&mut self, goal: [f64; 2]) -> Result<(), DeployError> {
+        let goal = self.senses.placed(goal, &self.truth());
+        Ok(self.ends.0.send(Packet::Goal(goal))?)
+    }
+
+    /// Two milliseconds.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn tick(&mut self) -> Result<(), DeployError> {
+        self.robot.receive(&mut self.ends.0)?;
+        self.robot.step();
+        let now_us = self.robot.now_us();
+        self.robot.publish(&mut self.ends.0)?;
+        let truth = self.truth();
+        let mut sent = Ok(());
+        let to = &mut self.ends.0;
+        self.senses.step(now_us, &truth, |packet| {
+            sent = sent.clone().and(to.send(packet));
+        });
+        sent?;
+        if self.fault == Some(Fault::Kill) {
+            return Ok(());
+        }
+        while let Some(packet) = self.ends.1.receive()? {
+            self.packets.push(packet);
+        }
+        let stalled = match self.fault {
+            Some(Fault::Hang) => true,
+            Some(Fault::Late) => now_us < self.called_us + 18_000,
+            _ => false,
+        };
+        if !stalled {
+            self.called_us = now_us;
+            let stop = self.fault == Some(Fault::StopSignal);
+            let output = self.runtime.step(now_us, &self.packets, stop);
+            if let Some(log) = &mut self.log {
+                log.step(now_us, &self.packets, stop, &output);
+            }
+            self.packets.clear();
+            self.events.extend(output.events);
+            self.writer.give(output.command, now_us);
+            self.watch();
+        }
+        if let Some(command) = self.writer.write(now_us) {
+            self.ends.1.send(Packet::LowCmd(command.to_cdr()))?;
+        }
+        Ok(())
+    }
+
+    /// Remembers the highest values while the policy moves the robot.
+    fn watch(&mut self) {
+        if !matches!(self.runtime.state(), State::Kick | State::Settle) {
+            return;
+        }
+        let state = self.robot.truth();
+        let base = &state.bodies[0];
+        let share = |values: &[f64], limits: &dyn Fn(usize) -> f64| {
+            values.iter().enumerate().fold(0.0_f64, |most, (j, x)| most.max(x.abs() / limits(j)))
+        };
+        let speed = share(&state.joint_vel, &|j| self.player.control.velocity_limit[j]);
+        let motors = &self.robot.command().motors;
+        let torque = share(&state.joint_torque, &|j| self.player.model.joints[j].effort_limit);
+        let _ = motors;
+        let now = [base.rot.0[2][2].clamp(-1.0, 1.0).acos(), base.ang_vel.norm(), speed, torque];
+        for (peak, now) in self.peak.iter_mut().zip(now) {
+            *peak = peak.max(now);
+        }
+    }
+
+    /// Ticks until `done` or for `seconds` of simulated time; true if `done` came.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn run_until(
+        &mut self,
+        seconds: f64,
+        mut done: impl FnMut(&Self) -> bool,
+    ) -> Result<bool, DeployError> {
+        let end_us = self.robot.now_us() + (seconds * 1e6) as u64;
+        while self.robot.now_us() < end_us {
+            self.tick()?;
+            if done(self) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Presses keys of the remote for a tenth of a second.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn press(&mut self, keys: &[Key]) -> Result<(), DeployError> {
+        self.robot.set_remote(Remote::pressing(keys));
+        self.run_until(0.1, |_| false)?;
+        self.robot.set_remote(Remote::pressing(&[]));
+        self.run_until(0.02, |_| false)?;
+        Ok(())
+    }
+
+    /// From the gantry to a robot that stands, free if `free`, and is allowed to kick. The goal is 5 m ahead.
+    ///
+    /// # Errors
+    /// If it does not come to that; with the runtime's reasons.
+    pub fn make_ready(&mut self, free: bool) -> Result<(), DeployError> {
+        self.place_goal([5.0, 0.0])?;
+        self.run_until(0.2, |_| false)?;
+        self.press(&[Key::L2, Key::Up])?;
+        self.run_until(30.0, |s| s.runtime.state() != State::StandUp)?;
+        if free {
+            self.robot.set_mount(Mount::Free);
+            self.run_until(0.5, |_| false)?;
+        }
+        self.press(&[Key::R1, Key::X])?;
+        if matches!(self.runtime.state(), State::Ready | State::Kick) {
+            return Ok(());
+        }
+        let told: Vec<String> = self.events.iter().map(|e| format!("{}: {}", e.to, e.reason)).collect();
+        Err(DeployError::Refused(told.join("; ")))
+    }
+}

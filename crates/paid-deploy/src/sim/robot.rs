@@ -1,0 +1,325 @@
+//! The virtual G1: MuJoCo behind `LowCmd` and `LowState`.
+
+use std::sync::Arc;
+
+use paid_lanes::{Mat3, Quat, Vec3};
+use paid_mujoco::{BallOptions, MujocoSim, SceneOptions};
+use paid_physics::{GroupState, LaneState, Simulator};
+
+use super::faults::Fault;
+use crate::DeployError;
+use crate::link::Link;
+use crate::message::Packet;
+use crate::player::Player;
+use crate::wire::{LowCmd, LowState, MODE_MACHINE_G1_29, Remote};
+
+/// Place of the pelvis's inertial sensor in the pelvis `[m]` (vendor's description of the robot).
+const IMU: [f64; 3] = [0.04525, 0.0, -0.08339];
+/// Joints of a free base in MuJoCo's arrays.
+const FREE: [usize; 2] = [7, 6];
+/// Time between two states `[us]`.
+pub(crate) const STEP_US: u64 = 2_000;
+
+/// What holds the pelvis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mount {
+    /// Nothing: it stands or falls.
+    Free,
+    /// A gantry that holds it upright where it is and turns it about its y axis at this speed `[rad/s]`.
+    Gantry {
+        /// Pitch rate `[rad/s]`.
+        pitch_rad_s: f64,
+    },
+}
+
+/// A G1 that nobody can break.
+pub struct VirtualG1 {
+    player: Arc<Player>,
+    sim: MujocoSim,
+    mount: Mount,
+    held: ([f64; 3], [f64; 4]),
+    now_us: u64,
+    command: LowCmd,
+    command_us: Option<u64>,
+    timeout_us: u64,
+    refused: u64,
+    imu_vel: Vec3<f64>,
+    torque: Vec<f64>,
+    remote: [u8; 40],
+    fault: Option<Fault>,
+    fault_us: u64,
+}
+
+impl VirtualG1 {
+    /// Without a command for so long the robot stops by itself: damping `[us]`. An assumption: the vendor does not state its own.
+    pub const TIMEOUT_US: u64 = 100_000;
+
+    /// A robot in its default pose, held by a gantry with the feet on the ground, the ball 1 m behind it.
+    ///
+    /// # Errors
+    /// If MuJoCo is missing or refuses the scene.
+    pub fn new(player: Arc<Player>) -> Result<Self, DeployError> {
+        let ball = BallOptions { params: player.task.ball_params, ..BallOptions::default() };
+        let scene = SceneOptions {
+            physics_dt_s: STEP_US as f64 * 1e-6,
+            substeps: 1,
+            ball: Some(ball),
+            ..SceneOptions::default()
+        };
+        let sim = MujocoSim::new(&player.model, &player.control, &scene, 1)
+            .map_err(DeployError::simulation)?;
+        let mut robot = Self {
+            sim,
+            mount: Mount::Gantry { pitch_rad_s: 0.0 },
+            held: ([0.0, 0.0, player.spec.nominal_height_m], [1.0, 0.0, 0.0, 0.0]),
+            now_us: 0,
+            command: LowCmd::default(),
+            command_us: None,
+            timeout_us: Self::TIMEOUT_US,
+            refused: 0,
+            imu_vel: Vec3::zero(),
+            torque: vec![0.0; player.joints()],
+            remote: Remote::pressing(&[]),
+            fault: None,
+            fault_us: 0,
+            player,
+        };
+        let start = robot.at_rest();
+        robot.set_state(&start);
+        Ok(robot)
+    }
+
+    fn at_rest(&self) -> LaneState {
+        let radius = self.player.task.ball_params.radius_m;
+        LaneState {
+            base_pos: self.held.0,
+            base_quat: self.held.1,
+            base_lin_vel: [0.0; 3],
+            base_ang_vel: [0.0; 3],
+            joint_pos: self.player.control.default_pos.clone(),
+            joint_vel: vec![0.0; self.player.joints()],
+            ball_pos: [-1.0, 0.0, radius],
+            ball_vel: [0.0; 3],
+            ball_ang_vel: [0.0; 3],
+            warm_start: Vec::new(),
+        }
+    }
+
+    /// Puts robot and ball into a state.
+    pub fn set_state(&mut self, state: &LaneState) {
+        self.sim.reset_lane(0, 0, state);
+        self.held = (state.base_pos, state.base_quat);
+        self.sim.refresh(0);
+        self.imu_vel = self.imu_velocity();
+    }
+
+    /// Time since it was switched on `[us]`.
+    pub fn now_us(&self) -> u64 {
+        self.now_us
+    }
+    /// What is true of bodies, joints and ball.
+    pub fn truth(&self) -> &GroupState<f64> {
+        self.sim.state(0)
+    }
+    /// The command in force.
+    pub fn command(&self) -> &LowCmd {
+        &self.command
+    }
+    /// True once it has stopped by itself for lack of commands.
+    pub fn timed_out(&self) -> bool {
+        self.command_us.is_some_and(|at| self.now_us - at >= self.timeout_us)
+    }
+    /// Commands with a wrong length or checksum.
+    pub fn refused(&self) -> u64 {
+        self.refused
+    }
+    /// The remote's bytes from now on, see [`Remote::pressing`].
+    pub fn set_remote(&mut self, bytes: [u8; 40]) {
+        self.remote = bytes;
+    }
+    /// Takes the robot by the gantry where it is, or lets it go.
+    pub fn set_mount(&mut self, mount: Mount) {
+        let state = self.sim.save_lane(0, 0);
+        self.held = (state.base_pos, state.base_quat);
+        self.mount = mount;
+    }
+    /// Injects a fault, or ends it.
+    pub fn set_fault(&mut self, fault: Option<Fault>) {
+        self.fault = fault;
+        self.fault_us = self.now_us;
+        match fault {
+            Some(Fault::Tilt) => self.set_mount(Mount::Gantry { pitch_rad_s: 2.0 }),
+            Some(Fault::Spin) => self.set_mount(Mount::Gantry { pitch_rad_s: 8.0 }),
+            _ => {}
+        }
+    }
+    /// Places the ball, center (x, y) in the world `[m]`; it rolls at `velocity` `[m/s]`.
+    pub fn place_ball(&mut self, [x, y]: [f64; 2], [vx, vy]: [f64; 2]) {
+        let r = self.player.task.ball_params.radius_m;
+        self.sim.set_ball(0, 0, [x, y, r], [vx, vy, 0.0], [-vy / r, vx / r, 0.0]);
+    }
+
+    /// Takes in the commands that have come. Those with a wrong checksum are ignored, as the vendor's robot does.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn receive(&mut self, link: &mut impl Link) -> Result<(), DeployError> {
+        loop {
+            match link.receive() {
+                Ok(Some(Packet::LowCmd(bytes))) => match LowCmd::from_cdr(&bytes) {
+                    Ok(command) if command.crc == command.expected_crc() => {
+                        self.command = command;
+                        self.command_us = Some(self.now_us);
+                    }
+                    _ => self.refused += 1,
+                },
+                Ok(Some(_)) => {}
+                Ok(None) => return Ok(()),
+                // Nobody commands any more.
+                Err(crate::LinkError::Closed) => return Ok(()),
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// Two milliseconds of physics.
+    pub fn step(&mut self) {
+        let timed_out = self.timed_out();
+        let (q, v) = (self.sim.world(0).qpos(), self.sim.world(0).qvel());
+        for (j, torque) in self.torque.iter_mut().enumerate() {
+            let motor = &self.command.motors[self.player.motors[j]];
+            let (angle, speed) = (q[FREE[0] + j], v[FREE[1] + j]);
+            let wanted = if timed_out {
+                -3.0 * speed
+            } else if motor.mode == 1 {
+                let [q, dq, kp, kd, tau] =
+                    [motor.q, motor.dq, motor.kp, motor.kd, motor.tau].map(f64::from);
+                kp * (q - angle) + kd * (dq - speed) + tau
+            } else {
+                0.0
+            };
+            let effort = self.player.model.joints[j].effort_limit;
+            *torque = if wanted.is_finite() { wanted.clamp(-effort, effort) } else { 0.0 };
+        }
+        let world = self.sim.world_mut(0);
+        world.ctrl_mut().copy_from_slice(&self.torque);
+        world.step();
+        self.now_us += STEP_US;
+        if let Mount::Gantry { pitch_rad_s } = self.mount {
+            let turn = Quat::from_axis_angle(Vec3([0.0, 1.0, 0.0]), pitch_rad_s * STEP_US as f64 * 1e-6);
+            self.held.1 = Quat(self.held.1).mul(turn).normalize().0;
+            let world = self.sim.world_mut(0);
+            let q = world.qpos_mut();
+            q[..3].copy_from_slice(&self.held.0);
+            q[3..7].copy_from_slice(&self.held.1);
+            let v = world.qvel_mut();
+            v[..6].copy_from_slice(&[0.0, 0.0, 0.0, 0.0, pitch_rad_s, 0.0]);
+        }
+        self.sim.refresh(0);
+    }
+
+    /// Velocity of the inertial sensor, world axes `[m/s]`.
+    fn imu_velocity(&self) -> Vec3<f64> {
+        let base = &self.truth().bodies[0];
+        base.ang_vel.cross_add(base.rot.mul_vec(Vec3(IMU)), base.lin_vel)
+    }
+
+    /// What the robot says now, with its faults.
+    pub fn low_state(&mut self) -> LowState {
+        let velocity = self.imu_velocity();
+        let rate = 1e6 / STEP_US as f64;
+        let acceleration = (velocity - self.imu_vel).scale(rate) + Vec3([0.0, 0.0, 9.81]);
+        self.imu_vel = velocity;
+        let truth = self.truth();
+        let base = &truth.bodies[0];
+        let quaternion = quaternion(&base.rot);
+        let f32s = |v: Vec3<f64>| v.0.map(|x| x as f32);
+        let mut state = LowState {
+            mode_machine: MODE_MACHINE_G1_29,
+            tick: (self.now_us / 1000) as u32,
+            wireless_remote: self.remote,
+            ..LowState::default()
+        };
+        state.imu.quaternion = quaternion.map(|x| x as f32);
+        state.imu.gyroscope = f32s(base.rot.tr_mul_vec(base.ang_vel));
+        state.imu.accelerometer = f32s(base.rot.tr_mul_vec(acceleration));
+        let r = &base.rot.0;
+        state.imu.rpy = [r[2][1].atan2(r[2][2]), -r[2][0].clamp(-1.0, 1.0).asin(), r[1][0].atan2(r[0][0])]
+            .map(|x| x as f32);
+        state.imu.temperature = 40;
+        for (j, &m) in self.player.motors.iter().enumerate() {
+            let motor = &mut state.motors[m];
+            motor.mode = self.command.motors[m].mode;
+            motor.q = truth.joint_pos[j] as f32;
+            motor.dq = truth.joint_vel[j] as f32;
+            motor.tau_est = self.torque[j] as f32;
+            motor.temperature = [45, 50];
+            motor.vol = 54.0;
+        }
+        if let Some(fault) = self.fault {
+            fault.tamper(&mut state, self.fault_us);
+        }
+        let mut state = state.sealed();
+        if self.fault == Some(Fault::Checksum) {
+            state.crc ^= 1;
+        }
+        state
+    }
+
+    /// Sends the state, unless a fault keeps the robot silent.
+    ///
+    /// # Errors
+    /// If the link fails.
+    pub fn publish(&mut self, link: &mut impl Link) -> Result<(), DeployError> {
+        let state = self.low_state();
+        if self.fault == Some(Fault::Silence) {
+            return Ok(());
+        }
+        if self.fault == Some(Fault::OthersCommand) {
+            link.send(Packet::OthersCommand)?;
+        }
+        link.send(Packet::LowState(state.to_cdr()))?;
+        Ok(())
+    }
+}
+
+/// Unit quaternion (w, x, y, z) of a rotation.
+pub(super) fn quaternion(rot: &Mat3<f64>) -> [f64; 4] {
+    let m = &rot.0;
+    // The largest of the four is found from the diagonal; the others follow from sums and differences.
+    let squares = [
+        1.0 + m[0][0] + m[1][1] + m[2][2],
+        1.0 + m[0][0] - m[1][1] - m[2][2],
+        1.0 - m[0][0] + m[1][1] - m[2][2],
+        1.0 - m[0][0] - m[1][1] + m[2][2],
+    ];
+    let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
+    let (dx, dy, dz) = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]);
+    let (xy, xz, yz) = (m[1][0] + m[0][1], m[0][2] + m[2][0], m[2][1] + m[1][2]);
+    let s = squares[largest];
+    let q = match largest {
+        0 => [s, dx, dy, dz],
+        1 => [dx, s, xy, xz],
+        2 => [dy, xy, s, yz],
+        _ => [dz, xz, yz, s],
+    };
+    let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
+    let norm = sign * q.iter().map(|x| x * x).sum::<f64>().sqrt();
+    q.map(|x| x / norm)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quaternion_comes_back_from_its_rotation() {
+        let wanted = [[0.9, 0.1, -0.3, 0.2], [0.01, 1.0, 0.1, 0.0], [0.1, 0.0, -1.0, 0.3], [0.0, 0.2, 0.1, 0.9]];
+        for q in wanted {
+            let q = Quat::<f64>(q).normalize();
+            let back = quaternion(&q.to_mat());
+            let dot: f64 = q.0.iter().zip(back).map(|(a, b)| a * b).sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-12, "{q:?} {back:?}");
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! The robot's messages, byte for byte.
+//!
+//! A message has two layouts. On the network it is CDR: every number is aligned to its own size, structs are not. The checksum is
+//! computed over the vendor's C struct, in which nested structs are aligned and padded with zeros. One walk over the fields serves both.
+
+mod crc;
+mod low_cmd;
+mod low_state;
+mod remote;
+mod walk;
+
+pub use crc::crc32;
+pub use low_cmd::{LowCmd, MotorCmd};
+pub use low_state::{ImuState, LowState, MotorState};
+pub use remote::{Key, Remote};
+pub use walk::WireError;
+
+/// Motors of a message; a G1 with 29 joints uses the first 29.
+pub const MOTORS: usize = 35;
+/// `mode_machine` of a G1 with 29 free joints.
+pub const MODE_MACHINE_G1_29: u8 = 5;

@@ -1,0 +1,119 @@
+//! A walk over a message's fields, in either layout.
+
+use thiserror::Error;
+
+/// Bytes that are no such message.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{message}: expected {expected} bytes, found {found}")]
+pub struct WireError {
+    /// Name of the message.
+    pub message: &'static str,
+    /// Its length.
+    pub expected: usize,
+    /// What came.
+    pub found: usize,
+}
+
+/// How fields lie in the bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Layout {
+    /// The vendor's C struct.
+    C,
+    /// Plain CDR, little-endian, without its header of four bytes.
+    Cdr,
+}
+
+/// Visits fields in order.
+pub(crate) trait Walk {
+    /// A nested struct begins.
+    fn group(&mut self);
+    fn bytes<const N: usize>(&mut self, align: usize, value: [u8; N]) -> [u8; N];
+
+    fn u8(&mut self, value: &mut u8) {
+        [*value] = self.bytes(1, [*value]);
+    }
+    fn i16(&mut self, value: &mut i16) {
+        *value = i16::from_le_bytes(self.bytes(2, value.to_le_bytes()));
+    }
+    fn u32(&mut self, value: &mut u32) {
+        *value = u32::from_le_bytes(self.bytes(4, value.to_le_bytes()));
+    }
+    fn u32s(&mut self, values: &mut [u32]) {
+        for value in values {
+            self.u32(value);
+        }
+    }
+    fn f32(&mut self, value: &mut f32) {
+        *value = f32::from_le_bytes(self.bytes(4, value.to_le_bytes()));
+    }
+    fn f32s(&mut self, values: &mut [f32]) {
+        for value in values {
+            self.f32(value);
+        }
+    }
+}
+
+/// A message.
+pub(crate) trait Message: Clone + Default {
+    const NAME: &'static str;
+    fn walk(&mut self, walk: &mut impl Walk);
+
+    /// The message's bytes.
+    fn to_bytes(&self, layout: Layout) -> Vec<u8> {
+        let mut put = Put { out: Vec::with_capacity(2200), layout };
+        self.clone().walk(&mut put);
+        put.out
+    }
+
+    /// The message in `bytes`, which must be as long as it. Up to 3 bytes of padding at the end of a CDR stream are allowed.
+    fn from_bytes(bytes: &[u8], layout: Layout) -> Result<Self, WireError> {
+        let mut take = Take { bytes, at: 0, layout };
+        let mut message = Self::default();
+        message.walk(&mut take);
+        let (expected, found) = (take.at, bytes.len());
+        let padding = if layout == Layout::Cdr { 3 } else { 0 };
+        if (expected..=expected + padding).contains(&found) {
+            Ok(message)
+        } else {
+            Err(WireError { message: Self::NAME, expected, found })
+        }
+    }
+}
+
+struct Put {
+    out: Vec<u8>,
+    layout: Layout,
+}
+
+impl Walk for Put {
+    fn group(&mut self) {
+        if self.layout == Layout::C {
+            self.out.resize(self.out.len().next_multiple_of(4), 0);
+        }
+    }
+    fn bytes<const N: usize>(&mut self, align: usize, value: [u8; N]) -> [u8; N] {
+        self.out.resize(self.out.len().next_multiple_of(align), 0);
+        self.out.extend(value);
+        value
+    }
+}
+
+/// Reads on beyond the end, where everything keeps its value, so that the length comes out.
+struct Take<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    layout: Layout,
+}
+
+impl Walk for Take<'_> {
+    fn group(&mut self) {
+        if self.layout == Layout::C {
+            self.at = self.at.next_multiple_of(4);
+        }
+    }
+    fn bytes<const N: usize>(&mut self, align: usize, value: [u8; N]) -> [u8; N] {
+        let from = self.at.next_multiple_of(align);
+        self.at = from + N;
+        self.bytes.get(from..self.at).and_then(|found| found.try_into().ok()).unwrap_or(value)
+    }
+}

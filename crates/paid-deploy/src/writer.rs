@@ -1,0 +1,67 @@
+//! The last hand before the robot: sends the runtime's command, or damping if the runtime gives none.
+
+use crate::limits::Limits;
+use crate::wire::LowCmd;
+
+/// Passes commands on and watches their age.
+#[derive(Clone, Debug)]
+pub struct Writer {
+    latest: Option<(LowCmd, u64)>,
+    limit_us: u64,
+    kd: f32,
+    joints: usize,
+    stopped: bool,
+}
+
+impl Writer {
+    /// A writer that has got nothing.
+    pub fn new(limits: &Limits, joints: usize) -> Self {
+        Self {
+            latest: None,
+            limit_us: (limits.command_age_s * 1e6) as u64,
+            kd: limits.passive_kd,
+            joints,
+            stopped: false,
+        }
+    }
+
+    /// Takes the runtime's command, given at `now_us` `[us]`.
+    pub fn give(&mut self, command: LowCmd, now_us: u64) {
+        self.latest = Some((command, now_us));
+    }
+
+    /// True once the runtime was silent for too long: from then on there is only damping.
+    pub fn stopped(&self) -> bool {
+        self.stopped
+    }
+
+    /// What to send at `now_us` `[us]`; nothing before the runtime's first command.
+    pub fn write(&mut self, now_us: u64) -> Option<LowCmd> {
+        let (command, given_us) = self.latest.as_ref()?;
+        self.stopped |= now_us.saturating_sub(*given_us) >= self.limit_us;
+        Some(if self.stopped {
+            LowCmd::damping(command.mode_machine, self.joints, self.kd)
+        } else {
+            command.clone()
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_silent_runtime_is_replaced_by_damping_for_good() {
+        let mut writer = Writer::new(&Limits::default(), 29);
+        assert_eq!(writer.write(0), None);
+        let mut command = LowCmd { mode_machine: 5, ..LowCmd::default() };
+        command.motors[3].kp = 40.0;
+        let command = command.sealed();
+        writer.give(command.clone(), 1000);
+        assert_eq!(writer.write(20_999), Some(command.clone()));
+        assert_eq!(writer.write(21_000), Some(LowCmd::damping(5, 29, 3.0)));
+        writer.give(command, 22_000);
+        assert_eq!(writer.write(22_000), Some(LowCmd::damping(5, 29, 3.0)), "a runtime that comes back");
+    }
+}
