@@ -17,9 +17,13 @@
 //! assert_eq!(command.crc, command.expected_crc());
 //! ```
 
+mod check;
+#[cfg(feature = "dds")]
+mod dds;
 mod error;
 mod limits;
 mod link;
+mod live;
 pub mod log;
 mod message;
 mod motors;
@@ -29,9 +33,13 @@ pub mod sim;
 pub mod wire;
 mod writer;
 
+pub use check::{CheckReport, Checker};
+#[cfg(feature = "dds")]
+pub use dds::{DdsLink, Side};
 pub use error::DeployError;
 pub use limits::{Envelope, Limits};
-pub use link::{ChannelLink, Link, LinkError};
+pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
+pub use live::{Lateness, Live, LiveReport, run_live};
 pub use message::{OdometryPose, Packet, Sighting};
 pub use motors::{G1_MOTORS, motors_of};
 pub use player::{Player, PlayerSpec};

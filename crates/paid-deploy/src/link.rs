@@ -25,13 +25,17 @@ pub enum LinkError {
     },
 }
 
-/// One end of the link. Nothing here waits.
-pub trait Link {
+/// Where packets go out. Nothing here waits.
+pub trait Outlet: Send {
     /// Sends a packet. A network may lose it.
     ///
     /// # Errors
     /// If the link is closed or broken.
     fn send(&mut self, packet: Packet) -> Result<(), LinkError>;
+}
+
+/// Where packets come in. Nothing here waits.
+pub trait Inlet: Send {
     /// The next packet that has come, if any.
     ///
     /// # Errors
@@ -39,18 +43,30 @@ pub trait Link {
     fn receive(&mut self) -> Result<Option<Packet>, LinkError>;
 }
 
+/// One end of the link.
+pub trait Link: Outlet + Inlet {
+    /// Its two directions, for two threads.
+    fn split(self) -> (Box<dyn Outlet>, Box<dyn Inlet>);
+}
+
 /// An end of two channels.
 #[derive(Debug)]
 pub struct ChannelLink {
-    to: SyncSender<Packet>,
-    from: Receiver<Packet>,
+    to: ChannelOutlet,
+    from: ChannelInlet,
 }
+
+#[derive(Debug)]
+struct ChannelOutlet(SyncSender<Packet>);
+
+#[derive(Debug)]
+struct ChannelInlet(Receiver<Packet>);
 
 impl ChannelLink {
     /// Both ends: what one sends the other receives, in order.
     ///
     /// ```
-    /// use paid_deploy::{ChannelLink, Link, Packet};
+    /// use paid_deploy::{ChannelLink, Inlet, Outlet, Packet};
     ///
     /// let (mut robot, mut runtime) = ChannelLink::pair();
     /// robot.send(Packet::Goal([5.0, 0.0]))?;
@@ -60,23 +76,44 @@ impl ChannelLink {
     /// ```
     pub fn pair() -> (Self, Self) {
         let ((to_a, from_b), (to_b, from_a)) = (sync_channel(DEPTH), sync_channel(DEPTH));
-        (Self { to: to_b, from: from_b }, Self { to: to_a, from: from_a })
+        let end = |to, from| Self { to: ChannelOutlet(to), from: ChannelInlet(from) };
+        (end(to_b, from_b), end(to_a, from_a))
     }
 }
 
-impl Link for ChannelLink {
+impl Outlet for ChannelOutlet {
     fn send(&mut self, packet: Packet) -> Result<(), LinkError> {
-        match self.to.try_send(packet) {
+        match self.0.try_send(packet) {
             Ok(()) | Err(TrySendError::Full(_)) => Ok(()),
             Err(TrySendError::Disconnected(_)) => Err(LinkError::Closed),
         }
     }
+}
 
+impl Inlet for ChannelInlet {
     fn receive(&mut self) -> Result<Option<Packet>, LinkError> {
-        match self.from.try_recv() {
+        match self.0.try_recv() {
             Ok(packet) => Ok(Some(packet)),
             Err(TryRecvError::Empty) => Ok(None),
             Err(TryRecvError::Disconnected) => Err(LinkError::Closed),
         }
+    }
+}
+
+impl Outlet for ChannelLink {
+    fn send(&mut self, packet: Packet) -> Result<(), LinkError> {
+        self.to.send(packet)
+    }
+}
+
+impl Inlet for ChannelLink {
+    fn receive(&mut self) -> Result<Option<Packet>, LinkError> {
+        self.from.receive()
+    }
+}
+
+impl Link for ChannelLink {
+    fn split(self) -> (Box<dyn Outlet>, Box<dyn Inlet>) {
+        (Box::new(self.to), Box::new(self.from))
     }
 }

@@ -205,9 +205,9 @@ pub fn replay(log: &mut LogReader, player: &Arc<Player>) -> Result<Replay, Deplo
         let output = runtime.step(frame.now_us, &frame.packets, frame.stop);
         let again = Frame::new(frame.now_us, &frame.packets, frame.stop, &output);
         let bits = |trace: &Option<PolicyTrace>| {
-            trace.as_ref().map(|t| {
-                t.observation.iter().chain(&t.action).map(|x| x.to_bits()).collect::<Vec<_>>()
-            })
+            trace
+                .as_ref()
+                .map(|t| t.observation.iter().chain(&t.action).map(|x| x.to_bits()).collect::<Vec<_>>())
         };
         let what = if bits(&again.trace) != bits(&frame.trace) {
             Some("the policy's step")

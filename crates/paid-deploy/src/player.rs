@@ -71,8 +71,8 @@ impl Player {
             }
         };
         let rate = 1.0 / task.control_dt_s();
-        let motions = MotionLibrary::open(&folder, &trained.model, &trained.spec, rate)
-            .map_err(DeployError::policy)?;
+        let motions =
+            MotionLibrary::open(&folder, &trained.model, &trained.spec, rate).map_err(DeployError::policy)?;
         let library = ReferenceLibrary::from_motions(&motions, &trained.model, &trained.spec)
             .map_err(DeployError::policy)?;
         Self::new(trained, task, library)
@@ -90,8 +90,8 @@ impl Player {
         let contract = trained.contract("").map_err(DeployError::policy)?;
         // The robot as this program knows it, not as the policy's file tells it.
         let (g1, g1_spec) = (RobotModel::g1(), RobotSpec::g1());
-        let robot = task_contract(&g1, &g1_spec, 0.02, &task.observations.policy)
-            .map_err(DeployError::policy)?;
+        let robot =
+            task_contract(&g1, &g1_spec, 0.02, &task.observations.policy).map_err(DeployError::policy)?;
         let robot = paid_policy::Contract { recurrent: contract.recurrent, ..robot };
         let differences = robot.differences(&contract);
         if !differences.is_empty() {

@@ -1,34 +1,196 @@
-//! Runtime and virtual robot in step.
+//! Runtime and virtual robot in step, with a policy and motions that are part of the repository.
 
+use std::path::Path;
 use std::sync::Arc;
 
-use paid_deploy::sim::{MatchOptions, play_match};
-use paid_deploy::{Player, PlayerSpec};
+use paid_deploy::log::{LogHeader, LogReader, LogWriter, replay};
+use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, drill, play_match};
+use paid_deploy::wire::{Key, LowCmd, LowState, Remote};
+use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State};
+
+fn spec() -> PlayerSpec {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    PlayerSpec { policy, motions: None, sets: Vec::new() }
+}
+
+fn player() -> Arc<Player> {
+    Arc::new(Player::load(&spec()).expect("the repository's policy"))
+}
+
+fn ready(player: &Arc<Player>) -> Lockstep {
+    let limits = Limits { stand_up_s: 0.3, ..Limits::default() };
+    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1 }).expect("MuJoCo");
+    step.make_ready(false).expect("ready");
+    step
+}
 
 #[test]
-#[ignore = "experiment"]
-fn experiment() {
-    let shared = std::env::var("PAID_SHARED").expect("shared");
-    let sets: Vec<String> = std::env::var("SETS").map(|s| s.split(',').map(str::to_owned).collect()).unwrap_or_default();
-    let spec = PlayerSpec {
-        policy: std::env::var("POLICY").unwrap_or("../../policies/paid13_long/stage2.safetensors".into()).into(),
-        motions: Some(format!("{shared}/data/motions/paid").into()),
-        sets,
-    };
-    let player = Arc::new(Player::load(&spec).expect("player"));
-    for seed in 0..std::env::var("SEEDS").map(|s| s.parse().unwrap()).unwrap_or(1) {
-        let mut options = MatchOptions::default();
-        if let Ok(path) = std::env::var("LIMITS") {
-            options.lockstep.limits = paid_deploy::Limits::read(path.as_ref()).expect("limits");
+fn a_robot_that_is_let_go_stands_for_ten_seconds() {
+    let player = player();
+    let mut step = Lockstep::new(&player, &LockstepOptions::default()).expect("MuJoCo");
+    step.make_ready(true).expect("ready");
+    step.run_until(10.0, |_| false).expect("run");
+    assert_eq!(step.runtime().state(), State::Ready, "{:?}", step.runtime().why());
+    assert!(step.truth().base.pos.z() > 0.7);
+}
+
+#[test]
+fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
+    let player = player();
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("match.log");
+    let options = MatchOptions { kicks: 1, ..MatchOptions::default() };
+    let limits = options.lockstep.limits.clone();
+    let log = LogWriter::create(&file, &LogHeader { player: spec(), limits }).expect("log");
+    let result = play_match(&player, &options, Some(log), |_| {}).expect("match");
+    let [kick] = &result.kicks[..] else { panic!("one kick: {result:?}") };
+    assert!(!kick.motion.is_empty() && kick.ball_error_m < 0.1, "{kick:?}");
+
+    let mut reader = LogReader::open(&file).expect("log");
+    let again = replay(&mut reader, &player).expect("replay");
+    assert_eq!(again.difference, None);
+    assert!(again.policy_steps > 50 && again.frames > 2000, "{again:?}");
+
+    // A changed limit is another runtime: the replay finds the first command that differs.
+    let mut reader = LogReader::open(&file).expect("log");
+    reader.header.limits.passive_kd = 4.0;
+    let other = replay(&mut reader, &player).expect("replay");
+    assert_eq!(other.difference, Some((0, "the command")));
+
+    // A log that was cut off is read up to there.
+    let bytes = std::fs::read(&file).expect("read");
+    std::fs::write(&file, &bytes[..bytes.len() - 100]).expect("write");
+    let cut = replay(&mut LogReader::open(&file).expect("log"), &player).expect("replay");
+    assert_eq!((cut.frames, cut.difference), (again.frames - 1, None));
+}
+
+#[test]
+fn every_fault_of_a_standing_robot_is_damped_in_time() {
+    let faults = [
+        Fault::Tilt,
+        Fault::Spin,
+        Fault::JointSpeed,
+        Fault::Torque,
+        Fault::Range,
+        Fault::Winding,
+        Fault::NotFinite,
+        Fault::Silence,
+        Fault::Frozen,
+        Fault::Checksum,
+        Fault::ModeMachine,
+        Fault::StopKey,
+        Fault::StopSignal,
+        Fault::Late,
+        Fault::Hang,
+        Fault::Kill,
+        Fault::OthersCommand,
+    ];
+    let report = drill(&player(), &Limits::default(), &faults, 1, |_| {}).expect("drill");
+    assert!(report.passed(), "{}", report.table());
+}
+
+#[test]
+fn a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick() {
+    let faults = [Fault::ActionNotFinite, Fault::ActionHuge, Fault::NoOdometry];
+    let report = drill(&player(), &Limits::default(), &faults, 1, |_| {}).expect("drill");
+    assert!(report.passed(), "{}", report.table());
+}
+
+/// A healthy state of a robot that stands upright.
+fn healthy(tick: u32) -> LowState {
+    let mut state = LowState { mode_machine: 5, tick, ..LowState::default() };
+    state.imu.quaternion = [1.0, 0.0, 0.0, 0.0];
+    state.wireless_remote = Remote::pressing(&[]);
+    state
+}
+
+/// What a passive runtime says to L2 and up after this state.
+fn asked_to_stand(player: &Arc<Player>, change: impl Fn(&mut LowState), more: &[Packet]) -> (State, String) {
+    let mut runtime = Runtime::new(Arc::clone(player), Limits::default());
+    let mut told = String::new();
+    for k in 1..4_u32 {
+        let mut state = healthy(2 * k);
+        if k == 3 {
+            state.wireless_remote = Remote::pressing(&[Key::L2, Key::Up]);
         }
-        options.lockstep.seed = seed;
-        let result = play_match(&player, &options, None, |k| println!("{k:?}"));
-        match result {
-            Ok(r) => {
-                println!("goals {} of {} stopped {:?} peak {:?} seconds {}", r.goals(), r.kicks.len(), r.stopped, r.peak, r.seconds);
-                if std::env::var("EVENTS").is_ok() { for e in r.events { println!("{e:?}"); } }
-            }
-            Err(e) => println!("error {e}"),
-        }
+        change(&mut state);
+        let mut packets = more.to_vec();
+        packets.push(Packet::LowState(state.sealed().to_cdr()));
+        let output = runtime.step(2000 * u64::from(k), &packets, false);
+        told += &output.events.iter().map(|e| e.reason.clone()).collect::<String>();
     }
+    (runtime.state(), told)
+}
+
+#[test]
+fn the_runtime_refuses_a_robot_that_is_not_fit() {
+    let player = player();
+    assert_eq!(asked_to_stand(&player, |_| {}, &[]).0, State::StandUp);
+    let tilted = |state: &mut LowState| state.imu.quaternion = [0.9, 0.44, 0.0, 0.0];
+    let locked = |state: &mut LowState| state.mode_machine = 6;
+    type Case<'a> = (&'a dyn Fn(&mut LowState), &'a [Packet], &'a str);
+    let cases: [Case<'_>; 4] = [
+        (&tilted, &[], "tilted by 0.91 rad"),
+        (&locked, &[], "mode_machine: expected 5 (29 free joints), found 6"),
+        (&|_| {}, &[Packet::OthersCommand], "somebody else commands the robot"),
+        (&|_| {}, &[Packet::Battery(12.0)], "battery at 12%"),
+    ];
+    for (change, more, expected) in cases {
+        let (state, told) = asked_to_stand(&player, change, more);
+        assert_eq!(state, State::Passive, "{expected}");
+        assert!(told.contains(expected), "{told}");
+    }
+}
+
+#[test]
+fn no_kick_is_allowed_without_odometry_detector_and_goal() {
+    let player = player();
+    let limits = Limits { stand_up_s: 0.01, ..Limits::default() };
+    let mut runtime = Runtime::new(Arc::clone(&player), limits);
+    let mut told = String::new();
+    for k in 1..40_u32 {
+        let mut state = healthy(2 * k);
+        match k {
+            3 => state.wireless_remote = Remote::pressing(&[Key::L2, Key::Up]),
+            30 => state.wireless_remote = Remote::pressing(&[Key::R1, Key::X]),
+            _ => {}
+        }
+        let packets = [Packet::LowState(state.sealed().to_cdr())];
+        let output = runtime.step(2000 * u64::from(k), &packets, false);
+        told += &output.events.iter().map(|e| e.reason.clone()).collect::<String>();
+    }
+    assert_eq!(runtime.state(), State::Ready);
+    assert!(told.contains("refused to kick: no odometry; no ball detector; no goal"), "{told}");
+}
+
+#[test]
+fn targets_never_jump_when_the_controller_changes() {
+    let player = player();
+    let mut step = ready(&player);
+    step.robot.place_ball([1.2, 0.0], [0.0; 2]);
+    let mut before: Option<(State, LowCmd)> = None;
+    let mut worst = 0.0_f64;
+    step.run_until(4.0, |s| {
+        let (state, command) = (s.runtime().state(), s.robot.command().clone());
+        if let Some((State::Ready, _)) = &before
+            && state == State::Kick
+        {
+            // The first command of the kick has not arrived yet: measured pose and old command are here.
+            before = Some((state, command));
+            return false;
+        }
+        if let Some((State::Kick, _)) = &before {
+            for (j, q) in s.robot.truth().joint_pos.iter().enumerate() {
+                let motor = &command.motors[j];
+                worst = worst.max((f64::from(motor.q) - q).abs());
+            }
+            return true;
+        }
+        before = Some((state, command));
+        false
+    })
+    .expect("run");
+    assert!(matches!(before, Some((State::Kick, _))), "no kick: {}", step.runtime().waiting());
+    // Two periods at 12 rad/s, and the joints' own motion.
+    assert!(worst < 0.06, "a target {worst} rad from the measured pose");
 }

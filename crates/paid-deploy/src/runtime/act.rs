@@ -130,9 +130,11 @@ impl Runtime {
         self.trace.observation.clear();
         self.trace.observation.extend(numbers.iter().map(|x| *x as f32));
         player.policy.act(&self.trace.observation, &mut self.memory, &mut self.trace.action);
-        let worst = self.trace.action.iter().fold(0.0_f32, |worst, a| {
-            if a.is_finite() { worst.max(a.abs()) } else { f32::INFINITY }
-        });
+        let worst = self
+            .trace
+            .action
+            .iter()
+            .fold(0.0_f32, |worst, a| if a.is_finite() { worst.max(a.abs()) } else { f32::INFINITY });
         if f64::from(worst) > self.limits.action {
             self.damp(now_us, Reason::Action(f64::from(worst)));
             return;
@@ -198,12 +200,11 @@ impl Runtime {
             let wanted = self.wanted[j];
             let from = self.limited[j];
             self.limited[j] = if limited { wanted.clamp(from - reach, from + reach) } else { wanted };
-            let (stiffness, damping) = match self.controller {
-                Controller::Standing => (limits.stand_stiffness, limits.stand_damping),
-                Controller::Policy | Controller::Damping => (1.0, 1.0),
-            };
-            let kp = stiffness * player.control.stiffness[j];
-            let kd = damping * player.control.damping[j];
+            let (mut kp, mut kd) = (player.control.stiffness[j], player.control.damping[j]);
+            if self.controller == Controller::Standing {
+                kp = (limits.stand_stiffness * kp).min(limits.stand_stiffness_most);
+                kd *= limits.stand_damping;
+            }
             let joint = &player.model.joints[j];
             let (q, dq) = (self.body.joint_pos[j], self.body.joint_vel[j]);
             // The whole torque within the motor's: what training and judge do at every physics step.

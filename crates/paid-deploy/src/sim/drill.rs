@@ -185,7 +185,10 @@ fn trial_of(
     step.run_until(0.002 * ((trial * 7) % 10) as f64, |_| false)?;
     let kicks = |s: &Lockstep| s.runtime().kicks() > 0 || s.runtime().state() == State::Damping;
     if fault.while_kicking() && !kicks(&step) && !step.run_until(3.0, kicks)? {
-        return Err(DeployError::Refused(format!("the drill's kick: waits for {}", step.runtime().waiting())));
+        return Err(DeployError::Refused(format!(
+            "the drill's kick: waits for {}",
+            step.runtime().waiting()
+        )));
     }
     let mut from_us = step.robot.now_us();
     let told = step.events().len();

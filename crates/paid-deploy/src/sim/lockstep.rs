@@ -9,7 +9,7 @@ use super::robot::{Mount, VirtualG1};
 use super::senses::{Senses, TrueState};
 use crate::DeployError;
 use crate::limits::Limits;
-use crate::link::{ChannelLink, Link};
+use crate::link::{ChannelLink, Inlet, Outlet};
 use crate::log::LogWriter;
 use crate::message::Packet;
 use crate::player::Player;
@@ -184,9 +184,7 @@ impl Lockstep {
             values.iter().enumerate().fold(0.0_f64, |most, (j, x)| most.max(x.abs() / limits(j)))
         };
         let speed = share(&state.joint_vel, &|j| self.player.control.velocity_limit[j]);
-        let motors = &self.robot.command().motors;
-        let torque = share(&state.joint_torque, &|j| self.player.model.joints[j].effort_limit);
-        let _ = motors;
+        let torque = share(self.robot.torque(), &|j| self.player.model.joints[j].effort_limit);
         let now = [base.rot.0[2][2].clamp(-1.0, 1.0).acos(), base.ang_vel.norm(), speed, torque];
         for (peak, now) in self.peak.iter_mut().zip(now) {
             *peak = peak.max(now);

@@ -59,7 +59,7 @@ impl Default for MatchOptions {
 pub struct KickResult {
     /// The ball ahead of the torso and to its left `[m]`.
     pub ball: [f64; 2],
-    /// Name of the motion; empty if the robot did not kick.
+    /// Name of the motion, or what the robot waited for in vain.
     pub motion: String,
     /// How far off the runtime believed the ball to be when it began `[m]`.
     pub ball_error_m: f64,
@@ -108,13 +108,8 @@ pub fn play_match(
         step.set_log(log);
     }
     let mut rng = Rng::new(options.lockstep.seed, 0, STREAM);
-    let mut result = MatchResult {
-        kicks: Vec::new(),
-        stopped: None,
-        peak: [0.0; 4],
-        seconds: 0.0,
-        events: Vec::new(),
-    };
+    let mut result =
+        MatchResult { kicks: Vec::new(), stopped: None, peak: [0.0; 4], seconds: 0.0, events: Vec::new() };
     let ready = step.make_ready(true);
     while ready.is_ok() && result.kicks.len() < options.kicks {
         let kick = one_kick(&mut step, options, &mut rng)?;
@@ -134,11 +129,7 @@ pub fn play_match(
     ready.map(|()| result)
 }
 
-fn one_kick(
-    step: &mut Lockstep,
-    options: &MatchOptions,
-    rng: &mut Rng,
-) -> Result<KickResult, DeployError> {
+fn one_kick(step: &mut Lockstep, options: &MatchOptions, rng: &mut Rng) -> Result<KickResult, DeployError> {
     let begin_us = step.robot.now_us();
     let truth = step.truth();
     let ([x, y, _], ahead) = (truth.torso.pos.0, heading(&truth.torso.rot));
@@ -202,7 +193,7 @@ fn one_kick(
             }
             last = [bx, by];
             match s.runtime().state() {
-                State::Damping => return true,
+                State::Damping => true,
                 State::Ready => {
                     let since = *ready_us.get_or_insert(s.robot.now_us());
                     crossed || speed < AT_REST || s.robot.now_us() - since > patience_us
@@ -210,6 +201,9 @@ fn one_kick(
                 _ => false,
             }
         })?;
+    }
+    if result.motion.is_empty() {
+        result.motion = format!("none: waited for {}", step.runtime().waiting());
     }
     result.seconds = (step.robot.now_us() - begin_us) as f64 * 1e-6;
     Ok(result)

@@ -8,7 +8,7 @@ use paid_physics::{GroupState, LaneState, Simulator};
 
 use super::faults::Fault;
 use crate::DeployError;
-use crate::link::Link;
+use crate::link::{Inlet, Outlet};
 use crate::message::Packet;
 use crate::player::Player;
 use crate::wire::{LowCmd, LowState, MODE_MACHINE_G1_29, Remote};
@@ -66,8 +66,8 @@ impl VirtualG1 {
             ball: Some(ball),
             ..SceneOptions::default()
         };
-        let sim = MujocoSim::new(&player.model, &player.control, &scene, 1)
-            .map_err(DeployError::simulation)?;
+        let sim =
+            MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(DeployError::simulation)?;
         let mut robot = Self {
             sim,
             mount: Mount::Gantry { pitch_rad_s: 0.0 },
@@ -121,6 +121,10 @@ impl VirtualG1 {
     pub fn truth(&self) -> &GroupState<f64> {
         self.sim.state(0)
     }
+    /// Torques of the joints in the last step, model order `[N m]`.
+    pub fn torque(&self) -> &[f64] {
+        &self.torque
+    }
     /// The command in force.
     pub fn command(&self) -> &LowCmd {
         &self.command
@@ -163,7 +167,7 @@ impl VirtualG1 {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn receive(&mut self, link: &mut impl Link) -> Result<(), DeployError> {
+    pub fn receive(&mut self, link: &mut (impl Inlet + ?Sized)) -> Result<(), DeployError> {
         loop {
             match link.receive() {
                 Ok(Some(Packet::LowCmd(bytes))) => match LowCmd::from_cdr(&bytes) {
@@ -192,8 +196,7 @@ impl VirtualG1 {
             let wanted = if timed_out {
                 -3.0 * speed
             } else if motor.mode == 1 {
-                let [q, dq, kp, kd, tau] =
-                    [motor.q, motor.dq, motor.kp, motor.kd, motor.tau].map(f64::from);
+                let [q, dq, kp, kd, tau] = [motor.q, motor.dq, motor.kp, motor.kd, motor.tau].map(f64::from);
                 kp * (q - angle) + kd * (dq - speed) + tau
             } else {
                 0.0
@@ -270,7 +273,7 @@ impl VirtualG1 {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn publish(&mut self, link: &mut impl Link) -> Result<(), DeployError> {
+    pub fn publish(&mut self, link: &mut (impl Outlet + ?Sized)) -> Result<(), DeployError> {
         let state = self.low_state();
         if self.fault == Some(Fault::Silence) {
             return Ok(());
@@ -314,7 +317,8 @@ mod tests {
 
     #[test]
     fn a_quaternion_comes_back_from_its_rotation() {
-        let wanted = [[0.9, 0.1, -0.3, 0.2], [0.01, 1.0, 0.1, 0.0], [0.1, 0.0, -1.0, 0.3], [0.0, 0.2, 0.1, 0.9]];
+        let wanted =
+            [[0.9, 0.1, -0.3, 0.2], [0.01, 1.0, 0.1, 0.0], [0.1, 0.0, -1.0, 0.3], [0.0, 0.2, 0.1, 0.9]];
         for q in wanted {
             let q = Quat::<f64>(q).normalize();
             let back = quaternion(&q.to_mat());

@@ -67,7 +67,7 @@ impl NoisyDetector {
     }
 
     fn picture(&mut self, now_us: u64, truth: &TrueState) -> Sighting {
-        let TrueState { torso, ball, base, base_vel, ball_vel, .. } = truth;
+        let TrueState { torso, ball, base, base_vel, ball_vel } = truth;
         let in_torso = torso.point_in_body(*ball);
         let range = (in_torso - self.camera.mount()).norm();
         let [near, far] = self.preset.range_m;

@@ -46,13 +46,7 @@ pub struct LowCmd {
 
 impl Default for LowCmd {
     fn default() -> Self {
-        Self {
-            mode_pr: 0,
-            mode_machine: 0,
-            motors: [MotorCmd::default(); MOTORS],
-            reserve: [0; 4],
-            crc: 0,
-        }
+        Self { mode_pr: 0, mode_machine: 0, motors: [MotorCmd::default(); MOTORS], reserve: [0; 4], crc: 0 }
     }
 }
 

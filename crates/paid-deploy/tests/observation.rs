@@ -1,0 +1,138 @@
+//! The runtime sees through sensor messages what the task shows from the simulator's state.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_deploy::wire::{Key, LowState, Remote};
+use paid_deploy::{Limits, OdometryPose, Packet, Player, PlayerSpec, PolicyTrace, Runtime, Sighting, State};
+use paid_lanes::Vec3;
+use paid_mujoco::{MujocoSim, SceneOptions};
+use paid_physics::{GroupState, Simulator};
+use paid_policy::{Pose, VecEnv};
+use paid_task::{EpisodeRules, EvalControl, InitialState, RollingBall, Task, TaskSetup, motion_for};
+
+const BALL: [f64; 2] = [1.2, 0.1];
+const GOAL: [f64; 2] = [5.0, 0.4];
+
+fn player() -> Arc<Player> {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
+}
+
+/// The robot's messages in a state that does not change.
+fn messages(
+    player: &Player,
+    state: &GroupState<f64>,
+    quat: [f64; 4],
+    goal: [f64; 2],
+    now_us: u64,
+    keys: &[Key],
+) -> Vec<Packet> {
+    let base = &state.bodies[0];
+    let torso = &state.bodies[player.model.body_index("torso_link").expect("torso")];
+    let mut low = LowState { mode_machine: 5, tick: (now_us / 1000) as u32, ..LowState::default() };
+    low.wireless_remote = Remote::pressing(keys);
+    low.imu.quaternion = quat.map(|x| x as f32);
+    low.imu.gyroscope = base.rot.tr_mul_vec(base.ang_vel).0.map(|x| x as f32);
+    for (j, &m) in player.motors.iter().enumerate() {
+        low.motors[m].q = state.joint_pos[j] as f32;
+        low.motors[m].dq = state.joint_vel[j] as f32;
+    }
+    let ball = Pose { pos: torso.pos, rot: torso.rot }.point_in_body(state.ball.pos);
+    vec![
+        Packet::LowState(low.sealed().to_cdr()),
+        Packet::Odometry(OdometryPose { stamp_us: now_us, position: base.pos.0, quaternion: quat }),
+        Packet::Sighting(Sighting { captured_us: now_us, ball: Some(ball.0), deviation_m: 0.01 }),
+        Packet::Goal(goal),
+    ]
+}
+
+#[test]
+fn the_first_observation_of_a_kick_is_the_tasks() {
+    let player = player();
+    let preset = player.task.with_knowledge(paid_task::preset::KnowledgeMode::Truth);
+    let library = Arc::new(player.library.clone());
+    let ball = RollingBall { place: BALL, velocity: [0.0; 2], decay: 1.0 };
+    let motion = motion_for(library.facts(), &ball, 0.02);
+
+    let scene = SceneOptions::default();
+    let sim = MujocoSim::new(&player.model, &player.control, &scene, 1).expect("MuJoCo");
+    let setup = TaskSetup {
+        robot: &player.model,
+        spec: &player.spec,
+        library: &library,
+        preset: &preset,
+        first_env: 0,
+        seed: 0,
+    };
+    let mut task = Task::new(sim, &setup).expect("task");
+    task.set_rules(EpisodeRules::evaluation());
+    let start = InitialState { ball_xy: Some(BALL), goal_xy: Some(GOAL), ..InitialState::nominal(motion) };
+    task.force_start(0, &start).expect("start");
+    let mut expected = vec![0.0_f32; player.policy.obs_dim()];
+    task.observe(&mut [&mut expected]);
+
+    let state = task.simulator().state(0).clone();
+    let quat = task.simulator().save_lane(0, 0).base_quat;
+    let goal = task.sample(0).expect("sample").goal_pos;
+    // A statue: what moves in the first frame is allowed to.
+    let mut limits = Limits { stand_up_s: 0.01, ..Limits::default() };
+    limits.standing = limits.kicking;
+    let mut runtime = Runtime::new(Arc::clone(&player), limits);
+    let mut seen: Option<PolicyTrace> = None;
+    for k in 1..1000_u64 {
+        let now_us = 2000 * k;
+        let keys: &[Key] = match k {
+            3 => &[Key::L2, Key::Up],
+            500 => &[Key::R1, Key::X],
+            _ => &[],
+        };
+        let packets = messages(&player, &state, quat, [goal[0], goal[1]], now_us, keys);
+        let output = runtime.step(now_us, &packets, false);
+        if let Some(trace) = output.trace {
+            seen = Some(trace);
+            break;
+        }
+    }
+    assert_eq!(runtime.state(), State::Kick, "{} {:?}", runtime.waiting(), runtime.why());
+    assert_eq!(runtime.motion(), Some(motion));
+    let seen = seen.expect("a policy step").observation;
+    let layout = paid_policy::ObservationTerms::new(
+        &preset.observations.policy,
+        paid_policy::Dimensions::of(&player.spec),
+    );
+    for (place, term) in layout.places() {
+        for (k, at) in place.enumerate() {
+            let (found, expected) = (seen[at], expected[at]);
+            assert!(
+                (found - expected).abs() < 2e-3,
+                "{}[{k}]: expected {expected}, found {found}",
+                term.name
+            );
+        }
+    }
+    assert!(Vec3(state.bodies[0].pos.0).z() > 0.5);
+}
+
+#[test]
+fn the_torso_follows_from_pelvis_and_waist() {
+    let player = player();
+    let mut joints = player.control.default_pos.clone();
+    for (name, angle) in [("waist_yaw_joint", 0.5), ("waist_roll_joint", -0.2), ("waist_pitch_joint", 0.3)] {
+        joints[player.model.joint_index(name).expect("joint")] = angle;
+    }
+    let poses = paid_robot::kinematics::forward(
+        &player.model,
+        Vec3([0.0; 3]),
+        paid_lanes::Quat([1.0, 0.0, 0.0, 0.0]),
+        &joints,
+    );
+    let expected = &poses[player.model.body_index("torso_link").expect("torso")];
+    let found = player.anchor_in_base(&joints);
+    for k in 0..3 {
+        assert!((found.pos.0[k] - expected.pos.0[k]).abs() < 1e-12);
+        for l in 0..3 {
+            assert!((found.rot.0[k][l] - expected.rot().0[k][l]).abs() < 1e-12);
+        }
+    }
+}
