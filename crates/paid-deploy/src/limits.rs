@@ -94,6 +94,9 @@ pub struct Limits {
     /// True: after a kick the policy goes on holding the clip's last pose until the next one. False: the robot is brought to the standing
     /// pose by a ramp.
     pub policy_holds: bool,
+    /// So long it only listens whether somebody else commands the robot, and says nothing `[s]`. Default 1: the vendor's controllers speak 500
+    /// times a second.
+    pub listen_s: f64,
     /// Refuses to stand up when tilted by more `[rad]`. Default 0.35.
     pub start_tilt_rad: f64,
 }
@@ -135,6 +138,7 @@ impl Default for Limits {
             still_s: 0.5,
             settle_s: 3.0,
             policy_holds: true,
+            listen_s: 1.0,
             start_tilt_rad: 0.35,
         }
     }
@@ -195,6 +199,7 @@ impl Limits {
         let from_zero = [
             ("range_margin_rad", self.range_margin_rad, 0.5),
             ("switch_s", self.switch_s, 5.0),
+            ("listen_s", self.listen_s, 60.0),
             ("battery_percent", self.battery_percent, 100.0),
         ];
         for (key, value, most) in from_zero {

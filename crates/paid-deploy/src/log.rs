@@ -16,6 +16,7 @@ use crate::limits::Limits;
 use crate::message::Packet;
 use crate::player::{Player, PlayerSpec};
 use crate::runtime::{Event, Output, PolicyTrace, Runtime, State};
+use crate::wire::LowCmd;
 
 const MAGIC: &str = "paid-deploy-log 1";
 /// Frames are handed to the system after so many.
@@ -41,7 +42,7 @@ pub struct Frame {
     pub packets: Vec<Packet>,
     /// The operator had asked to end.
     pub stop: bool,
-    /// The command in CDR.
+    /// The command in CDR; empty for none.
     pub command: Vec<u8>,
     /// The state after the step.
     pub state: State,
@@ -58,7 +59,7 @@ impl Frame {
             now_us,
             packets: packets.to_vec(),
             stop,
-            command: output.command.to_cdr(),
+            command: output.command.as_ref().map(LowCmd::to_cdr).unwrap_or_default(),
             state: output.state,
             trace: output.trace.clone(),
             events: output.events.clone(),

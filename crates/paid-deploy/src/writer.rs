@@ -25,9 +25,11 @@ impl Writer {
         }
     }
 
-    /// Takes the runtime's command, given at `now_us` `[us]`.
-    pub fn give(&mut self, command: LowCmd, now_us: u64) {
-        self.latest = Some((command, now_us));
+    /// Takes the runtime's command, given at `now_us` `[us]`; none before the runtime has begun to command.
+    pub fn give(&mut self, command: Option<LowCmd>, now_us: u64) {
+        if let Some(command) = command {
+            self.latest = Some((command, now_us));
+        }
     }
 
     /// True once the runtime was silent for too long: from then on there is only damping.
@@ -58,10 +60,10 @@ mod tests {
         let mut command = LowCmd { mode_machine: 5, ..LowCmd::default() };
         command.motors[3].kp = 40.0;
         let command = command.sealed();
-        writer.give(command.clone(), 1000);
+        writer.give(Some(command.clone()), 1000);
         assert_eq!(writer.write(20_999), Some(command.clone()));
         assert_eq!(writer.write(21_000), Some(LowCmd::damping(5, 29, 3.0)));
-        writer.give(command, 22_000);
+        writer.give(Some(command), 22_000);
         assert_eq!(writer.write(22_000), Some(LowCmd::damping(5, 29, 3.0)), "a runtime that comes back");
     }
 }

@@ -18,7 +18,7 @@ fn player() -> Arc<Player> {
 }
 
 fn ready(player: &Arc<Player>) -> Lockstep {
-    let limits = Limits { stand_up_s: 0.3, ..Limits::default() };
+    let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
     let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1 }).expect("MuJoCo");
     step.make_ready(false).expect("ready");
     step
@@ -55,7 +55,8 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     let mut reader = LogReader::open(&file).expect("log");
     reader.header.limits.passive_kd = 4.0;
     let other = replay(&mut reader, &player).expect("replay");
-    assert_eq!(other.difference, Some((0, "the command")));
+    // It listens for a second first.
+    assert_eq!(other.difference, Some((500, "the command")));
 
     // A log that was cut off is read up to there.
     let bytes = std::fs::read(&file).expect("read");
@@ -106,7 +107,8 @@ fn healthy(tick: u32) -> LowState {
 
 /// What a passive runtime says to L2 and up after this state.
 fn asked_to_stand(player: &Arc<Player>, change: impl Fn(&mut LowState), more: &[Packet]) -> (State, String) {
-    let mut runtime = Runtime::new(Arc::clone(player), Limits::default());
+    let limits = Limits { listen_s: 0.0, ..Limits::default() };
+    let mut runtime = Runtime::new(Arc::clone(player), limits);
     let mut told = String::new();
     for k in 1..4_u32 {
         let mut state = healthy(2 * k);
@@ -145,7 +147,7 @@ fn the_runtime_refuses_a_robot_that_is_not_fit() {
 #[test]
 fn no_kick_is_allowed_without_odometry_detector_and_goal() {
     let player = player();
-    let limits = Limits { stand_up_s: 0.01, ..Limits::default() };
+    let limits = Limits { stand_up_s: 0.01, listen_s: 0.0, ..Limits::default() };
     let mut runtime = Runtime::new(Arc::clone(&player), limits);
     let mut told = String::new();
     for k in 1..40_u32 {
@@ -193,4 +195,25 @@ fn targets_never_jump_when_the_controller_changes() {
     assert!(matches!(before, Some((State::Kick, _))), "no kick: {}", step.runtime().waiting());
     // Two periods at 12 rad/s, and the joints' own motion.
     assert!(worst < 0.06, "a target {worst} rad from the measured pose");
+}
+
+#[test]
+fn nothing_is_said_while_it_listens_and_nothing_at_all_beside_another_commander() {
+    let player = player();
+    let commands = |others_at: u64| {
+        let mut runtime = Runtime::new(Arc::clone(&player), Limits::default());
+        let mut first = None;
+        for k in 1..1000_u64 {
+            let mut packets = vec![Packet::LowState(healthy(2 * k as u32).sealed().to_cdr())];
+            if k == others_at {
+                packets.push(Packet::OthersCommand);
+            }
+            if runtime.step(2000 * k, &packets, false).command.is_some() {
+                first.get_or_insert(2 * k);
+            }
+        }
+        first
+    };
+    assert_eq!(commands(0), Some(1002), "milliseconds");
+    assert_eq!(commands(100), None);
 }

@@ -76,7 +76,7 @@ fn the_first_observation_of_a_kick_is_the_tasks() {
     let quat = task.simulator().save_lane(0, 0).base_quat;
     let goal = task.sample(0).expect("sample").goal_pos;
     // A statue: what moves in the first frame is allowed to.
-    let mut limits = Limits { stand_up_s: 0.01, ..Limits::default() };
+    let mut limits = Limits { stand_up_s: 0.01, listen_s: 0.0, ..Limits::default() };
     limits.standing = limits.kicking;
     let mut runtime = Runtime::new(Arc::clone(&player), limits);
     let mut seen: Option<PolicyTrace> = None;

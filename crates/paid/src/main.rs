@@ -14,6 +14,7 @@ mod export;
 mod failure;
 mod motion;
 mod play;
+mod robot;
 mod stop;
 mod sysid;
 mod task;
@@ -59,6 +60,8 @@ enum Command {
     Task(task::Args),
     /// Run a task under a zero or random agent and print the mean of each reward and observation term.
     Agent(agent::Args),
+    /// Take a policy to a Unitree G1, virtual or real.
+    Robot(Box<robot::Args>),
 }
 
 fn main() -> ExitCode {
@@ -76,6 +79,7 @@ fn main() -> ExitCode {
         Command::Ablate(args) => ablate::run(&args),
         Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),
+        Command::Robot(args) => robot::run(*args),
     };
     match result {
         Ok(code) => code,

@@ -70,6 +70,15 @@ impl Runtime {
         intake.not_finite = !self.body.take(state, &self.player);
     }
 
+    /// True while it only listens: for a time, until the robot has spoken, and for good if somebody else commands the robot that is not
+    /// this runtime's yet.
+    pub(super) fn listens(&self, now_us: u64) -> bool {
+        let begun_us = self.begun_us.unwrap_or(now_us);
+        let young = now_us.saturating_sub(begun_us) as f64 * 1e-6 < self.limits.listen_s;
+        let passive = self.state == super::State::Passive;
+        passive && (young || self.intake.others || self.intake.state_us.is_none())
+    }
+
     /// Why the robot must not stand up now.
     pub(super) fn refusals(&self, now_us: u64) -> Vec<String> {
         let (intake, limits) = (&self.intake, &self.limits);
@@ -86,6 +95,9 @@ impl Runtime {
         }
         if intake.mode_machine != crate::wire::MODE_MACHINE_G1_29 {
             out.push(Reason::ModeMachine(intake.mode_machine).to_string());
+        }
+        if self.listens(now_us) && !intake.others {
+            out.push("listens whether somebody else commands the robot".to_owned());
         }
         if intake.others {
             out.push(Reason::OthersCommand.to_string());

@@ -40,8 +40,8 @@ pub struct PolicyTrace {
 /// What a step of the runtime gives.
 #[derive(Clone, Debug)]
 pub struct Output {
-    /// The command, with its checksum.
-    pub command: LowCmd,
+    /// The command, with its checksum; nothing while the runtime listens whether somebody else commands the robot.
+    pub command: Option<LowCmd>,
     /// The state after the step.
     pub state: State,
     /// The policy's step, if there was one.
@@ -75,6 +75,7 @@ pub struct Runtime {
     player: Arc<Player>,
     limits: Limits,
     state: State,
+    begun_us: Option<u64>,
     entered_us: u64,
     body: Body,
     intake: Intake,
@@ -116,6 +117,7 @@ impl Runtime {
             player,
             limits,
             state: State::Passive,
+            begun_us: None,
             entered_us: 0,
             enabled: false,
             controller: Controller::Damping,
@@ -163,10 +165,15 @@ impl Runtime {
 
     /// A step at `now_us` `[us]`, with what has come since the last one. `stop` is true once the operator has asked the program to end.
     pub fn step(&mut self, now_us: u64, packets: &[Packet], stop: bool) -> Output {
-        for packet in packets {
+        // The body first: a pose of odometry is held against the inertial sensor's heading of the same time.
+        let of_body = |packet: &&Packet| matches!(packet, Packet::LowState(_));
+        for packet in packets.iter().filter(of_body) {
             self.take(now_us, packet);
         }
         self.sight.remember(now_us, &self.body, &self.player);
+        for packet in packets.iter().filter(|packet| !of_body(packet)) {
+            self.take(now_us, packet);
+        }
         let policy_due = self.policy_due(now_us);
         if self.state != State::Damping {
             if let Some(reason) = self.alarm(now_us, stop) {
@@ -183,7 +190,8 @@ impl Runtime {
         if self.state == State::StandUp {
             self.stand_up(now_us);
         }
-        let command = self.command(now_us);
+        self.begun_us.get_or_insert(now_us);
+        let command = (!self.listens(now_us)).then(|| self.command(now_us));
         Output { command, state: self.state, trace, events: std::mem::take(&mut self.events) }
     }
 

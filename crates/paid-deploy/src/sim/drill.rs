@@ -125,8 +125,8 @@ pub fn drill(
     trials: usize,
     mut told: impl FnMut(&DrillRow),
 ) -> Result<DrillReport, DeployError> {
-    // A short ramp: the drill is not about standing up.
-    let limits = Limits { stand_up_s: 0.3, ..limits.clone() };
+    // A short begin: the drill is not about standing up.
+    let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..limits.clone() };
     let mut rows = Vec::new();
     for &fault in faults {
         let mut row = DrillRow {

@@ -43,6 +43,7 @@ pub struct Lockstep {
     anchor: usize,
     log: Option<LogWriter>,
     peak: [f64; 4],
+    listen_s: f64,
 }
 
 impl Lockstep {
@@ -65,6 +66,7 @@ impl Lockstep {
             anchor,
             log: None,
             peak: [0.0; 4],
+            listen_s: options.limits.listen_s,
             player: Arc::clone(player),
         })
     }
@@ -228,7 +230,7 @@ impl Lockstep {
     /// If it does not come to that; with the runtime's reasons.
     pub fn make_ready(&mut self, free: bool) -> Result<(), DeployError> {
         self.place_goal([5.0, 0.0])?;
-        self.run_until(0.2, |_| false)?;
+        self.run_until(0.2 + self.listen_s, |_| false)?;
         self.press(&[Key::L2, Key::Up])?;
         self.run_until(30.0, |s| s.runtime.state() != State::StandUp)?;
         if free {

@@ -6,6 +6,7 @@ mod lockstep;
 mod matches;
 mod robot;
 mod senses;
+mod serve;
 
 pub use drill::{DrillReport, DrillRow, drill};
 pub use faults::Fault;
@@ -13,3 +14,4 @@ pub use lockstep::{Lockstep, LockstepOptions};
 pub use matches::{KickResult, MatchOptions, MatchResult, play_match};
 pub use robot::{Mount, VirtualG1};
 pub use senses::{BallSource, DriftingOdometry, NoisyDetector, PoseSource, Senses, TrueState};
+pub use serve::{Order, Served, serve};

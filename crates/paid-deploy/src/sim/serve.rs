@@ -1,0 +1,210 @@
+//! The virtual robot on a real clock, behind any link, with orders from outside.
+
+use std::str::FromStr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use paid_policy::Pose;
+
+use super::faults::Fault;
+use super::robot::{Mount, VirtualG1};
+use super::senses::{Senses, TrueState};
+use crate::DeployError;
+use crate::link::{Inlet, Link, Outlet};
+use crate::message::Packet;
+use crate::player::{Player, heading};
+use crate::wire::{Key, Remote};
+
+/// Keys stay down for so long `[us]`.
+const PRESSED_US: u64 = 100_000;
+/// A robot that is so far behind the clock gives the time up `[s]`.
+const BEHIND_S: f64 = 0.05;
+
+/// What the operator of the virtual robot wants. As text: `keys L2+Up`, `ball 1.2 0.1`, `ball 1.2 0.1 -0.2 0`, `goal 5 0`, `free`, `gantry`,
+/// `fault silence`, `fault none`, `quit`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Order {
+    /// Presses keys of the remote.
+    Keys(Vec<Key>),
+    /// Places the ball ahead of the torso and to its left `[m]`, with a velocity in the same axes `[m/s]`.
+    Ball([f64; 2], [f64; 2]),
+    /// Places the goal in the same way.
+    Goal([f64; 2]),
+    /// Lets the robot go.
+    Free,
+    /// Takes it by the gantry.
+    Gantry,
+    /// Injects a fault, or ends it.
+    Fault(Option<Fault>),
+    /// Ends.
+    Quit,
+}
+
+impl FromStr for Key {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        const KEYS: [(&str, Key); 16] = [
+            ("r1", Key::R1),
+            ("l1", Key::L1),
+            ("start", Key::Start),
+            ("select", Key::Select),
+            ("r2", Key::R2),
+            ("l2", Key::L2),
+            ("f1", Key::F1),
+            ("f2", Key::F2),
+            ("a", Key::A),
+            ("b", Key::B),
+            ("x", Key::X),
+            ("y", Key::Y),
+            ("up", Key::Up),
+            ("right", Key::Right),
+            ("down", Key::Down),
+            ("left", Key::Left),
+        ];
+        let found = KEYS.iter().find(|(name, _)| text.eq_ignore_ascii_case(name));
+        found.map(|(_, key)| *key).ok_or_else(|| format!("a key: expected L2, Up, ..., found '{text}'"))
+    }
+}
+
+impl FromStr for Fault {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let name = |fault: &Self| format!("{fault:?}");
+        Self::ALL.into_iter().find(|fault| text.eq_ignore_ascii_case(&name(fault))).ok_or_else(|| {
+            let names: Vec<String> = Self::ALL.iter().map(name).collect();
+            format!("a fault: expected one of {}, found '{text}'", names.join(", "))
+        })
+    }
+}
+
+impl FromStr for Order {
+    type Err = String;
+    fn from_str(line: &str) -> Result<Self, String> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let number = |word: &str| {
+            word.parse::<f64>()
+                .ok()
+                .filter(|x| x.abs() < 100.0)
+                .ok_or_else(|| format!("expected a number within 100, found '{word}'"))
+        };
+        match words[..] {
+            ["keys", keys] => Ok(Self::Keys(keys.split('+').map(str::parse).collect::<Result<_, _>>()?)),
+            ["ball", x, y] => Ok(Self::Ball([number(x)?, number(y)?], [0.0; 2])),
+            ["ball", x, y, vx, vy] => Ok(Self::Ball([number(x)?, number(y)?], [number(vx)?, number(vy)?])),
+            ["goal", x, y] => Ok(Self::Goal([number(x)?, number(y)?])),
+            ["free"] => Ok(Self::Free),
+            ["gantry"] => Ok(Self::Gantry),
+            ["fault", "none"] => Ok(Self::Fault(None)),
+            ["fault", name] => Ok(Self::Fault(Some(name.parse()?))),
+            ["quit"] => Ok(Self::Quit),
+            _ => Err(format!("expected keys, ball, goal, free, gantry, fault or quit, found '{line}'")),
+        }
+    }
+}
+
+/// How a served robot did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Served {
+    /// Simulated time `[s]`.
+    pub simulated_s: f64,
+    /// Time that the machine could not keep up `[s]`.
+    pub lost_s: f64,
+    /// Commands with a wrong length or checksum.
+    pub refused: u64,
+}
+
+/// Serves a virtual robot until `stop` is set or the order `quit` comes. `orders` is asked every 2 ms, at simulated time `[s]`.
+///
+/// # Errors
+/// If MuJoCo is missing or the link fails.
+pub fn serve(
+    player: &Arc<Player>,
+    mut link: impl Link,
+    seed: u64,
+    stop: &AtomicBool,
+    mut orders: impl FnMut(f64) -> Option<Order>,
+) -> Result<Served, DeployError> {
+    let mut robot = VirtualG1::new(Arc::clone(player))?;
+    let mut senses = Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, seed);
+    let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
+    let (mut begin, mut released_us, mut lost) = (Instant::now(), None, 0.0);
+    while !stop.load(Ordering::Relaxed) {
+        let clock = Duration::from_micros(robot.now_us());
+        match clock.checked_sub(begin.elapsed()) {
+            Some(early) => std::thread::sleep(early),
+            None => {
+                let behind = begin.elapsed().saturating_sub(clock).as_secs_f64();
+                if behind > BEHIND_S {
+                    lost += behind;
+                    begin += Duration::from_secs_f64(behind);
+                }
+            }
+        }
+        robot.receive(&mut link)?;
+        robot.step();
+        robot.publish(&mut link)?;
+        let truth = truth(&robot, anchor);
+        let mut sent = Ok(());
+        senses.step(robot.now_us(), &truth, |packet| sent = sent.clone().and(link.send(packet)));
+        sent?;
+        if released_us.is_some_and(|at| robot.now_us() >= at) {
+            robot.set_remote(Remote::pressing(&[]));
+            released_us = None;
+        }
+        let Some(order) = orders(robot.now_us() as f64 * 1e-6) else { continue };
+        let (s, c) = heading(&truth.torso.rot).sin_cos();
+        let turned = |[a, l]: [f64; 2]| [c * a - s * l, s * a + c * l];
+        let placed = |at: [f64; 2]| {
+            let [dx, dy] = turned(at);
+            [truth.torso.pos.x() + dx, truth.torso.pos.y() + dy]
+        };
+        match order {
+            Order::Keys(keys) => {
+                robot.set_remote(Remote::pressing(&keys));
+                released_us = Some(robot.now_us() + PRESSED_US);
+            }
+            Order::Ball(at, velocity) => robot.place_ball(placed(at), turned(velocity)),
+            Order::Goal(at) => link.send(Packet::Goal(senses.placed(placed(at), &truth)))?,
+            Order::Free => robot.set_mount(Mount::Free),
+            Order::Gantry => robot.set_mount(Mount::Gantry { pitch_rad_s: 0.0 }),
+            Order::Fault(fault) => {
+                robot.set_fault(fault);
+                senses.odometry = fault != Some(Fault::NoOdometry);
+                senses.ball_visible = fault != Some(Fault::NoBall);
+            }
+            Order::Quit => break,
+        }
+    }
+    Ok(Served { simulated_s: robot.now_us() as f64 * 1e-6, lost_s: lost, refused: robot.refused() })
+}
+
+fn truth(robot: &VirtualG1, anchor: usize) -> TrueState {
+    let state = robot.truth();
+    let pose = |body: usize| Pose { pos: state.bodies[body].pos, rot: state.bodies[body].rot };
+    TrueState {
+        base: pose(0),
+        base_vel: state.bodies[0].lin_vel,
+        torso: pose(anchor),
+        ball: state.ball.pos,
+        ball_vel: state.ball.vel,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_are_read_and_others_are_refused_with_what_was_expected() {
+        assert_eq!("keys L2+up".parse(), Ok(Order::Keys(vec![Key::L2, Key::Up])));
+        assert_eq!("ball 1.2 -0.1".parse(), Ok(Order::Ball([1.2, -0.1], [0.0; 2])));
+        assert_eq!("fault silence".parse(), Ok(Order::Fault(Some(Fault::Silence))));
+        for (line, expected) in
+            [("ball 1.2 x", "'x'"), ("fault fire", "Silence"), ("keys L3", "'L3'"), ("jump", "'jump'")]
+        {
+            let error = line.parse::<Order>().expect_err(line);
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! `paid robot`: a policy on a G1, and a virtual G1 that nobody can break.
+
+mod network;
+mod offline;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use clap::Subcommand;
+use paid_deploy::{DeployError, Limits, Player, PlayerSpec};
+
+use crate::failure::Failure;
+
+/// Arguments of `paid robot`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// A virtual G1: on the network in real time, or in lockstep with the runtime, kick after kick.
+    Sim(offline::SimArgs),
+    /// Run a policy on the robot: damping, stand up, wait for a ball, kick, settle.
+    Run(network::RunArgs),
+    /// Read the robot's states for a while and say what they are like. Commands nothing.
+    Check(network::CheckArgs),
+    /// Run a log through the runtime again and compare everything bit for bit.
+    Replay(offline::ReplayArgs),
+    /// Inject every fault into the virtual G1 and measure how soon it is damped.
+    Drill(offline::DrillArgs),
+}
+
+/// Policy and motions.
+#[derive(Debug, clap::Args)]
+struct PlayerArgs {
+    /// Run folder or checkpoint.
+    #[arg(long, value_name = "RUN|FILE")]
+    policy: PathBuf,
+    /// Folder of the motions [default: those that the policy was trained on].
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Change a value of the policy's task, such as ball.after_strike.show="where_it_lay" (repeatable).
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// TOML file of limits.
+    #[arg(long, value_name = "FILE")]
+    limits: Option<PathBuf>,
+}
+
+impl PlayerArgs {
+    fn spec(&self) -> PlayerSpec {
+        PlayerSpec { policy: self.policy.clone(), motions: self.motions.clone(), sets: self.sets.clone() }
+    }
+
+    fn load(&self) -> Result<(Arc<Player>, Limits), Failure> {
+        let limits = match &self.limits {
+            Some(file) => Limits::read(file).map_err(Failure::input)?,
+            None => Limits::default(),
+        };
+        Ok((Arc::new(Player::load(&self.spec()).map_err(Failure::input)?), limits))
+    }
+}
+
+/// The network, named in full: nothing is chosen by itself.
+#[derive(Debug, clap::Args)]
+struct NetworkArgs {
+    /// DDS domain: 0 is the robot's, 1 the simulators'.
+    #[arg(long, value_name = "N")]
+    domain: u16,
+    /// Address of this machine's interface to the robot, such as 192.168.123.99; 127.0.0.1 for a virtual robot on this machine.
+    #[arg(long, value_name = "ADDRESS")]
+    interface: std::net::IpAddr,
+}
+
+/// Runs it.
+pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    match args.command {
+        Command::Sim(args) => offline::sim(&args),
+        Command::Run(args) => network::run(&args),
+        Command::Check(args) => network::check(&args),
+        Command::Replay(args) => offline::replay(&args),
+        Command::Drill(args) => offline::drill(&args),
+    }
+}
+
+impl From<DeployError> for Failure {
+    fn from(error: DeployError) -> Self {
+        Self::input(error)
+    }
+}

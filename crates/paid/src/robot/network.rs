@@ -1,0 +1,116 @@
+//! What talks to a robot on the network.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use paid_deploy::log::{LogHeader, LogWriter};
+use paid_deploy::{Checker, DdsLink, Inlet, Lateness, Live, Runtime, Side, Writer, run_live};
+
+use super::{NetworkArgs, PlayerArgs};
+use crate::failure::Failure;
+
+/// Arguments of `paid robot run`.
+#[derive(Debug, clap::Args)]
+pub struct RunArgs {
+    #[command(flatten)]
+    player: PlayerArgs,
+    #[command(flatten)]
+    network: NetworkArgs,
+    /// Everything but commands: the robot is told nothing.
+    #[arg(long)]
+    dry_run: bool,
+    /// Write every step to this log.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// End after so many seconds [default: runs until Ctrl-C].
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+}
+
+/// Runs a policy on the robot.
+pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
+    let (player, limits) = args.player.load()?;
+    let stop = crate::stop::flag()?;
+    let log = match &args.log {
+        Some(file) => {
+            let header = LogHeader { player: args.player.spec(), limits: limits.clone() };
+            Some(LogWriter::create(file, &header)?)
+        }
+        None => None,
+    };
+    let NetworkArgs { domain, interface } = args.network;
+    let link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
+    println!(
+        "domain {domain}, interface {interface}{}",
+        if args.dry_run { ", dry run: no commands" } else { "" }
+    );
+    println!("L2+Up: stand up; R1+X: kicks are allowed; L2+B: damping. Ctrl-C: damping, and the end.");
+    let live = Live {
+        writer: Writer::new(&limits, player.joints()),
+        runtime: Runtime::new(player, limits),
+        dry_run: args.dry_run,
+        log,
+        duration: args.seconds.map(Duration::from_secs_f64),
+    };
+    let report = run_live(live, link, &stop, |event| {
+        println!("{:>10.3} s  {} -> {}: {}", event.at_us as f64 * 1e-6, event.from, event.to, event.reason);
+    })?;
+    let late = |l: &Lateness| {
+        format!("{:.2} / {:.2} / {:.2}", l.quantile_ms(0.5), l.quantile_ms(0.99), l.quantile_ms(0.999))
+    };
+    let timer = Lateness::of_bare_timer(Duration::from_secs(2));
+    println!(
+        "{} kicks; {} steps, the longest {:.2} ms",
+        report.kicks,
+        report.steps,
+        report.longest_step_us as f64 * 1e-3
+    );
+    println!(
+        "commands late by {} ms (50 / 99 / 99.9%); a bare timer here by {} ms",
+        late(&report.lateness),
+        late(&timer)
+    );
+    if !report.real_time {
+        println!("the system grants no real-time priority (it needs CAP_SYS_NICE): commands may come late");
+    }
+    if report.dropped_frames > 0 {
+        println!("the log lacks {} steps: the disk was too slow", report.dropped_frames);
+    }
+    match report.died {
+        None => Ok(ExitCode::SUCCESS),
+        Some(panic) => {
+            println!("the runtime died: {panic}");
+            Ok(ExitCode::from(1))
+        }
+    }
+}
+
+/// Arguments of `paid robot check`.
+#[derive(Debug, clap::Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    network: NetworkArgs,
+    /// How long to listen. Move one joint after another by hand meanwhile: the table shows which one moved.
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    seconds: f64,
+}
+
+/// Listens. Exit code 1 if a runtime should not start by what was seen.
+pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    let stop = crate::stop::flag()?;
+    let NetworkArgs { domain, interface } = args.network;
+    let mut link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
+    let (begin, mut checker) = (Instant::now(), Checker::default());
+    while begin.elapsed().as_secs_f64() < args.seconds && !stop.load(Ordering::Relaxed) {
+        while let Some(packet) = link.receive().map_err(Failure::input)? {
+            checker.take(begin.elapsed().as_micros() as u64, &packet);
+        }
+        std::thread::sleep(Duration::from_micros(200));
+    }
+    let report = checker.report();
+    println!("{}", report.text);
+    println!("{}", if report.good { "good" } else { "NOT good: do not start" });
+    Ok(if report.good { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}

@@ -1,0 +1,237 @@
+//! What needs no network: matches in lockstep, replays, drills; and the virtual robot that serves one.
+
+use std::io::BufRead;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+
+use paid_deploy::log::{LogHeader, LogReader, LogWriter};
+use paid_deploy::sim::{Fault, LockstepOptions, MatchOptions, Order, play_match, serve};
+use paid_deploy::{DdsLink, Player, Side};
+
+use super::PlayerArgs;
+use crate::failure::Failure;
+
+/// Arguments of `paid robot sim`.
+#[derive(Debug, clap::Args)]
+pub struct SimArgs {
+    #[command(flatten)]
+    player: PlayerArgs,
+    /// Simulated time waits for the runtime, which runs in this program too: a match that comes out the same on every machine.
+    #[arg(long, conflicts_with_all = ["domain", "interface", "script"])]
+    lockstep: bool,
+    /// Kicks of the match.
+    #[arg(long, value_name = "N", default_value_t = 11, requires = "lockstep")]
+    kicks: usize,
+    /// Write every step to this log.
+    #[arg(long, value_name = "FILE", requires = "lockstep")]
+    log: Option<PathBuf>,
+    /// Seed of balls and of the senses' errors.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// DDS domain; 1 is usual for simulators.
+    #[arg(long, value_name = "N", required_unless_present = "lockstep")]
+    domain: Option<u16>,
+    /// Address of the interface, such as 127.0.0.1.
+    #[arg(long, value_name = "ADDRESS", required_unless_present = "lockstep")]
+    interface: Option<std::net::IpAddr>,
+    /// Orders from a file, a line each: the simulated time in seconds, then the order. Orders are read from the keyboard too: keys L2+Up,
+    /// ball 1.2 0.1, goal 5 0, free, gantry, fault silence, fault none, quit.
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+}
+
+/// A virtual robot.
+pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
+    let (player, limits) = args.player.load()?;
+    if let (Some(domain), Some(interface), false) = (args.domain, args.interface, args.lockstep) {
+        return serve_network(args, &player, domain, interface);
+    }
+    let log = match &args.log {
+        Some(file) => {
+            let header = LogHeader { player: args.player.spec(), limits: limits.clone() };
+            Some(LogWriter::create(file, &header)?)
+        }
+        None => None,
+    };
+    let lockstep = LockstepOptions { limits, seed: args.seed };
+    let options = MatchOptions { kicks: args.kicks, lockstep, ..MatchOptions::default() };
+    println!(
+        "{:>4} {:>14} {:<28} {:>10} {:>7} {:>5} {:>7}",
+        "kick", "ball", "motion", "believed", "struck", "goal", "seconds"
+    );
+    let mut number = 0;
+    let result = play_match(&player, &options, log, |kick| {
+        number += 1;
+        let [x, y] = kick.ball;
+        let yes = |b: bool| if b { "yes" } else { "no" };
+        println!(
+            "{number:>4} {:>14} {:<28} {:>8.3} m {:>7} {:>5} {:>7.1}",
+            format!("{x:.2}, {y:.2} m"),
+            kick.motion,
+            kick.ball_error_m,
+            yes(kick.struck),
+            yes(kick.goal),
+            kick.seconds
+        );
+    })?;
+    let [tilt, gyro, speed, torque] = result.peak;
+    println!(
+        "\n{} goals of {} balls in {:.0} s of simulated time",
+        result.goals(),
+        result.kicks.len(),
+        result.seconds
+    );
+    println!(
+        "under the policy at most: tilt {tilt:.2} rad, pelvis {gyro:.1} rad/s, joints {:.0}% of their speed and {:.0}% of their torque",
+        100.0 * speed,
+        100.0 * torque
+    );
+    if let Some(why) = &result.stopped {
+        println!("the runtime damped the robot: {why}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Lines of the keyboard.
+fn keyboard() -> Receiver<String> {
+    let (to, from) = channel();
+    std::thread::spawn(move || {
+        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+            if to.send(line).is_err() {
+                break;
+            }
+        }
+    });
+    from
+}
+
+/// A script's lines: when, and what.
+fn script(file: &std::path::Path) -> Result<Vec<(f64, Order)>, Failure> {
+    let name = file.display();
+    let text = std::fs::read_to_string(file).map_err(|e| Failure::input(format!("{name}: {e}")))?;
+    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    lines
+        .map(|(k, line)| {
+            let fail = |message: String| Failure::input(format!("{name}, line {}: {message}", k + 1));
+            let (when, order) =
+                line.trim().split_once(' ').ok_or_else(|| fail("expected a time and an order".to_owned()))?;
+            let when =
+                when.parse().map_err(|_| fail(format!("expected a time in seconds, found '{when}'")))?;
+            Ok((when, order.parse().map_err(fail)?))
+        })
+        .collect()
+}
+
+fn serve_network(
+    args: &SimArgs,
+    player: &Arc<Player>,
+    domain: u16,
+    interface: std::net::IpAddr,
+) -> Result<ExitCode, Failure> {
+    let mut script = match &args.script {
+        Some(file) => script(file)?,
+        None => Vec::new(),
+    };
+    script.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let keyboard = keyboard();
+    let stop = crate::stop::flag()?;
+    let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
+    println!("a virtual G1 on domain {domain}, interface {interface}, held by a gantry");
+    let served = serve(player, link, args.seed, &stop, |now_s| {
+        if script.last().is_some_and(|(when, _)| *when <= now_s) {
+            return script.pop().map(|(_, order)| order);
+        }
+        match keyboard.try_recv().ok()?.parse() {
+            Ok(order) => Some(order),
+            Err(error) => {
+                eprintln!("{error}");
+                None
+            }
+        }
+    })?;
+    println!("{:.1} s of simulated time; {} commands refused", served.simulated_s, served.refused);
+    if served.lost_s > 0.0 {
+        println!("this machine could not keep real time: {:.2} s were lost", served.lost_s);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Arguments of `paid robot replay`.
+#[derive(Debug, clap::Args)]
+pub struct ReplayArgs {
+    /// The log.
+    log: PathBuf,
+    /// The policy, if it is no longer where it was.
+    #[arg(long, value_name = "RUN|FILE")]
+    policy: Option<PathBuf>,
+    /// The motions, if they are no longer where they were.
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Print every transition.
+    #[arg(long)]
+    events: bool,
+}
+
+/// Compares a log with what the runtime does today. Exit code 1 if anything differs.
+pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
+    let mut log = LogReader::open(&args.log)?;
+    if let Some(policy) = &args.policy {
+        log.header.player.policy.clone_from(policy);
+    }
+    if args.motions.is_some() {
+        log.header.player.motions.clone_from(&args.motions);
+    }
+    let player = Arc::new(Player::load(&log.header.player)?);
+    if args.events {
+        let mut reader = LogReader::open(&args.log)?;
+        while let Some(frame) = reader.next_frame()? {
+            for event in frame.events {
+                println!(
+                    "{:>10.3} s  {} -> {}: {}",
+                    event.at_us as f64 * 1e-6,
+                    event.from,
+                    event.to,
+                    event.reason
+                );
+            }
+        }
+    }
+    let found = paid_deploy::log::replay(&mut log, &player)?;
+    println!("{} steps, {} of them with the policy", found.frames, found.policy_steps);
+    match found.difference {
+        None => {
+            println!("every command, observation and action came out bit for bit");
+            Ok(ExitCode::SUCCESS)
+        }
+        Some((frame, what)) => {
+            println!("step {frame}: {what} came out otherwise");
+            Ok(ExitCode::from(1))
+        }
+    }
+}
+
+/// Arguments of `paid robot drill`.
+#[derive(Debug, clap::Args)]
+pub struct DrillArgs {
+    #[command(flatten)]
+    player: PlayerArgs,
+    /// Trials of each fault, at different moments.
+    #[arg(long, value_name = "N", default_value_t = 20)]
+    trials: usize,
+    /// Drill this fault only (repeatable), such as silence.
+    #[arg(long = "fault", value_name = "NAME")]
+    faults: Vec<Fault>,
+}
+
+/// Drills. Exit code 1 if a fault was not damped in time.
+pub fn drill(args: &DrillArgs) -> Result<ExitCode, Failure> {
+    let (player, limits) = args.player.load()?;
+    let faults = if args.faults.is_empty() { Fault::ALL.to_vec() } else { args.faults.clone() };
+    let report = paid_deploy::sim::drill(&player, &limits, &faults, args.trials.max(1), |row| {
+        eprintln!("{}: worst {:.0} ms", row.fault.name(), row.worst_ms());
+    })?;
+    print!("{}", report.table());
+    Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
