@@ -177,13 +177,13 @@ fn trial_of(
     };
     let options = LockstepOptions { limits: limits.clone(), seed: trial as u64 };
     let mut step = Lockstep::new(player, &options)?;
+    step.make_ready(false)?;
     if fault.while_kicking() {
         step.robot.place_ball([1.2, 0.0], [0.0; 2]);
     }
-    step.make_ready(false)?;
     // Another moment of the control period in every trial.
     step.run_until(0.002 * ((trial * 7) % 10) as f64, |_| false)?;
-    let kicks = |s: &Lockstep| s.runtime().kicks() > 0 || s.runtime().state() == State::Damping;
+    let kicks = |s: &Lockstep| s.runtime().kicks() > 0;
     if fault.while_kicking() && !kicks(&step) && !step.run_until(3.0, kicks)? {
         return Err(DeployError::Refused(format!(
             "the drill's kick: waits for {}",

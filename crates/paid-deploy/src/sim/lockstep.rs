@@ -13,7 +13,7 @@ use crate::link::{ChannelLink, Inlet, Outlet};
 use crate::log::LogWriter;
 use crate::message::Packet;
 use crate::player::Player;
-use crate::runtime::{Event, Runtime, State};
+use crate::runtime::{Event, POLICY_US, Runtime, State};
 use crate::wire::{Key, Remote};
 use crate::writer::Writer;
 
@@ -39,7 +39,7 @@ pub struct Lockstep {
     packets: Vec<Packet>,
     events: Vec<Event>,
     fault: Option<Fault>,
-    called_us: u64,
+    begun_us: u64,
     anchor: usize,
     log: Option<LogWriter>,
     peak: [f64; 4],
@@ -62,7 +62,8 @@ impl Lockstep {
             packets: Vec::new(),
             events: Vec::new(),
             fault: None,
-            called_us: 0,
+            // The runtime's first step, from which policy steps count.
+            begun_us: 2_000,
             anchor,
             log: None,
             peak: [0.0; 4],
@@ -154,11 +155,11 @@ impl Lockstep {
         }
         let stalled = match self.fault {
             Some(Fault::Hang) => true,
-            Some(Fault::Late) => now_us < self.called_us + 18_000,
+            // Called only in the last fifth of each policy period.
+            Some(Fault::Late) => (now_us - self.begun_us) % POLICY_US < 16_000,
             _ => false,
         };
         if !stalled {
-            self.called_us = now_us;
             let stop = self.fault == Some(Fault::StopSignal);
             let output = self.runtime.step(now_us, &self.packets, stop);
             if let Some(log) = &mut self.log {

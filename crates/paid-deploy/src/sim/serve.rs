@@ -11,7 +11,7 @@ use super::faults::Fault;
 use super::robot::{Mount, VirtualG1};
 use super::senses::{Senses, TrueState};
 use crate::DeployError;
-use crate::link::{Inlet, Link, Outlet};
+use crate::link::Link;
 use crate::message::Packet;
 use crate::player::{Player, heading};
 use crate::wire::{Key, Remote};
