@@ -124,13 +124,15 @@ fn asked_to_stand(player: &Arc<Player>, change: impl Fn(&mut LowState), more: &[
     (runtime.state(), told)
 }
 
+/// A change of the state, what else comes, and what is said to it.
+type Case<'a> = (&'a dyn Fn(&mut LowState), &'a [Packet], &'a str);
+
 #[test]
 fn the_runtime_refuses_a_robot_that_is_not_fit() {
     let player = player();
     assert_eq!(asked_to_stand(&player, |_| {}, &[]).0, State::StandUp);
     let tilted = |state: &mut LowState| state.imu.quaternion = [0.9, 0.44, 0.0, 0.0];
     let locked = |state: &mut LowState| state.mode_machine = 6;
-    type Case<'a> = (&'a dyn Fn(&mut LowState), &'a [Packet], &'a str);
     let cases: [Case<'_>; 4] = [
         (&tilted, &[], "tilted by 0.91 rad"),
         (&locked, &[], "mode_machine: expected 5 (29 free joints), found 6"),
