@@ -171,9 +171,14 @@ fn gates_iofc(values: &[f32], hidden: usize, columns: usize) -> Vec<f32> {
 }
 
 fn int(name: &str, i: i64) -> Attribute {
-    Attribute { name: Some(name.to_owned()), f: None, i: Some(i), r#type: Some(ATTRIBUTE_INT) }
+    Attribute { name: Some(name.to_owned()), i: Some(i), r#type: Some(ATTRIBUTE_INT), ..Attribute::default() }
 }
 
 fn float(name: &str, f: f32) -> Attribute {
-    Attribute { name: Some(name.to_owned()), f: Some(f), i: None, r#type: Some(ATTRIBUTE_FLOAT) }
+    Attribute {
+        name: Some(name.to_owned()),
+        f: Some(f),
+        r#type: Some(ATTRIBUTE_FLOAT),
+        ..Attribute::default()
+    }
 }

@@ -11,6 +11,10 @@ pub const INT64: i32 = 7;
 pub const ATTRIBUTE_FLOAT: i32 = 1;
 /// `AttributeProto.AttributeType`: one integer.
 pub const ATTRIBUTE_INT: i32 = 2;
+/// `AttributeProto.AttributeType`: a text.
+pub const ATTRIBUTE_STRING: i32 = 3;
+/// `AttributeProto.AttributeType`: a list of integers.
+pub const ATTRIBUTE_INTS: i32 = 7;
 
 /// A model: graph, versions and metadata.
 #[derive(Clone, PartialEq, Message)]
@@ -109,6 +113,12 @@ pub struct Attribute {
     /// Value, if an integer.
     #[prost(int64, optional, tag = "3")]
     pub i: Option<i64>,
+    /// Value, if a text.
+    #[prost(bytes = "vec", optional, tag = "4")]
+    pub s: Option<Vec<u8>>,
+    /// Value, if a list of integers.
+    #[prost(int64, repeated, packed = "false", tag = "8")]
+    pub ints: Vec<i64>,
     /// Which of the fields holds the value.
     #[prost(int32, optional, tag = "20")]
     pub r#type: Option<i32>,

@@ -72,7 +72,7 @@ impl RawModel {
     pub fn run(
         &self,
         inputs: &[(&str, Vec<usize>, &[f32])],
-        outputs: &[(&'static str, usize)],
+        outputs: &[(&str, usize)],
     ) -> Result<Vec<Vec<f32>>, OnnxError> {
         let failed = |reason: String| OnnxError::Graph { path: self.path.clone(), reason };
         let node = |name: &str| self.model.node_id(name).map_err(|e| failed(one_line(&e)));
@@ -139,6 +139,16 @@ impl OnnxFile {
     /// A metadata entry.
     pub fn metadata(&self, key: &str) -> Option<&str> {
         self.proto.metadata(key)
+    }
+
+    /// Names and types of the inputs.
+    pub fn inputs(&self) -> &[ValueInfo] {
+        self.proto.graph.as_ref().map_or(&[], |graph| &graph.input)
+    }
+
+    /// Names and types of the outputs.
+    pub fn outputs(&self) -> &[ValueInfo] {
+        self.proto.graph.as_ref().map_or(&[], |graph| &graph.output)
     }
 
     /// Size of the last dimension of an input or output, if it is fixed.
