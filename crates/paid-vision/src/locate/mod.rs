@@ -1,0 +1,10 @@
+//! From a box and a depth picture to the ball's place.
+
+mod find;
+mod sphere;
+
+pub use find::{BallFinder, NoSighting, Sighting};
+pub use sphere::{Fix, Floor, Source, locate};
+
+#[cfg(test)]
+mod tests;
