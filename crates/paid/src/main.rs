@@ -13,6 +13,7 @@ mod eval;
 mod export;
 mod failure;
 mod motion;
+mod perceive;
 mod play;
 mod robot;
 mod stop;
@@ -56,6 +57,8 @@ enum Command {
     Sysid(Box<sysid::Args>),
     /// Repeat the paper's ablation: train with and without identification and observation noise, and judge in MuJoCo.
     Ablate(Box<ablate::Args>),
+    /// Judge, train and calibrate what finds the ball.
+    Perceive(perceive::Args),
     /// List what a task is made of.
     Task(task::Args),
     /// Run a task under a zero or random agent and print the mean of each reward and observation term.
@@ -77,6 +80,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Sysid(args) => sysid::run(*args),
         Command::Ablate(args) => ablate::run(&args),
+        Command::Perceive(args) => perceive::run(&args),
         Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),
         Command::Robot(args) => robot::run(*args),
