@@ -58,7 +58,9 @@ pub fn judge(
     }
     let scatter = Scatter::new(Use::HeldOut, options.seed)?;
     let mut cases = Vec::new();
-    let mut bad = sheet::Worst::new(options.worst);
+    // Half of the sheet for each kind of fault.
+    let mut missed = sheet::Worst::new(options.worst.div_ceil(2));
+    let mut invented = sheet::Worst::new(options.worst / 2);
     let (mut false_balls, mut false_places, mut render_s, mut detect_s) = (0_u32, 0_u32, 0.0, 0.0);
     for number in 0..2 * options.pictures {
         let with_ball = number % 2 == 0;
@@ -85,7 +87,7 @@ pub fn judge(
                 });
                 cases.push(Case { ball, shown, found: hit.is_some(), error_m });
                 if hit.is_none() {
-                    bad.add(1.0 + shown, || Bad {
+                    missed.add(shown, || Bad {
                         number,
                         picture: picture.clone(),
                         missed: Some(outline),
@@ -100,7 +102,12 @@ pub fn judge(
         false_places += others.iter().filter(placed).count() as u32;
         if let Some(surest) = others.first() {
             let boxes: Vec<PixelBox> = others.iter().map(|d| d.outline).collect();
-            bad.add(surest.score, || Bad { number, picture: picture.clone(), missed: None, invented: boxes });
+            invented.add(surest.score, || Bad {
+                number,
+                picture: picture.clone(),
+                missed: None,
+                invented: boxes,
+            });
         }
         if !with_ball {
             report(number / 2 + 1);
@@ -115,7 +122,7 @@ pub fn judge(
         false_places_per_1000: f64::from(false_places) * 1000.0 / f64::from(pictures),
         render_ms: 1e3 * render_s / f64::from(pictures),
         detect_ms: 1e3 * detect_s / f64::from(pictures),
-        worst: bad.into_sorted(),
+        worst: missed.into_sorted().into_iter().chain(invented.into_sorted()).collect(),
     })
 }
 
@@ -124,7 +131,7 @@ fn share(pixels: usize, outline: &PixelBox) -> f64 {
     (pixels as f64 / (std::f64::consts::FRAC_PI_4 * outline.area()).max(1.0)).min(1.0)
 }
 
-/// Whether a detection means this ball: middles within half its width, and not of quite another size.
+/// Whether a detection means this ball: middles within half its width.
 fn same(found: &PixelBox, truth: &PixelBox) -> bool {
     let (a, b, size) = (found.middle(), truth.middle(), truth.size());
     let apart = (a[0] - b[0]).hypot(a[1] - b[1]);

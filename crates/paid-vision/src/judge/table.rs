@@ -38,7 +38,7 @@ pub struct Report {
     pub render_ms: f64,
     /// Processor time to find balls in it `[ms]`.
     pub detect_ms: f64,
-    /// The worst pictures, worst first.
+    /// The worst pictures: balls that were missed, then things that were taken for one, worst first.
     #[serde(skip)]
     pub worst: Vec<Bad>,
 }
