@@ -1,0 +1,464 @@
+//! The odometry: IMU samples and scans in, poses out.
+
+use std::collections::VecDeque;
+
+use nalgebra::{Isometry3, Vector3};
+
+use crate::config::Config;
+use crate::error::LidarError;
+use crate::estimate::Estimate;
+use crate::filter::Filter;
+use crate::health::{Health, LostReason};
+use crate::history::History;
+use crate::imu::ImuSample;
+use crate::initializer::Initializer;
+use crate::lateness::Lateness;
+use crate::map::VoxelMap;
+use crate::registration::{Fit, Registration};
+use crate::scan::Scan;
+use crate::state::{POSITION, ROTATION};
+use crate::undistort::Motion;
+use crate::update::{Posterior, iterate};
+use crate::voxel::VoxelFilter;
+
+/// Scans that wait for their IMU samples; an older one is dropped.
+const WAITING_SCANS: usize = 3;
+/// IMU samples that wait for their scan: 5 s.
+const WAITING_SAMPLES: usize = 1000;
+/// How fast the usual share of matches follows: a tenth in five scans.
+const USUAL_GAIN: f64 = 0.02;
+
+/// Counts of data that could not be used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// IMU samples that were not finite.
+    pub not_finite: u64,
+    /// IMU samples or scans with a time before an earlier one.
+    pub backwards: u64,
+    /// Scans whose IMU samples did not come.
+    pub without_imu: u64,
+}
+
+/// Whether the filter follows the scans.
+#[derive(Clone, Copy, Debug)]
+enum Mode {
+    Tracking,
+    /// `corrected_s` is when a scan fitted last.
+    Lost { since_s: f64, corrected_s: f64, reason: LostReason, good: u32 },
+}
+
+/// LiDAR-inertial odometry.
+///
+/// Feed it with [`Odometry::push_imu`] and [`Odometry::push_scan`], then take estimates with [`Odometry::poll`].
+#[derive(Debug)]
+pub struct Odometry {
+    config: Config,
+    initializer: Initializer,
+    filter: Option<Filter>,
+    mode: Mode,
+    frame: u32,
+    map: VoxelMap,
+    samples: VecDeque<ImuSample>,
+    scans: VecDeque<Scan>,
+    last_stamp_s: Option<f64>,
+    last_scan_end_s: Option<f64>,
+    last_output_s: Option<f64>,
+    lateness: Lateness,
+    fault: Option<LostReason>,
+    usual_share: Option<f64>,
+    /// The direction that the last fitting scan did not see.
+    unobservable: Option<Vector3<f64>>,
+    dropped: Dropped,
+    history: History,
+    // Memory that is kept from scan to scan.
+    motion: Motion,
+    voxels: VoxelFilter,
+    registration: Registration,
+    undistorted: Vec<Vector3<f64>>,
+    points: Vec<Vector3<f64>>,
+}
+
+impl Odometry {
+    /// An odometry that waits for the sensor to stand still.
+    ///
+    /// # Errors
+    ///
+    /// A setting makes no sense.
+    pub fn new(config: Config) -> Result<Self, LidarError> {
+        config.check()?;
+        Ok(Self {
+            map: VoxelMap::new(config.map_voxel_m, config.map_half_width_m, config.map_capacity),
+            config,
+            initializer: Initializer::default(),
+            filter: None,
+            mode: Mode::Tracking,
+            frame: 0,
+            samples: VecDeque::new(),
+            scans: VecDeque::new(),
+            last_stamp_s: None,
+            last_scan_end_s: None,
+            last_output_s: None,
+            lateness: Lateness::default(),
+            fault: None,
+            usual_share: None,
+            unobservable: None,
+            dropped: Dropped::default(),
+            history: History::default(),
+            motion: Motion::default(),
+            voxels: VoxelFilter::default(),
+            registration: Registration::default(),
+            undistorted: Vec::new(),
+            points: Vec::new(),
+        })
+    }
+
+    /// Begins anew: empty map, new odometry frame, waits for the sensor to stand still.
+    pub fn restart(&mut self) {
+        self.map = VoxelMap::new(self.config.map_voxel_m, self.config.map_half_width_m, self.config.map_capacity);
+        self.initializer = Initializer::default();
+        self.filter = None;
+        self.mode = Mode::Tracking;
+        self.frame += 1;
+        self.samples.clear();
+        self.scans.clear();
+        self.last_stamp_s = None;
+        self.last_scan_end_s = None;
+        self.lateness = Lateness::default();
+        self.fault = None;
+        self.usual_share = None;
+        self.unobservable = None;
+        self.history = History::default();
+    }
+
+    /// Settings.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The map.
+    #[must_use]
+    pub fn map(&self) -> &VoxelMap {
+        &self.map
+    }
+
+    /// Counts of data that could not be used.
+    #[must_use]
+    pub fn dropped(&self) -> Dropped {
+        self.dropped
+    }
+
+    /// Takes a sample of the IMU that came at `arrival_s` `[s]`, by this machine's clock (any zero).
+    pub fn push_imu(&mut self, sample: ImuSample, arrival_s: f64) {
+        if !sample.is_finite() {
+            self.dropped.not_finite += 1;
+            return;
+        }
+        if let Some(last) = self.last_stamp_s {
+            if sample.time_s <= last {
+                self.dropped.backwards += 1;
+                // The same stamp twice is a doubled sample and harmless.
+                if sample.time_s < last {
+                    self.note(LostReason::TimeBackwards { by_s: last - sample.time_s });
+                }
+                return;
+            }
+            let gap_s = sample.time_s - last;
+            if gap_s > self.config.imu_gap_s {
+                self.note(LostReason::ImuGap { gap_s });
+            }
+        }
+        self.last_stamp_s = Some(sample.time_s);
+        let by_s = self.lateness.push(sample.time_s, arrival_s);
+        if by_s > self.config.late_s {
+            self.note(LostReason::Late { by_s });
+        }
+        if self.filter.is_none() {
+            if let Some(start) = self.initializer.push(sample, &self.config) {
+                self.filter = Some(Filter::new(start));
+                self.fault = None;
+            }
+            return;
+        }
+        if self.samples.len() >= WAITING_SAMPLES {
+            self.predict_without_scan();
+        }
+        self.samples.push_back(sample);
+    }
+
+    /// Takes a scan that came at `arrival_s` `[s]`, by this machine's clock.
+    pub fn push_scan(&mut self, scan: Scan, arrival_s: f64) {
+        if !(scan.start_s.is_finite() && scan.end_s.is_finite() && scan.end_s > scan.start_s) {
+            self.dropped.not_finite += 1;
+            return;
+        }
+        if let Some(last) = self.last_scan_end_s
+            && scan.end_s <= last
+        {
+            self.dropped.backwards += 1;
+            self.note(LostReason::TimeBackwards { by_s: last - scan.end_s });
+            return;
+        }
+        self.last_scan_end_s = Some(scan.end_s);
+        let by_s = self.lateness.push(scan.end_s, arrival_s);
+        if by_s > self.config.late_s {
+            self.note(LostReason::Late { by_s });
+        }
+        if self.scans.len() >= WAITING_SCANS {
+            self.scans.pop_front();
+            self.dropped.without_imu += 1;
+            self.note(LostReason::ImuGap { gap_s: scan.end_s - self.last_stamp_s.unwrap_or(scan.start_s) });
+        }
+        self.scans.push_back(scan);
+    }
+
+    /// The next estimate, if there is one at `now_s` `[s]`, by the clock of the arrivals. Call it until it returns `None`. If the sensor
+    /// falls silent it says so, ten times a second.
+    pub fn poll(&mut self, now_s: f64) -> Option<Estimate> {
+        let newest = self.samples.back().map(|s| s.time_s);
+        let ready = match (&self.filter, self.scans.front()) {
+            (None, Some(_)) => true,
+            (Some(filter), Some(scan)) => {
+                scan.end_s <= filter.time_s() || newest.is_some_and(|newest| newest >= scan.end_s)
+            }
+            (_, None) => false,
+        };
+        if ready && let Some(scan) = self.scans.pop_front() {
+            self.last_output_s = Some(now_s);
+            return Some(self.process(scan));
+        }
+        let last = *self.last_output_s.get_or_insert(now_s);
+        if now_s - last <= self.config.silence_s {
+            return None;
+        }
+        // Say it again after 0.1 s.
+        self.last_output_s = Some(now_s - self.config.silence_s + 0.1);
+        let reason = if self.scans.is_empty() {
+            LostReason::NoScan { silent_s: now_s - last }
+        } else {
+            LostReason::ImuGap { gap_s: now_s - last }
+        };
+        self.note(reason);
+        self.predict_without_scan();
+        Some(self.lose(0.0))
+    }
+
+    /// Pose of the body at `time_s` (sensor's clock), in the last second or up to the newest IMU sample: for a camera, the moment of
+    /// its exposure. `None` outside of that or before the start.
+    #[must_use]
+    pub fn pose_at(&self, time_s: f64) -> Option<Isometry3<f64>> {
+        let filter = self.filter.as_ref()?;
+        let pose = if time_s <= filter.time_s() {
+            self.history.pose_at(time_s)?
+        } else {
+            filter.ahead(&self.samples, time_s)?
+        };
+        Some(pose * self.imu_from_body(filter))
+    }
+
+    /// Keeps the first fault since the last output.
+    fn note(&mut self, reason: LostReason) {
+        self.fault.get_or_insert(reason);
+    }
+
+    fn imu_from_body(&self, filter: &Filter) -> Isometry3<f64> {
+        filter.state.imu_from_lidar() * self.config.body_from_lidar.inverse()
+    }
+
+    /// Uses up waiting samples although no scan came.
+    fn predict_without_scan(&mut self) {
+        if let Some(filter) = &mut self.filter
+            && let Some(newest) = self.samples.back().map(|s| s.time_s)
+        {
+            self.motion.clear();
+            filter.predict(&mut self.samples, newest, &self.config, &mut self.motion);
+        }
+    }
+
+    fn process(&mut self, scan: Scan) -> Estimate {
+        let Some(filter) = &mut self.filter else {
+            return self.waiting(scan.end_s);
+        };
+        if scan.end_s <= filter.time_s() {
+            // Its time is used up: it came with or before the samples of the start, or after a silence.
+            self.dropped.backwards += 1;
+            return self.output(scan.end_s, 0.0, None);
+        }
+        self.motion.clear();
+        filter.predict(&mut self.samples, scan.end_s, &self.config, &mut self.motion);
+        self.motion.undistort(&scan.points, scan.start_s, &filter.state, &mut self.undistorted);
+        let (near, far) = (self.config.blind_m.powi(2), self.config.range_m.powi(2));
+        let usable = self.undistorted.iter().copied().filter(|p| {
+            let square = p.norm_squared();
+            square > near && square < far
+        });
+        self.voxels.filter(usable, self.config.scan_voxel_m, &mut self.points);
+
+        if self.map.is_empty() && self.points.len() >= self.config.min_points {
+            self.remember();
+            self.history.push(&self.motion, scan.start_s, scan.end_s, &Isometry3::identity());
+            return self.output(scan.end_s, 0.0, None);
+        }
+        if self.points.len() < self.config.min_points {
+            self.note(LostReason::TooFewPoints { found: self.points.len(), needed: self.config.min_points });
+            return self.lose(0.0);
+        }
+        let held = self.unobservable;
+        let corrected = iterate(
+            &filter.state,
+            filter.covariance(),
+            self.config.plane_variance,
+            self.config.iterations,
+            |state, iteration| {
+                self.registration.linearize(&self.points, &self.map, state, iteration, held.as_ref(), &self.config)
+            },
+        );
+        match corrected {
+            Some(posterior) => self.judge(&scan, posterior),
+            None => {
+                self.note(LostReason::Diverged);
+                self.lose(0.0)
+            }
+        }
+    }
+
+    /// Takes or refuses the corrected state.
+    fn judge(&mut self, scan: &Scan, posterior: Posterior) -> Estimate {
+        let share = self.registration.fit().map_or(0.0, Fit::share);
+        let usual = self.usual_share.unwrap_or(share);
+        let distance_m = posterior.correction.fixed_rows::<3>(POSITION).norm();
+        let angle_rad = posterior.correction.fixed_rows::<3>(ROTATION).norm();
+        if share < self.config.lost_share * usual {
+            self.note(LostReason::Mismatch { share, usual });
+            return self.lose(share);
+        }
+        let lost = matches!(self.mode, Mode::Lost { .. });
+        let (most_m, most_rad) = if lost {
+            (self.config.recovery_m, self.config.recovery_rad)
+        } else {
+            (self.config.jump_m, self.config.jump_rad)
+        };
+        if distance_m > most_m || angle_rad > most_rad {
+            self.note(LostReason::Jump { distance_m, angle_rad });
+            return self.lose(share);
+        }
+        if let Mode::Lost { corrected_s, .. } = self.mode
+            && scan.end_s - corrected_s > self.config.give_up_s
+        {
+            return self.lose(share);
+        }
+        let Some(filter) = &mut self.filter else { return self.waiting(scan.end_s) };
+        let predicted = filter.state.odometry_from_imu();
+        let direction = self.registration.fit().and_then(|f| f.unobservable);
+        filter.correct(posterior);
+        if let Some(direction) = direction {
+            filter.expect_usual_speed(&direction, self.config.usual_speed);
+        }
+        let correction = filter.state.odometry_from_imu() * predicted.inverse();
+        self.history.push(&self.motion, scan.start_s, scan.end_s, &correction);
+        self.unobservable = direction;
+        // The scan fits, so the state is right at its stamps. But data that come late or torn say so until they are sound again.
+        let mut recovered = None;
+        if self.fault.is_some() {
+            let mut estimate = self.lose(share);
+            if let Mode::Lost { corrected_s, .. } = &mut self.mode {
+                *corrected_s = scan.end_s;
+            }
+            estimate.correction_m = distance_m;
+            estimate.health = self.health(scan.end_s);
+            return estimate;
+        }
+        if let Mode::Lost { since_s, reason, good, .. } = self.mode {
+            self.mode = Mode::Lost { since_s, corrected_s: scan.end_s, reason, good: good + 1 };
+            if good + 1 >= self.config.recovery_scans {
+                self.mode = Mode::Tracking;
+                recovered = Some(scan.end_s - since_s);
+            }
+        }
+        if matches!(self.mode, Mode::Tracking) {
+            self.usual_share = Some(usual + USUAL_GAIN * (share - usual));
+            self.remember();
+        }
+        self.output(scan.end_s, distance_m, recovered)
+    }
+
+    /// Puts the thinned scan into the map.
+    fn remember(&mut self) {
+        let Some(filter) = &self.filter else { return };
+        let odometry_from_lidar = filter.state.odometry_from_imu() * filter.state.imu_from_lidar();
+        self.map.follow(&odometry_from_lidar.translation.vector);
+        for point in &self.points {
+            self.map.insert(odometry_from_lidar.rotation * point + odometry_from_lidar.translation.vector);
+        }
+    }
+
+    /// Goes or stays lost, for the noted fault or the old reason.
+    fn lose(&mut self, share: f64) -> Estimate {
+        let Some(filter) = &mut self.filter else {
+            let time_s = self.last_stamp_s.unwrap_or(0.0);
+            return self.waiting(time_s);
+        };
+        let time_s = filter.time_s();
+        let fault = self.fault.take();
+        self.mode = match (self.mode, fault) {
+            (Mode::Lost { since_s, corrected_s, reason, .. }, fault) => {
+                Mode::Lost { since_s, corrected_s, reason: fault.unwrap_or(reason), good: 0 }
+            }
+            (Mode::Tracking, fault) => {
+                let reason = fault.unwrap_or(LostReason::Diverged);
+                Mode::Lost { since_s: time_s, corrected_s: time_s, reason, good: 0 }
+            }
+        };
+        let mut estimate = self.output(time_s, 0.0, None);
+        estimate.share = share;
+        estimate
+    }
+
+    fn health(&self, time_s: f64) -> Health {
+        match self.mode {
+            Mode::Lost { corrected_s, reason, .. } => {
+                Health::Lost { reason, refused: time_s - corrected_s > self.config.give_up_s }
+            }
+            Mode::Tracking => {
+                self.unobservable.map_or(Health::Tracking, |direction| Health::Degenerate { direction })
+            }
+        }
+    }
+
+    fn output(&mut self, time_s: f64, correction_m: f64, recovered_after_s: Option<f64>) -> Estimate {
+        let health = self.health(time_s);
+        let Some(filter) = &self.filter else { return self.waiting(time_s) };
+        let imu_from_body = self.imu_from_body(filter);
+        let rates = filter.angular_velocity();
+        let lever = imu_from_body.translation.vector;
+        Estimate {
+            time_s: filter.time_s(),
+            frame: self.frame,
+            odometry_from_body: filter.state.odometry_from_imu() * imu_from_body,
+            velocity: filter.state.velocity + filter.state.rotation * rates.cross(&lever),
+            angular_velocity: imu_from_body.rotation.inverse() * rates,
+            covariance: filter.pose_covariance(),
+            health,
+            points: self.points.len(),
+            share: self.registration.fit().map_or(1.0, Fit::share),
+            correction_m,
+            recovered_after_s,
+        }
+    }
+
+    fn waiting(&self, time_s: f64) -> Estimate {
+        Estimate {
+            time_s,
+            frame: self.frame,
+            odometry_from_body: Isometry3::identity(),
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+            covariance: nalgebra::SMatrix::identity(),
+            health: Health::Initializing(self.initializer.refused()),
+            points: 0,
+            share: 0.0,
+            correction_m: 0.0,
+            recovered_after_s: None,
+        }
+    }
+}
