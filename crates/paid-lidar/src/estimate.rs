@@ -25,6 +25,8 @@ pub struct Estimate {
     pub points: usize,
     /// Share of them that fit the map.
     pub share: f64,
+    /// Share of the points off the ground that fit the map.
+    pub off_ground_share: f64,
     /// How far the scan moved the prediction `[m]`.
     pub correction_m: f64,
     /// Set on the scan that ends a loss: how long it lasted `[s]`.

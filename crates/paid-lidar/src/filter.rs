@@ -15,8 +15,8 @@ use crate::update::Posterior;
 /// Variance of gyroscope and accelerometer over a gap, where the line between two samples is a guess.
 const GAP_GYRO: f64 = 1.0;
 const GAP_ACCEL: f64 = 25.0;
-/// Weight of the usual speed: one measurement of it a second, at ten scans a second.
-const SCANS_PER_SPEED: f64 = 10.0;
+/// An impact is over within two samples, so their mean is off by up to this share of their difference.
+const IMPACT_SHARE: f64 = 0.25;
 
 /// The filter.
 #[derive(Clone, Debug)]
@@ -128,13 +128,18 @@ impl Filter {
         self.covariance = posterior.covariance;
     }
 
-    /// A weak measurement: the speed along `direction` is zero with deviation `usual_speed` `[m/s]`. It bounds how fast the
-    /// position runs away where no plane holds it.
+    /// Bounds the doubt about the speed along `direction` by `usual_speed` `[m/s]`: if it is larger, a measurement of zero with just
+    /// the deviation that brings it down there. Where no plane holds the position, this keeps it from running away ever faster.
     pub fn expect_usual_speed(&mut self, direction: &Vector3<f64>, usual_speed: f64) {
         let mut row = Tangent::zeros();
         row.fixed_rows_mut::<3>(VELOCITY).copy_from(direction);
         let spread: SMatrix<f64, DOF, 1> = self.covariance * row;
-        let variance = row.dot(&spread) + usual_speed * usual_speed * SCANS_PER_SPEED;
+        let (doubt, usual) = (row.dot(&spread), usual_speed * usual_speed);
+        if doubt <= usual {
+            return;
+        }
+        // 1 / usual = 1 / doubt + 1 / noise
+        let variance = doubt + usual * doubt / (doubt - usual);
         let gain = spread / variance;
         let change = gain * -self.state.velocity.dot(direction);
         let reset = self.state.reset_jacobian(&change);
@@ -145,9 +150,10 @@ impl Filter {
     }
 }
 
-/// Noise of a step between two samples: more at the end of the accelerometer's range, and over a gap.
+/// Noise of a step between two samples: more in impacts, at the end of the accelerometer's range, and over a gap.
 fn noise_of(a: &ImuSample, b: &ImuSample, config: &Config) -> ImuNoise {
     let mut noise = config.imu_noise;
+    noise.accel += (IMPACT_SHARE * (b.accel - a.accel).norm()).powi(2);
     if a.peak_accel().max(b.peak_accel()) > 0.98 * config.accel_range {
         noise.accel = noise.accel.max(config.saturated_variance);
     }
@@ -205,7 +211,8 @@ mod tests {
         };
         // 400 m^2/s^4 x (5 ms)^2
         assert!((deviation(39.24) - 0.01).abs() < 1e-4, "{}", deviation(39.24));
-        assert!(deviation(30.0) < 1e-4);
+        // A quarter of the difference of 20.19 m/s^2 from sample to sample, squared: 25.5, and 0.1.
+        assert!((deviation(30.0) - 25.6 * 2.5e-5).abs() < 5e-5, "{}", deviation(30.0));
     }
 
     #[test]
@@ -214,9 +221,11 @@ mod tests {
         filter.state.velocity = Vector3::new(3.0, 1.0, 0.0);
         filter.covariance[(VELOCITY, VELOCITY)] = 10.0;
         filter.expect_usual_speed(&Vector3::x(), 1.0);
-        // 10 of prior against 1 x 10 of the measurement.
-        assert!((filter.state.velocity.x - 1.5).abs() < 1e-9);
+        // A variance of 10 becomes 1: nine tenths of the way to zero.
+        assert!((filter.state.velocity.x - 0.3).abs() < 1e-9);
         assert!((filter.state.velocity.y - 1.0).abs() < 1e-9);
-        assert!((filter.covariance[(VELOCITY, VELOCITY)] - 5.0).abs() < 1e-9);
+        assert!((filter.covariance[(VELOCITY, VELOCITY)] - 1.0).abs() < 1e-9);
+        filter.expect_usual_speed(&Vector3::x(), 1.1);
+        assert!((filter.state.velocity.x - 0.3).abs() < 1e-9, "a smaller doubt is left alone");
     }
 }

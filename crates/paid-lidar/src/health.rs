@@ -67,13 +67,22 @@ impl fmt::Display for NotStill {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Turns { found, most } => {
-                write!(f, "the sensor turns: expected at most {most:.2} rad/s, found {found:.2}; stand still to start")
+                write!(
+                    f,
+                    "the sensor turns: expected at most {most:.2} rad/s, found {found:.2}; stand still to start"
+                )
             }
             Self::Shakes { found, most } => {
-                write!(f, "the sensor shakes: expected at most {most:.1} m/s^2, found {found:.1}; stand still to start")
+                write!(
+                    f,
+                    "the sensor shakes: expected at most {most:.1} m/s^2, found {found:.1}; stand still to start"
+                )
             }
             Self::NotGravity { found } => {
-                write!(f, "acceleration at rest: expected 9.81 m/s^2 within 10%, found {found:.2} (values in g?)")
+                write!(
+                    f,
+                    "acceleration at rest: expected 9.81 m/s^2 within 10%, found {found:.2} (values in g?)"
+                )
             }
         }
     }
@@ -134,7 +143,12 @@ impl fmt::Display for LostReason {
                 write!(f, "covered? expected at least {needed} points, found {found}")
             }
             Self::Mismatch { share, usual } => {
-                write!(f, "kidnapped? {:.0}% of the scan fit the map, usually {:.0}%", 100.0 * share, 100.0 * usual)
+                write!(
+                    f,
+                    "kidnapped? {:.0}% of the scan fit the map, usually {:.0}%",
+                    100.0 * share,
+                    100.0 * usual
+                )
             }
             Self::Jump { distance_m, angle_rad } => write!(
                 f,

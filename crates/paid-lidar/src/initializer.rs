@@ -156,7 +156,7 @@ mod tests {
         (None, initializer)
     }
 
-    fn at_rest(imu_from_up: UnitQuaternion<f64>, length: f64) -> impl Iterator<Item = ImuSample> {
+    fn at_rest(imu_from_up: UnitQuaternion<f64>, length: f64) -> impl Iterator<Item = ImuSample> + Clone {
         (0..120).map(move |i| ImuSample {
             time_s: f64::from(i) * 0.005,
             gyro: Vector3::new(0.01, -0.02, 0.005),
@@ -194,11 +194,14 @@ mod tests {
         let why = initializer.refused().expect("a reason").to_string();
         assert!(why.starts_with("the sensor turns: expected at most 0.05 rad/s, found 0.2"), "{why}");
 
-        let rest = at_rest(UnitQuaternion::identity(), 9.81).map(|s| ImuSample { time_s: s.time_s + 2.0, ..s });
-        let (start, _) = feed(walking.take(300).chain(rest.clone()).chain(rest.map(|s| ImuSample {
-            time_s: s.time_s + 0.6,
-            ..s
-        })));
+        let rest =
+            at_rest(UnitQuaternion::identity(), 9.81).map(|s| ImuSample { time_s: s.time_s + 2.0, ..s });
+        let (start, _) = feed(
+            walking
+                .take(300)
+                .chain(rest.clone())
+                .chain(rest.map(|s| ImuSample { time_s: s.time_s + 0.6, ..s })),
+        );
         assert!(start.is_some());
     }
 

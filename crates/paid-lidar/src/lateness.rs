@@ -16,9 +16,8 @@ impl Lateness {
         if !delay.is_finite() {
             return f64::INFINITY;
         }
-        let usual = self
-            .shortest
-            .map_or(delay, |(shortest, since)| shortest + DRIFT * (arrival_s - since).max(0.0));
+        let usual =
+            self.shortest.map_or(delay, |(shortest, since)| shortest + DRIFT * (arrival_s - since).max(0.0));
         if delay <= usual {
             self.shortest = Some((delay, arrival_s));
             return 0.0;

@@ -32,7 +32,8 @@ impl Observability {
         let weakest: Vector3<f64> = eigen.eigenvectors.column(eigen.eigenvalues.imin()).into();
         let mut eigenvalues = [eigen.eigenvalues[0], eigen.eigenvalues[1], eigen.eigenvalues[2]];
         eigenvalues.sort_by(f64::total_cmp);
-        let facing = normals.iter().map(|n| n.dot(&weakest)).filter(|c| c.abs() > FACING).map(|c| c * c).sum();
+        let facing =
+            normals.iter().map(|n| n.dot(&weakest)).filter(|c| c.abs() > FACING).map(|c| c * c).sum();
         Self { eigenvalues, weakest, facing }
     }
 

@@ -23,6 +23,10 @@ use crate::voxel::VoxelFilter;
 
 /// Scans that wait for their IMU samples; an older one is dropped.
 const WAITING_SCANS: usize = 3;
+/// Below this usual share of points off the ground that fit, as on a pitch of nets and posts, its changes say nothing.
+const USEFUL_OFF_GROUND: f64 = 0.4;
+/// A scan that did not come by then is overdue `[s]`.
+const OVERDUE_S: f64 = 0.15;
 /// IMU samples that wait for their scan: 5 s.
 const WAITING_SAMPLES: usize = 1000;
 /// How fast the usual share of matches follows: a tenth in five scans.
@@ -44,7 +48,12 @@ pub struct Dropped {
 enum Mode {
     Tracking,
     /// `corrected_s` is when a scan fitted last.
-    Lost { since_s: f64, corrected_s: f64, reason: LostReason, good: u32 },
+    Lost {
+        since_s: f64,
+        corrected_s: f64,
+        reason: LostReason,
+        good: u32,
+    },
 }
 
 /// LiDAR-inertial odometry.
@@ -63,9 +72,11 @@ pub struct Odometry {
     last_stamp_s: Option<f64>,
     last_scan_end_s: Option<f64>,
     last_output_s: Option<f64>,
+    last_scan_s: Option<f64>,
     lateness: Lateness,
     fault: Option<LostReason>,
     usual_share: Option<f64>,
+    usual_off_ground: Option<f64>,
     /// The direction that the last fitting scan did not see.
     unobservable: Option<Vector3<f64>>,
     dropped: Dropped,
@@ -98,9 +109,11 @@ impl Odometry {
             last_stamp_s: None,
             last_scan_end_s: None,
             last_output_s: None,
+            last_scan_s: None,
             lateness: Lateness::default(),
             fault: None,
             usual_share: None,
+            usual_off_ground: None,
             unobservable: None,
             dropped: Dropped::default(),
             history: History::default(),
@@ -114,7 +127,8 @@ impl Odometry {
 
     /// Begins anew: empty map, new odometry frame, waits for the sensor to stand still.
     pub fn restart(&mut self) {
-        self.map = VoxelMap::new(self.config.map_voxel_m, self.config.map_half_width_m, self.config.map_capacity);
+        self.map =
+            VoxelMap::new(self.config.map_voxel_m, self.config.map_half_width_m, self.config.map_capacity);
         self.initializer = Initializer::default();
         self.filter = None;
         self.mode = Mode::Tracking;
@@ -126,6 +140,7 @@ impl Odometry {
         self.lateness = Lateness::default();
         self.fault = None;
         self.usual_share = None;
+        self.usual_off_ground = None;
         self.unobservable = None;
         self.history = History::default();
     }
@@ -213,7 +228,7 @@ impl Odometry {
     }
 
     /// The next estimate, if there is one at `now_s` `[s]`, by the clock of the arrivals. Call it until it returns `None`. If the sensor
-    /// falls silent it says so, ten times a second.
+    /// falls silent it says so, some four times a second.
     pub fn poll(&mut self, now_s: f64) -> Option<Estimate> {
         let newest = self.samples.back().map(|s| s.time_s);
         let ready = match (&self.filter, self.scans.front()) {
@@ -225,20 +240,22 @@ impl Odometry {
         };
         if ready && let Some(scan) = self.scans.pop_front() {
             self.last_output_s = Some(now_s);
+            self.last_scan_s = Some(now_s);
             return Some(self.process(scan));
         }
         let last = *self.last_output_s.get_or_insert(now_s);
-        if now_s - last <= self.config.silence_s {
+        // A fault is said when the next scan is overdue, plain silence later.
+        let patience_s = if self.fault.is_some() { OVERDUE_S } else { self.config.silence_s };
+        if now_s - last <= patience_s {
             return None;
         }
-        // Say it again after 0.1 s.
-        self.last_output_s = Some(now_s - self.config.silence_s + 0.1);
-        let reason = if self.scans.is_empty() {
-            LostReason::NoScan { silent_s: now_s - last }
+        self.last_output_s = Some(now_s);
+        let since_s = now_s - *self.last_scan_s.get_or_insert(last);
+        self.note(if self.scans.is_empty() {
+            LostReason::NoScan { silent_s: since_s }
         } else {
-            LostReason::ImuGap { gap_s: now_s - last }
-        };
-        self.note(reason);
+            LostReason::ImuGap { gap_s: since_s }
+        });
         self.predict_without_scan();
         Some(self.lose(0.0))
     }
@@ -310,7 +327,14 @@ impl Odometry {
             self.config.plane_variance,
             self.config.iterations,
             |state, iteration| {
-                self.registration.linearize(&self.points, &self.map, state, iteration, held.as_ref(), &self.config)
+                self.registration.linearize(
+                    &self.points,
+                    &self.map,
+                    state,
+                    iteration,
+                    held.as_ref(),
+                    &self.config,
+                )
             },
         );
         match corrected {
@@ -324,15 +348,27 @@ impl Odometry {
 
     /// Takes or refuses the corrected state.
     fn judge(&mut self, scan: &Scan, posterior: Posterior) -> Estimate {
-        let share = self.registration.fit().map_or(0.0, Fit::share);
+        let fit = self.registration.fit();
+        let share = fit.map_or(0.0, Fit::share);
         let usual = self.usual_share.unwrap_or(share);
-        let distance_m = posterior.correction.fixed_rows::<3>(POSITION).norm();
+        let off_ground = fit.map_or(0.0, Fit::upright_share);
+        let usual_off_ground = self.usual_off_ground.unwrap_or(off_ground);
+        let direction = fit.and_then(|f| f.unobservable);
+        let lost = matches!(self.mode, Mode::Lost { .. });
+        let moved: Vector3<f64> = posterior.correction.fixed_rows::<3>(POSITION).into();
+        // Along an unobservable direction nothing is corrected but by what is learned of the IMU.
+        let distance_m = direction.map_or(moved, |d| moved - d * d.dot(&moved)).norm();
         let angle_rad = posterior.correction.fixed_rows::<3>(ROTATION).norm();
-        if share < self.config.lost_share * usual {
+        // The way back has to fit better than what is still believed on the way.
+        let least = if lost { self.config.recovery_share } else { self.config.lost_share };
+        if share < least * usual {
             self.note(LostReason::Mismatch { share, usual });
             return self.lose(share);
         }
-        let lost = matches!(self.mode, Mode::Lost { .. });
+        if usual_off_ground > USEFUL_OFF_GROUND && off_ground < least * usual_off_ground {
+            self.note(LostReason::Mismatch { share: off_ground, usual: usual_off_ground });
+            return self.lose(share);
+        }
         let (most_m, most_rad) = if lost {
             (self.config.recovery_m, self.config.recovery_rad)
         } else {
@@ -349,7 +385,6 @@ impl Odometry {
         }
         let Some(filter) = &mut self.filter else { return self.waiting(scan.end_s) };
         let predicted = filter.state.odometry_from_imu();
-        let direction = self.registration.fit().and_then(|f| f.unobservable);
         filter.correct(posterior);
         if let Some(direction) = direction {
             filter.expect_usual_speed(&direction, self.config.usual_speed);
@@ -377,6 +412,7 @@ impl Odometry {
         }
         if matches!(self.mode, Mode::Tracking) {
             self.usual_share = Some(usual + USUAL_GAIN * (share - usual));
+            self.usual_off_ground = Some(usual_off_ground + USUAL_GAIN * (off_ground - usual_off_ground));
             self.remember();
         }
         self.output(scan.end_s, distance_m, recovered)
@@ -441,6 +477,7 @@ impl Odometry {
             health,
             points: self.points.len(),
             share: self.registration.fit().map_or(1.0, Fit::share),
+            off_ground_share: self.registration.fit().map_or(1.0, Fit::upright_share),
             correction_m,
             recovered_after_s,
         }
@@ -457,6 +494,7 @@ impl Odometry {
             health: Health::Initializing(self.initializer.refused()),
             points: 0,
             share: 0.0,
+            off_ground_share: 0.0,
             correction_m: 0.0,
             recovered_after_s: None,
         }

@@ -134,8 +134,16 @@ mod tests {
 
     fn samples() -> [ImuSample; 2] {
         [
-            ImuSample { time_s: 0.0, gyro: Vector3::new(1.0, -2.0, 0.5), accel: Vector3::new(3.0, -1.0, 12.0) },
-            ImuSample { time_s: 0.02, gyro: Vector3::new(1.2, -1.6, 0.9), accel: Vector3::new(-2.0, 4.0, 9.0) },
+            ImuSample {
+                time_s: 0.0,
+                gyro: Vector3::new(1.0, -2.0, 0.5),
+                accel: Vector3::new(3.0, -1.0, 12.0),
+            },
+            ImuSample {
+                time_s: 0.02,
+                gyro: Vector3::new(1.2, -1.6, 0.9),
+                accel: Vector3::new(-2.0, 4.0, 9.0),
+            },
         ]
     }
 

@@ -11,13 +11,17 @@ use crate::update::{NormalEquations, Row};
 
 /// A degenerate direction is seen again with this many times the planes, so that the state does not flicker.
 const HYSTERESIS: f64 = 1.5;
-/// How fast the unobservable direction follows that of the scans. One scan's is off by a degree, each in its own way; taken as it
-/// is, the walls would seem to say something of motion along the corridor.
-const DIRECTION_GAIN: f64 = 0.02;
+/// A plane whose normal is within 45 degrees of the vertical is level.
+const LEVEL: f64 = 0.7;
+/// How fast the unobservable direction follows that of the scans, and the cosine (2.5 degrees) from which it does. One scan's is off by
+/// a degree, each in its own way; taken as it is, the walls would seem to say something of motion along the corridor.
+const DIRECTION_GAIN: f64 = 0.05;
+const DIRECTION_HELD: f64 = 0.999;
 
 /// The unobservable direction `held` so far, moved a little to the one `found` in this scan.
 fn follow(held: Option<&Vector3<f64>>, found: &Vector3<f64>) -> Vector3<f64> {
     match held {
+        Some(held) if held.dot(found).abs() > DIRECTION_HELD => *held,
         // A turn of more than 25 degrees is another corridor.
         Some(held) if held.dot(found).abs() > 0.9 => {
             let found = found * held.dot(found).signum();
@@ -42,6 +46,8 @@ pub struct Fit {
     pub points: usize,
     /// Points with a plane.
     pub matched: usize,
+    /// Points with a plane that is not level.
+    pub upright: usize,
     /// What the planes see of translation; of the first linearization.
     pub observability: Observability,
     /// The direction whose correction was left out.
@@ -53,6 +59,14 @@ impl Fit {
     #[must_use]
     pub fn share(&self) -> f64 {
         self.matched as f64 / self.points.max(1) as f64
+    }
+
+    /// Share of the points off the ground that have a plane. Level ground fits wherever the sensor is carried to, so it says nothing of
+    /// that.
+    #[must_use]
+    pub fn upright_share(&self) -> f64 {
+        let off_ground = self.points - self.matched + self.upright;
+        self.upright as f64 / off_ground.max(1) as f64
     }
 }
 
@@ -106,12 +120,8 @@ impl Registration {
             }
         }
         let matched = self.matches.len();
-        self.fit = Some(Fit {
-            points: points.len(),
-            matched,
-            observability,
-            unobservable,
-        });
+        let upright = self.matches.iter().filter(|m| m.normal.z.abs() < LEVEL).count();
+        self.fit = Some(Fit { points: points.len(), matched, upright, observability, unobservable });
         equations
     }
 
@@ -167,7 +177,8 @@ mod tests {
     }
 
     fn scan() -> Vec<Vector3<f64>> {
-        let grid = (0..20).flat_map(|i| (0..20).map(move |k| (f64::from(i) * 0.3 - 3.0, f64::from(k) * 0.3 - 3.0)));
+        let grid =
+            (0..20).flat_map(|i| (0..20).map(move |k| (f64::from(i) * 0.3 - 3.0, f64::from(k) * 0.3 - 3.0)));
         grid.flat_map(|(a, b)| {
             [Vector3::new(a, b, -1.2), Vector3::new(6.1, a, b + 2.5), Vector3::new(a, -6.1, b + 2.5)]
         })
@@ -180,7 +191,8 @@ mod tests {
         let config = Config { estimate_extrinsic: true, ..Config::default() };
         let d = Tangent::from_fn(|i, _| if i < 12 { 0.01 * (i as f64 * 1.7).sin() } else { 0.0 });
         let state = State { lidar_position: Vector3::new(0.1, 0.2, -0.1), ..State::default() }.plus(&d);
-        let points = [Vector3::new(1.0, 2.0, -1.1), Vector3::new(5.9, 1.0, 1.0), Vector3::new(2.0, -6.3, 0.5)];
+        let points =
+            [Vector3::new(1.0, 2.0, -1.1), Vector3::new(5.9, 1.0, 1.0), Vector3::new(2.0, -6.3, 0.5)];
         for point in points {
             let mut registration = Registration::default();
             registration.search(&[point], &map, &state, &config);

@@ -104,7 +104,8 @@ mod tests {
     #[test]
     fn a_wall_seen_while_turning_and_driving_is_flat_again() {
         // 1 rad/s about z, 2 m/s along x, a wall at x = 5 m in the odometry frame, LiDAR 0.1 m ahead of the IMU.
-        let mut state = State { velocity: Vector3::x() * 2.0, lidar_position: Vector3::x() * 0.1, ..State::default() };
+        let mut state =
+            State { velocity: Vector3::x() * 2.0, lidar_position: Vector3::x() * 0.1, ..State::default() };
         let sample = |time_s: f64, state: &State| ImuSample {
             time_s,
             gyro: Vector3::z(),

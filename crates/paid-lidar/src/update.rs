@@ -76,8 +76,11 @@ pub fn iterate(
     let covariance = last?;
     let correction = state.minus(prior);
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    (state.is_finite() && covariance.iter().all(|x| x.is_finite()))
-        .then_some(Posterior { state, covariance, correction })
+    (state.is_finite() && covariance.iter().all(|x| x.is_finite())).then_some(Posterior {
+        state,
+        covariance,
+        correction,
+    })
 }
 
 #[cfg(test)]
@@ -124,7 +127,8 @@ mod tests {
                     for normal in Matrix3::<f64>::identity().column_iter() {
                         let normal: Vector3<f64> = normal.into();
                         let mut row = Row::zeros();
-                        let turned = -(state.rotation.to_rotation_matrix() * skew(point)).transpose() * normal;
+                        let turned =
+                            -(state.rotation.to_rotation_matrix() * skew(point)).transpose() * normal;
                         row.fixed_rows_mut::<3>(POSITION).copy_from(&normal);
                         row.fixed_rows_mut::<3>(ROTATION).copy_from(&turned);
                         let found = state.rotation * point + state.position;
@@ -144,7 +148,8 @@ mod tests {
 
     #[test]
     fn a_covariance_that_cannot_be_inverted_is_refused() {
-        let found = iterate(&State::default(), &Covariance::zeros(), 0.01, 3, |_, _| NormalEquations::default());
+        let found =
+            iterate(&State::default(), &Covariance::zeros(), 0.01, 3, |_, _| NormalEquations::default());
         assert!(found.is_none());
     }
 }

@@ -53,6 +53,8 @@ enum Command {
     Curves(curves::Args),
     /// Measure the speed of physics and training.
     Bench(bench::Args),
+    /// Train, judge and calibrate what stands between sensors and policy.
+    Perceive(perceive::Args),
     /// Find out how a ball bounces and rolls from filmed experiments.
     Sysid(Box<sysid::Args>),
     /// Repeat the paper's ablation: train with and without identification and observation noise, and judge in MuJoCo.
@@ -78,6 +80,7 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Curves(args) => curves::run(&args),
         Command::Bench(args) => bench::run(args),
+        Command::Perceive(args) => perceive::run(&args),
         Command::Sysid(args) => sysid::run(*args),
         Command::Ablate(args) => ablate::run(&args),
         Command::Perceive(args) => perceive::run(&args),

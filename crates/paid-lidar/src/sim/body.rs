@@ -36,7 +36,10 @@ impl Capsule {
                 return Some(range);
             }
         }
-        [self.from, self.to].iter().filter_map(|end| sphere(&(origin - end), ray, self.radius)).reduce(f64::min)
+        [self.from, self.to]
+            .iter()
+            .filter_map(|end| sphere(&(origin - end), ray, self.radius))
+            .reduce(f64::min)
     }
 }
 
@@ -55,7 +58,10 @@ pub(crate) fn limbs(swing: f64) -> [Capsule; 6] {
         let shoulder = Vector3::new(0.0, 0.12 * side, 0.29);
         let elbow = Vector3::new(ahead, 0.2 * side, 0.08);
         let hand = Vector3::new(ahead + 0.22, 0.18 * side, 0.02 + 0.2 * ahead);
-        [Capsule { from: shoulder, to: elbow, radius: 0.05 }, Capsule { from: elbow, to: hand, radius: 0.045 }]
+        [
+            Capsule { from: shoulder, to: elbow, radius: 0.05 },
+            Capsule { from: elbow, to: hand, radius: 0.045 },
+        ]
     };
     let leg = |side: f64| Capsule {
         from: Vector3::new(0.0, 0.1 * side, -0.15),

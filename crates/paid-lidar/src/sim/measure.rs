@@ -7,26 +7,10 @@ use crate::error::LidarError;
 use crate::estimate::Estimate;
 use crate::health::Health;
 use crate::odometry::Odometry;
+use crate::sim::fault::Fault;
 use crate::sim::scene::{Scene, SceneKind};
 use crate::sim::sensor::{SCAN_S, SensorModel, SimulatedMid360};
 use crate::sim::walk::Walk;
-
-/// Something that goes wrong with the sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fault {
-    /// No returns for this long `[s]`.
-    Covered(f64),
-    /// The sensor is carried by this vector `[m]` and the IMU says nothing of it.
-    Kidnapped(Vector3<f64>),
-    /// Data come this much later than before `[s]`, for this long `[s]`.
-    Late(f64, f64),
-    /// No IMU samples for this long `[s]`.
-    ImuGap(f64),
-    /// Time stamps fall back by this much `[s]`.
-    Backwards(f64),
-    /// Nothing comes for this long `[s]`.
-    Silent(f64),
-}
 
 /// What to measure.
 #[derive(Clone, Debug)]
@@ -90,6 +74,8 @@ pub struct Report {
     pub along_error_m: Option<f64>,
     /// Standard deviation that the odometry gave for it `[m]`.
     pub along_deviation_m: Option<f64>,
+    /// Least share of points that fitted the map while tracking, of all and of those off the ground.
+    pub least_shares: [f64; 2],
     /// Processor time of the odometry `[s]`.
     pub cpu_s: f64,
     /// How many times faster than real time it was, by processor time.
@@ -138,35 +124,22 @@ pub fn measure(options: &MeasureOptions, cpu: &dyn Fn() -> f64) -> Result<Report
             - sensor.torso(end_s - SCAN_S).translation.vector.xy())
         .norm();
         let mut delay_s = 0.002;
+        let mut silent = false;
         if let Some((at_s, fault)) = options.fault
             && end_s > at_s + 1e-6
         {
             let since_s = end_s - at_s - 1e-6;
-            match fault {
-                Fault::Covered(span_s) if since_s < span_s => frame.scan.points.clear(),
-                Fault::Late(by_s, span_s) if since_s < span_s => delay_s += by_s,
-                Fault::ImuGap(span_s) => frame.imu.retain(|s| s.time_s <= at_s || s.time_s > at_s + span_s),
-                Fault::Backwards(by_s) => {
-                    frame.imu.iter_mut().for_each(|s| s.time_s -= by_s);
-                    frame.scan.start_s -= by_s;
-                    frame.scan.end_s -= by_s;
-                }
-                Fault::Kidnapped(by) => {
-                    // The scene moves the other way.
-                    if since_s < SCAN_S {
-                        sensor.surround(Scene::new(options.scene, options.seed).moved(&-by));
-                        frame.scan.points.clear();
-                    }
-                }
-                Fault::Silent(span_s) if since_s < span_s => {
-                    frame.imu.clear();
-                    frame.scan.points.clear();
-                }
-                _ => {}
+            if let Fault::Kidnapped(by) = fault
+                && since_s < SCAN_S
+            {
+                // The scene moves the other way.
+                sensor.surround(Scene::new(options.scene, options.seed).moved(&-by));
+                frame.scan.points.clear();
             }
+            let found = fault.apply(&mut frame, at_s, since_s);
+            delay_s += found.delay_s;
+            silent = found.silent;
         }
-        let silent = matches!(options.fault, Some((at_s, Fault::Silent(span_s)))
-            if end_s > at_s + 1e-6 && end_s - at_s - 1e-6 < span_s);
         let begin = cpu();
         for sample in frame.imu {
             let arrival_s = sample.time_s.max(end_s - SCAN_S) + delay_s;
@@ -205,6 +178,7 @@ struct Run {
     lost: usize,
     map_points: usize,
     map_bytes: usize,
+    least_shares: Option<[f64; 2]>,
     fault_said: Option<f64>,
     fault_recovered: Option<f64>,
 }
@@ -238,18 +212,22 @@ impl Run {
             Health::Tracking => self.tracking += 1,
             Health::Degenerate { direction } => {
                 self.degenerate += 1;
-                let sign = if self.directions.first().is_some_and(|d| d.dot(&direction) < 0.0) { -1.0 } else { 1.0 };
+                let sign =
+                    if self.directions.first().is_some_and(|d| d.dot(&direction) < 0.0) { -1.0 } else { 1.0 };
                 self.directions.push(direction * sign);
             }
             Health::Lost { .. } => self.lost += 1,
         }
         self.scans += 1;
+        if !estimate.health.is_lost() {
+            let least = self.least_shares.get_or_insert([1.0; 2]);
+            *least = [least[0].min(estimate.share), least[1].min(estimate.off_ground_share)];
+        }
         let offset_s = options.model.imu_offset_s;
         let truth = |t: f64| sensor.torso(t - offset_s);
         let here = truth(estimate.time_s);
-        let frame = *self
-            .odometry_from_scene
-            .get_or_insert_with(|| estimate.odometry_from_body * here.inverse());
+        let frame =
+            *self.odometry_from_scene.get_or_insert_with(|| estimate.odometry_from_body * here.inverse());
         let wanted = frame * here;
         let h = 0.01;
         let velocity = (truth(estimate.time_s + h).translation.vector
@@ -271,7 +249,10 @@ impl Run {
             return Err(LidarError::NeverTracked {
                 scene: options.scene.name(),
                 seconds_s: options.seconds,
-                last: self.said.last().map_or_else(|| "no estimate at all".to_owned(), |(_, said)| said.clone()),
+                last: self
+                    .said
+                    .last()
+                    .map_or_else(|| "no estimate at all".to_owned(), |(_, said)| said.clone()),
             });
         };
         let outcomes = &self.outcomes;
@@ -279,8 +260,7 @@ impl Run {
             (outcomes.iter().map(|o| f(o).powi(2)).sum::<f64>() / outcomes.len() as f64).sqrt()
         };
         let max = |f: &dyn Fn(&Outcome) -> f64| outcomes.iter().map(f).fold(0.0, f64::max);
-        let direction =
-            self.directions.iter().sum::<Vector3<f64>>().try_normalize(1e-9);
+        let direction = self.directions.iter().sum::<Vector3<f64>>().try_normalize(1e-9);
         let end_error = outcomes.last().map_or_else(Vector3::zeros, |o| o.position);
         Ok(Report {
             scene: options.scene,
@@ -300,6 +280,7 @@ impl Run {
             across_rms_m: direction.map(|d| rms(&|o| (o.position - d * o.position.dot(&d)).norm())),
             along_error_m: direction.map(|d| end_error.dot(&d).abs()),
             along_deviation_m: direction.map(|d| last.position_deviation(&d)),
+            least_shares: self.least_shares.unwrap_or_default(),
             cpu_s: self.cpu_s,
             times_real_time: options.seconds / self.cpu_s.max(1e-9),
             map_points: self.map_points,

@@ -1,17 +1,23 @@
 //! A simulated Mid-360 in simple scenes: what the odometry is measured with where there is no robot.
 
 mod body;
+mod clock;
+mod fault;
 mod measure;
 mod pattern;
 mod pose_list;
 mod scene;
 mod sensor;
+mod stream;
 mod walk;
 
 pub use body::Capsule;
-pub use measure::{Fault, MeasureOptions, Report, measure};
+pub use clock::processor_clock;
+pub use fault::{Fault, FaultKind};
+pub use measure::{MeasureOptions, Report, measure};
 pub use pattern::Pattern;
 pub use pose_list::PoseList;
 pub use scene::{Scene, SceneKind};
 pub use sensor::{Frame, SensorModel, SimulatedMid360};
+pub use stream::PacketWriter;
 pub use walk::{Trajectory, Walk};

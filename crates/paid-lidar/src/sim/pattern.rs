@@ -48,9 +48,8 @@ mod tests {
         }
         // 36 x 7 cells of 10 degrees, the first and last row in part.
         assert!(cells.len() >= 36 * 6, "{}", cells.len());
-        let same = (0..20_000_u64)
-            .filter(|&i| pattern.ray(i).dot(&pattern.ray(i + 20_000)) > 0.999_99)
-            .count();
+        let same =
+            (0..20_000_u64).filter(|&i| pattern.ray(i).dot(&pattern.ray(i + 20_000)) > 0.999_99).count();
         assert!(same < 2000, "{same}");
     }
 }

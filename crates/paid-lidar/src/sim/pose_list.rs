@@ -82,8 +82,9 @@ mod tests {
                 UnitQuaternion::from_euler_angles(0.0, 0.1 * t, t),
             )
         };
-        let list = PoseList::new((0..=500).map(|i| (f64::from(i) * 0.002, truth(f64::from(i) * 0.002))).collect())
-            .expect("poses");
+        let list =
+            PoseList::new((0..=500).map(|i| (f64::from(i) * 0.002, truth(f64::from(i) * 0.002))).collect())
+                .expect("poses");
         for i in 0..900 {
             let t = 0.05 + f64::from(i) * 0.001;
             let (found, wanted) = (list.pose(t), truth(t));

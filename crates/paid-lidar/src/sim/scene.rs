@@ -126,14 +126,12 @@ impl Scene {
 impl Shape {
     fn hit(&self, origin: &Vector3<f64>, ray: &Vector3<f64>, time_s: f64) -> Option<f64> {
         match self {
-            Self::Ground => {
-                (ray.z < -GRAZING && origin.z > 0.0).then(|| -origin.z / ray.z)
-            }
+            Self::Ground => (ray.z < -GRAZING && origin.z > 0.0).then(|| -origin.z / ray.z),
             Self::Room { low, high } => {
                 // From inside, the first wall on the way is the nearest of the three ahead.
                 let mut nearest = f64::INFINITY;
                 let mut cosine = 0.0;
-                for i in 0..3 {
+                for i in (0..3).filter(|&i| ray[i].abs() > 1e-12) {
                     let wall = if ray[i] > 0.0 { high[i] } else { low[i] };
                     let range = (wall - origin[i]) / ray[i];
                     if range < nearest {

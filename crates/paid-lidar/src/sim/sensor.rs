@@ -163,8 +163,7 @@ impl<T: Trajectory> SimulatedMid360<T> {
         };
         let gyro = noisy(gyro, self.gyro_bias, self.model.gyro_noise);
         let range = self.model.accel_range;
-        let accel =
-            noisy(force, self.accel_bias, self.model.accel_noise).map(|a| a.clamp(-range, range));
+        let accel = noisy(force, self.accel_bias, self.model.accel_noise).map(|a| a.clamp(-range, range));
         ImuSample { time_s: time_s + self.model.imu_offset_s, gyro, accel }
     }
 
@@ -256,6 +255,8 @@ mod tests {
         let samples: Vec<ImuSample> = (0..100).flat_map(|_| sensor.next_frame().imu).collect();
         let most = samples.iter().map(ImuSample::peak_accel).fold(0.0, f64::max);
         assert!((most - 4.0 * 9.81).abs() < 1e-9, "{most}");
+        let clipped = samples.iter().filter(|s| s.peak_accel() > 39.0).count();
+        assert!((2..60).contains(&clipped), "{clipped}");
         assert!(samples.windows(2).all(|w| (w[1].time_s - w[0].time_s - 0.005).abs() < 1e-9));
     }
 }

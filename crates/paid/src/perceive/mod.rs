@@ -3,6 +3,7 @@
 mod calibrate;
 mod detect;
 mod train;
+mod odometry;
 
 use std::process::ExitCode;
 
@@ -23,6 +24,8 @@ enum Command {
     Train(train::Args),
     /// Find out where the camera sits on the torso from a few views of a ball that lies still.
     Calibrate(calibrate::Args),
+    /// Measure the LiDAR-inertial odometry on a simulated Mid-360 that walks and kicks.
+    Odometry(odometry::Args),
 }
 
 /// Runs a subcommand.
@@ -31,6 +34,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Command::Detect(args) => detect::run(args),
         Command::Train(args) => train::run(args),
         Command::Calibrate(args) => calibrate::run(args),
+        Command::Odometry(args) => odometry::run(args),
     }
     .map(|()| ExitCode::SUCCESS)
 }
