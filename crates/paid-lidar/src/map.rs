@@ -58,16 +58,12 @@ impl VoxelMap {
         let cell = cell(&point, self.inverse_size);
         let full = self.voxels.len() >= self.capacity;
         let center = Vector3::from(cell.map(|x| (x as f64 + 0.5) * self.size));
-        match self.voxels.get_mut(&key(cell)) {
-            Some(held) => {
-                if (point - center).norm_squared() < (*held - center).norm_squared() {
-                    *held = point;
-                }
+        if let Some(held) = self.voxels.get_mut(&key(cell)) {
+            if (point - center).norm_squared() < (*held - center).norm_squared() {
+                *held = point;
             }
-            None if !full => {
-                self.voxels.insert(key(cell), point);
-            }
-            None => {}
+        } else if !full {
+            self.voxels.insert(key(cell), point);
         }
     }
 

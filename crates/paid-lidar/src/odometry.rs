@@ -47,7 +47,7 @@ pub struct Dropped {
 #[derive(Clone, Copy, Debug)]
 enum Mode {
     Tracking,
-    /// `corrected_s` is when a scan fitted last.
+    /// By the clock of the arrivals: since when, and when a scan fitted last (or when it began).
     Lost {
         since_s: f64,
         corrected_s: f64,
@@ -71,6 +71,7 @@ pub struct Odometry {
     scans: VecDeque<Scan>,
     last_stamp_s: Option<f64>,
     last_scan_end_s: Option<f64>,
+    now_s: f64,
     last_output_s: Option<f64>,
     last_scan_s: Option<f64>,
     lateness: Lateness,
@@ -108,6 +109,7 @@ impl Odometry {
             scans: VecDeque::new(),
             last_stamp_s: None,
             last_scan_end_s: None,
+            now_s: 0.0,
             last_output_s: None,
             last_scan_s: None,
             lateness: Lateness::default(),
@@ -230,6 +232,7 @@ impl Odometry {
     /// The next estimate, if there is one at `now_s` `[s]`, by the clock of the arrivals. Call it until it returns `None`. If the sensor
     /// falls silent it says so, some four times a second.
     pub fn poll(&mut self, now_s: f64) -> Option<Estimate> {
+        self.now_s = now_s;
         let newest = self.samples.back().map(|s| s.time_s);
         let ready = match (&self.filter, self.scans.front()) {
             (None, Some(_)) => true,
@@ -379,7 +382,7 @@ impl Odometry {
             return self.lose(share);
         }
         if let Mode::Lost { corrected_s, .. } = self.mode
-            && scan.end_s - corrected_s > self.config.give_up_s
+            && self.now_s - corrected_s > self.config.give_up_s
         {
             return self.lose(share);
         }
@@ -397,17 +400,17 @@ impl Odometry {
         if self.fault.is_some() {
             let mut estimate = self.lose(share);
             if let Mode::Lost { corrected_s, .. } = &mut self.mode {
-                *corrected_s = scan.end_s;
+                *corrected_s = self.now_s;
             }
             estimate.correction_m = distance_m;
-            estimate.health = self.health(scan.end_s);
+            estimate.health = self.health();
             return estimate;
         }
         if let Mode::Lost { since_s, reason, good, .. } = self.mode {
-            self.mode = Mode::Lost { since_s, corrected_s: scan.end_s, reason, good: good + 1 };
+            self.mode = Mode::Lost { since_s, corrected_s: self.now_s, reason, good: good + 1 };
             if good + 1 >= self.config.recovery_scans {
                 self.mode = Mode::Tracking;
-                recovered = Some(scan.end_s - since_s);
+                recovered = Some(self.now_s - since_s);
             }
         }
         if matches!(self.mode, Mode::Tracking) {
@@ -442,7 +445,7 @@ impl Odometry {
             }
             (Mode::Tracking, fault) => {
                 let reason = fault.unwrap_or(LostReason::Diverged);
-                Mode::Lost { since_s: time_s, corrected_s: time_s, reason, good: 0 }
+                Mode::Lost { since_s: self.now_s, corrected_s: self.now_s, reason, good: 0 }
             }
         };
         let mut estimate = self.output(time_s, 0.0, None);
@@ -450,10 +453,10 @@ impl Odometry {
         estimate
     }
 
-    fn health(&self, time_s: f64) -> Health {
+    fn health(&self) -> Health {
         match self.mode {
             Mode::Lost { corrected_s, reason, .. } => {
-                Health::Lost { reason, refused: time_s - corrected_s > self.config.give_up_s }
+                Health::Lost { reason, refused: self.now_s - corrected_s > self.config.give_up_s }
             }
             Mode::Tracking => {
                 self.unobservable.map_or(Health::Tracking, |direction| Health::Degenerate { direction })
@@ -462,7 +465,7 @@ impl Odometry {
     }
 
     fn output(&mut self, time_s: f64, correction_m: f64, recovered_after_s: Option<f64>) -> Estimate {
-        let health = self.health(time_s);
+        let health = self.health();
         let Some(filter) = &self.filter else { return self.waiting(time_s) };
         let imu_from_body = self.imu_from_body(filter);
         let rates = filter.angular_velocity();

@@ -249,8 +249,7 @@ mod tests {
                 [Vector3::new(a, b, -1.2), Vector3::new(a, -2.1, b), Vector3::new(a, 2.1, b)]
             })
             .collect();
-        let mut prior = State::default();
-        prior.position = Vector3::new(0.3, 0.05, 0.0);
+        let prior = State { position: Vector3::new(0.3, 0.05, 0.0), ..State::default() };
         let covariance = crate::state::Covariance::identity() * 0.01;
         let config = Config::default();
         let mut registration = Registration::default();

@@ -15,7 +15,8 @@ const MASK: u64 = (1 << BITS) - 1;
 /// Numbers of the cube that holds `p`, with edges of 1/`inverse_size` `[m]`.
 #[inline]
 pub(crate) fn cell(p: &Vector3<f64>, inverse_size: f64) -> [i64; 3] {
-    [p.x, p.y, p.z].map(|x| (x * inverse_size).floor() as i64)
+    // Far beyond any map, but neighbors can still be counted from there.
+    [p.x, p.y, p.z].map(|x| (x * inverse_size).floor().clamp(-1e15, 1e15) as i64)
 }
 
 /// The key of a cube. Numbers beyond 2^20 wrap: half a million meters at 0.5 m, while the map is some 100 m wide.

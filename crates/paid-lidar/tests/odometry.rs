@@ -6,7 +6,7 @@ use paid_lidar::sim::{
     Fault, MeasureOptions, PacketWriter, Report, Scene, SceneKind, SensorModel, SimulatedMid360, Walk,
     measure,
 };
-use paid_lidar::{Config, Health, LostReason, Odometry, g1_torso_from_lidar};
+use paid_lidar::{Config, Health, ImuSample, LostReason, Odometry, Point, Scan, g1_torso_from_lidar};
 
 const NO_CLOCK: &dyn Fn() -> f64 = &|| 0.0;
 
@@ -103,6 +103,10 @@ fn time_that_runs_backwards_is_refused() {
     let report = with_fault(Fault::Backwards(1.5), 6.0);
     assert!(report.fault_said_after_s.is_some_and(|s| s < 0.3), "{}", said(&report));
     assert!(said(&report).contains("before an earlier one"), "{}", said(&report));
+    // The old time never comes again in this run of 6 s more.
+    let report = with_fault(Fault::Backwards(20.0), 9.0);
+    assert_eq!(report.fault_recovered_after_s, None);
+    assert!(report.last_state.starts_with("lost for good, restart: a time stamp"), "{}", report.last_state);
 }
 
 #[test]
@@ -226,6 +230,39 @@ fn a_refused_odometry_starts_in_a_new_frame() {
     }
     assert!(frames.contains(&(0, true)) && frames.contains(&(1, true)), "{frames:?}");
     assert!(frames.contains(&(1, false)), "it stands still anew");
+}
+
+#[test]
+fn points_and_samples_that_are_no_numbers_are_left_out() {
+    let (mut sensor, config) = sensor(SceneKind::Hall);
+    let mut odometry = Odometry::new(config).expect("settings");
+    let mut last = None;
+    for _ in 0..15 {
+        let mut frame = sensor.next_frame();
+        let arrival_s = frame.scan.end_s;
+        for x in [f64::NAN, f64::INFINITY, 1e300, -1e18] {
+            frame.scan.points.push(Point { offset_s: x, position: Vector3::x() * 3.0 });
+            frame.scan.points.push(Point { offset_s: 0.05, position: Vector3::new(x, 1.0, 1.0) });
+            odometry.push_imu(
+                ImuSample {
+                    time_s: arrival_s - 0.05,
+                    gyro: Vector3::repeat(x),
+                    accel: Vector3::repeat(f64::NAN),
+                },
+                arrival_s,
+            );
+        }
+        frame.imu.into_iter().for_each(|sample| odometry.push_imu(sample, sample.time_s));
+        odometry.push_scan(frame.scan, arrival_s);
+        odometry.push_scan(Scan { start_s: f64::NAN, end_s: 1.0, points: Vec::new() }, arrival_s);
+        while let Some(estimate) = odometry.poll(arrival_s) {
+            last = Some(estimate);
+        }
+    }
+    let last = last.expect("estimates");
+    assert!(last.health.is_tracking(), "{}", last.health);
+    assert!(last.odometry_from_body.translation.vector.norm() < 1.0);
+    assert_eq!(odometry.dropped().not_finite, 15 * 5);
 }
 
 #[test]

@@ -84,6 +84,8 @@ pub struct Report {
     pub map_points: usize,
     /// Most memory of the map `[MB]`.
     pub map_mb: f64,
+    /// The last state.
+    pub last_state: String,
     /// First states that were not tracking, with their times: what was said, and when `[s]`.
     pub said: Vec<(f64, String)>,
     /// Time from the fault to the first lost state `[s]`.
@@ -285,6 +287,7 @@ impl Run {
             times_real_time: options.seconds / self.cpu_s.max(1e-9),
             map_points: self.map_points,
             map_mb: self.map_bytes as f64 / 1e6,
+            last_state: last.health.to_string(),
             said: self.said,
             fault_said_after_s: self.fault_said,
             fault_recovered_after_s: self.fault_recovered,

@@ -112,7 +112,7 @@ impl Trajectory for Walk {
             roll += 0.1 * bell;
             shift.x += 0.05 * bell;
             let mut rng = self.draw(kick as u32, 51);
-            let hit = Vector3::new(-90.0, rng.uniform(-45.0, 45.0), rng.uniform(-60.0, 60.0));
+            let hit = Vector3::new(-130.0, rng.uniform(-60.0, 60.0), rng.uniform(-80.0, 80.0));
             shift += hit * (0.5 * IMPACT_S * IMPACT_S * jolt(since / IMPACT_S));
         }
         // Steps: the last two still ring.
@@ -125,7 +125,7 @@ impl Trajectory for Walk {
             let since = (t - number * STEP_S) / IMPACT_S;
             let mut rng = self.draw(number as u32, 50);
             let hit =
-                Vector3::new(rng.uniform(-20.0, 20.0), rng.uniform(-15.0, 15.0), rng.uniform(50.0, 75.0));
+                Vector3::new(rng.uniform(-30.0, 30.0), rng.uniform(-20.0, 20.0), rng.uniform(70.0, 120.0));
             shift += hit * (walked.sqrt() * 0.5 * IMPACT_S * IMPACT_S * jolt(since));
             pitch += 0.01 * walked * jolt(since * 0.6);
         }
@@ -157,7 +157,7 @@ mod tests {
         };
         assert!((0..180).all(|i| accel(0.1 + f64::from(i) * 0.01) < 0.1), "it stands");
         let most = (2000..20_000).map(|i| accel(f64::from(i) * 0.001)).fold(0.0, f64::max);
-        assert!((60.0..150.0).contains(&most), "{most} m/s^2");
+        assert!((90.0..220.0).contains(&most), "{most} m/s^2");
         let path: f64 = (0..600)
             .map(|i| {
                 let p = |k: i32| walk.pose(f64::from(k) * 0.1).translation.vector.xy();
