@@ -78,6 +78,7 @@ fn a_sensor_covered_for_long_is_refused_until_a_restart() {
 fn a_kidnapped_sensor_is_lost_and_does_not_jump() {
     let report = with_fault(Fault::Kidnapped(Vector3::new(1.8, 1.1, 0.0)), 6.0);
     assert!(report.fault_said_after_s.is_some_and(|s| s < 0.3), "{}", said(&report));
+    assert!(said(&report).contains("kidnapped?"), "{}", said(&report));
     assert_eq!(report.fault_recovered_after_s, None, "{}", said(&report));
 }
 

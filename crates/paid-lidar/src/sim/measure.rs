@@ -9,7 +9,7 @@ use crate::health::Health;
 use crate::odometry::Odometry;
 use crate::sim::fault::Fault;
 use crate::sim::scene::{Scene, SceneKind};
-use crate::sim::sensor::{SCAN_S, SensorModel, SimulatedMid360};
+use crate::sim::sensor::{SCAN_S, SCANS_PER_S, SensorModel, SimulatedMid360};
 use crate::sim::walk::Walk;
 
 /// What to measure.
@@ -121,7 +121,7 @@ pub fn measure(options: &MeasureOptions, cpu: &dyn Fn() -> f64) -> Result<Report
     let frames = (options.seconds / SCAN_S).round().max(1.0) as usize;
     for number in 1..=frames {
         let mut frame = sensor.next_frame();
-        let end_s = number as f64 * SCAN_S;
+        let end_s = number as f64 / SCANS_PER_S;
         run.path_m += (sensor.torso(end_s).translation.vector.xy()
             - sensor.torso(end_s - SCAN_S).translation.vector.xy())
         .norm();
@@ -134,9 +134,8 @@ pub fn measure(options: &MeasureOptions, cpu: &dyn Fn() -> f64) -> Result<Report
             if let Fault::Kidnapped(by) = fault
                 && since_s < SCAN_S
             {
-                // The scene moves the other way.
+                // The scene moves the other way; the next scan shows it.
                 sensor.surround(Scene::new(options.scene, options.seed).moved(&-by));
-                frame.scan.points.clear();
             }
             let found = fault.apply(&mut frame, at_s, since_s);
             delay_s += found.delay_s;

@@ -13,8 +13,10 @@ use crate::so3::log;
 
 /// Samples of the IMU a second.
 const IMU_HZ: f64 = 200.0;
+/// Scans a second. Times are quotients by it, so that they equal those of the IMU's samples to the last bit.
+pub(crate) const SCANS_PER_S: f64 = 10.0;
 /// Duration of a scan `[s]`.
-pub(crate) const SCAN_S: f64 = 0.1;
+pub(crate) const SCAN_S: f64 = 1.0 / SCANS_PER_S;
 /// Rays between two poses of the motion: 0.5 ms at full rate, in which a torso moves by less than 1 mm.
 const RAYS_PER_POSE: u64 = 100;
 
@@ -127,7 +129,7 @@ impl<T: Trajectory> SimulatedMid360<T> {
     /// Data of the next 0.1 s.
     pub fn next_frame(&mut self) -> Frame {
         self.frames += 1;
-        let end_s = self.frames as f64 * SCAN_S;
+        let end_s = self.frames as f64 / SCANS_PER_S;
         let imu = self.imu_until(end_s);
         Frame { imu, scan: self.scan_until(end_s) }
     }
