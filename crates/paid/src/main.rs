@@ -59,8 +59,6 @@ enum Command {
     Sysid(Box<sysid::Args>),
     /// Repeat the paper's ablation: train with and without identification and observation noise, and judge in MuJoCo.
     Ablate(Box<ablate::Args>),
-    /// Judge, train and calibrate what finds the ball.
-    Perceive(perceive::Args),
     /// List what a task is made of.
     Task(task::Args),
     /// Run a task under a zero or random agent and print the mean of each reward and observation term.
@@ -83,7 +81,6 @@ fn main() -> ExitCode {
         Command::Perceive(args) => perceive::run(&args),
         Command::Sysid(args) => sysid::run(*args),
         Command::Ablate(args) => ablate::run(&args),
-        Command::Perceive(args) => perceive::run(&args),
         Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),
         Command::Robot(args) => robot::run(*args),

@@ -2,8 +2,8 @@
 
 mod calibrate;
 mod detect;
-mod train;
 mod odometry;
+mod train;
 
 use std::process::ExitCode;
 
