@@ -32,7 +32,7 @@ impl Writer {
         }
     }
 
-    /// True once the runtime was silent for too long: from then on there is only damping.
+    /// True once the runtime was silent for too long. After that it only damps.
     pub fn stopped(&self) -> bool {
         self.stopped
     }
