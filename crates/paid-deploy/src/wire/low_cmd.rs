@@ -1,7 +1,7 @@
 //! What the robot is told: `unitree_hg::msg::dds_::LowCmd_`.
 
-use super::walk::{Layout, Message, Walk};
-use super::{MOTORS, WireError, crc32};
+use super::MOTORS;
+use super::walk::{Message, Walk, forms};
 
 /// A motor's command. The motor applies `kp (q - angle) + kd (dq - speed) + tau`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -82,40 +82,9 @@ impl LowCmd {
         }
         command.sealed()
     }
-
-    /// The vendor's C struct.
-    pub fn to_c(&self) -> Vec<u8> {
-        self.to_bytes(Layout::C)
-    }
-    /// CDR, little-endian, without the header.
-    pub fn to_cdr(&self) -> Vec<u8> {
-        self.to_bytes(Layout::Cdr)
-    }
-    /// From [`LowCmd::to_cdr`]'s bytes; the checksum is not looked at.
-    ///
-    /// # Errors
-    /// If the length is another.
-    pub fn from_cdr(bytes: &[u8]) -> Result<Self, WireError> {
-        Self::from_bytes(bytes, Layout::Cdr)
-    }
-    /// From the bytes of the C struct; the checksum is not looked at.
-    ///
-    /// # Errors
-    /// If the length is another.
-    pub fn from_c(bytes: &[u8]) -> Result<Self, WireError> {
-        Self::from_bytes(bytes, Layout::C)
-    }
-    /// The checksum that the message should have.
-    pub fn expected_crc(&self) -> u32 {
-        crc32(&self.to_c()[..Self::C_SIZE - 4])
-    }
-    /// With its checksum.
-    #[must_use]
-    pub fn sealed(mut self) -> Self {
-        self.crc = self.expected_crc();
-        self
-    }
 }
+
+forms!(LowCmd);
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 //! What the robot says: `unitree_hg::msg::dds_::LowState_`.
 
-use super::walk::{Layout, Message, Walk};
-use super::{MOTORS, WireError, crc32};
+use super::MOTORS;
+use super::walk::{Message, Walk, forms};
 
 /// The pelvis's inertial sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -122,40 +122,9 @@ impl Message for LowState {
 impl LowState {
     /// Bytes of the C struct.
     pub const C_SIZE: usize = 2092;
-
-    /// The vendor's C struct.
-    pub fn to_c(&self) -> Vec<u8> {
-        self.to_bytes(Layout::C)
-    }
-    /// CDR, little-endian, without the header.
-    pub fn to_cdr(&self) -> Vec<u8> {
-        self.to_bytes(Layout::Cdr)
-    }
-    /// From [`LowState::to_cdr`]'s bytes; the checksum is not looked at.
-    ///
-    /// # Errors
-    /// If the length is another.
-    pub fn from_cdr(bytes: &[u8]) -> Result<Self, WireError> {
-        Self::from_bytes(bytes, Layout::Cdr)
-    }
-    /// From the bytes of the C struct; the checksum is not looked at.
-    ///
-    /// # Errors
-    /// If the length is another.
-    pub fn from_c(bytes: &[u8]) -> Result<Self, WireError> {
-        Self::from_bytes(bytes, Layout::C)
-    }
-    /// The checksum that the message should have.
-    pub fn expected_crc(&self) -> u32 {
-        crc32(&self.to_c()[..Self::C_SIZE - 4])
-    }
-    /// With its checksum.
-    #[must_use]
-    pub fn sealed(mut self) -> Self {
-        self.crc = self.expected_crc();
-        self
-    }
 }
+
+forms!(LowState);
 
 #[cfg(test)]
 mod tests {

@@ -80,6 +80,47 @@ pub(crate) trait Message: Clone + Default {
     }
 }
 
+/// What users call of a message with a checksum `crc` at its end: its two forms, there and back.
+macro_rules! forms {
+    ($message:ident) => {
+        impl $message {
+            /// The vendor's C struct.
+            pub fn to_c(&self) -> Vec<u8> {
+                self.to_bytes($crate::wire::walk::Layout::C)
+            }
+            /// CDR, little-endian, without the header.
+            pub fn to_cdr(&self) -> Vec<u8> {
+                self.to_bytes($crate::wire::walk::Layout::Cdr)
+            }
+            /// From [`Self::to_cdr`]'s bytes; the checksum is not looked at.
+            ///
+            /// # Errors
+            /// If the length is another.
+            pub fn from_cdr(bytes: &[u8]) -> Result<Self, $crate::wire::WireError> {
+                Self::from_bytes(bytes, $crate::wire::walk::Layout::Cdr)
+            }
+            /// From the bytes of the C struct; the checksum is not looked at.
+            ///
+            /// # Errors
+            /// If the length is another.
+            pub fn from_c(bytes: &[u8]) -> Result<Self, $crate::wire::WireError> {
+                Self::from_bytes(bytes, $crate::wire::walk::Layout::C)
+            }
+            /// The checksum that the message should have.
+            pub fn expected_crc(&self) -> u32 {
+                $crate::wire::crc32(&self.to_c()[..Self::C_SIZE - 4])
+            }
+            /// With its checksum.
+            #[must_use]
+            pub fn sealed(mut self) -> Self {
+                self.crc = self.expected_crc();
+                self
+            }
+        }
+    };
+}
+pub(crate) use forms;
+
 struct Put {
     out: Vec<u8>,
     layout: Layout,
