@@ -164,11 +164,6 @@ fn chain(model: &RobotModel, mut body: usize) -> Vec<usize> {
     joints
 }
 
-/// Heading of a rotation: the angle of its x axis about z `[rad]`.
-pub(crate) fn heading(rot: &Mat3<f64>) -> f64 {
-    rot.0[1][0].atan2(rot.0[0][0])
-}
-
 /// A turn about z `[rad]`.
 pub(crate) fn about_z(angle: f64) -> Mat3<f64> {
     let (s, c) = angle.sin_cos();

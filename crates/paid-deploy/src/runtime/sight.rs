@@ -11,7 +11,7 @@ use paid_task::{RollingBall, roll_decay};
 
 use super::body::Body;
 use crate::message::{OdometryPose, Sighting};
-use crate::player::{Player, about_z, heading};
+use crate::player::{Player, about_z};
 
 /// Poses are kept for so long `[us]`: pictures may be that late.
 const KEPT_US: u64 = 400_000;
@@ -78,7 +78,7 @@ impl Sight {
         let rot = paid_lanes::Quat(pose.quaternion).normalize().to_mat();
         let imu = self.past.iter().min_by_key(|past| past.at_us.abs_diff(pose.stamp_us));
         if let Some(past) = imu {
-            self.turn = heading(&rot) - past.imu_heading;
+            self.turn = rot.yaw() - past.imu_heading;
         }
         self.odometry = Some(pose);
     }
@@ -113,7 +113,7 @@ impl Sight {
         while self.past.front().is_some_and(|old| old.at_us + KEPT_US < now_us) {
             self.past.pop_front();
         }
-        self.past.push_back(Past { at_us: now_us, imu_heading: heading(&body.base_rot), torso });
+        self.past.push_back(Past { at_us: now_us, imu_heading: body.base_rot.yaw(), torso });
     }
 
     /// The torso now, in odometry's frame.
@@ -151,7 +151,7 @@ impl Sight {
     pub fn ball_ahead(&self, belief: &Belief<f64>) -> Option<RollingBall> {
         let torso = self.torso()?;
         let [x, y, _] = torso.pos.0;
-        let (s, c) = heading(&torso.rot).sin_cos();
+        let (s, c) = torso.rot.yaw().sin_cos();
         let turned = |[x, y]: [f64; 2]| [c * x + s * y, c * y - s * x];
         let [bx, by] = belief.ball.position;
         let velocity = turned(belief.ball.velocity);
@@ -161,7 +161,7 @@ impl Sight {
     /// Bearing of the goal from the torso's heading `[rad]`.
     pub fn goal_bearing(&self) -> Option<f64> {
         let ([gx, gy], torso) = (self.goal?, self.torso()?);
-        let angle = (gy - torso.pos.y()).atan2(gx - torso.pos.x()) - heading(&torso.rot);
+        let angle = (gy - torso.pos.y()).atan2(gx - torso.pos.x()) - torso.rot.yaw();
         Some(angle.sin().atan2(angle.cos()))
     }
 

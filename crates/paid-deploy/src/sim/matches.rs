@@ -7,7 +7,7 @@ use paid_lanes::rng::Rng;
 use super::lockstep::{Lockstep, LockstepOptions};
 use crate::DeployError;
 use crate::log::LogWriter;
-use crate::player::{Player, heading};
+use crate::player::Player;
 use crate::runtime::{Event, State};
 
 /// Random stream of the balls.
@@ -132,7 +132,7 @@ pub fn play_match(
 fn one_kick(step: &mut Lockstep, options: &MatchOptions, rng: &mut Rng) -> Result<KickResult, DeployError> {
     let begin_us = step.robot.now_us();
     let truth = step.truth();
-    let ([x, y, _], ahead) = (truth.torso.pos.0, heading(&truth.torso.rot));
+    let ([x, y, _], ahead) = (truth.torso.pos.0, truth.torso.rot.yaw());
     let (s, c) = ahead.sin_cos();
     let world = |[a, l]: [f64; 2]| [x + c * a - s * l, y + s * a + c * l];
     let feet = step.player().spec.feet.clone().map(|foot| {

@@ -13,7 +13,7 @@ use super::senses::{Senses, TrueState};
 use crate::DeployError;
 use crate::link::Link;
 use crate::message::Packet;
-use crate::player::{Player, heading};
+use crate::player::Player;
 use crate::wire::{Key, Remote};
 
 /// Keys stay down for so long `[us]`.
@@ -153,7 +153,7 @@ pub fn serve(
             released_us = None;
         }
         let Some(order) = orders(robot.now_us() as f64 * 1e-6) else { continue };
-        let (s, c) = heading(&truth.torso.rot).sin_cos();
+        let (s, c) = truth.torso.rot.yaw().sin_cos();
         let turned = |[a, l]: [f64; 2]| [c * a - s * l, s * a + c * l];
         let placed = |at: [f64; 2]| {
             let [dx, dy] = turned(at);
