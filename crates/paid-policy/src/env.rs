@@ -5,6 +5,9 @@ pub const POLICY: usize = 0;
 /// Number of the group that the critic sees.
 pub const CRITIC: usize = 1;
 
+/// Name of the group that a discriminator of the style sees, where there is one.
+pub const STYLE_GROUP: &str = "style";
+
 /// Observations that belong together: what the policy sees, what the critic sees, what a discriminator sees.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ObservationGroup {

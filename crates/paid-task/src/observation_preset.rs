@@ -17,6 +17,10 @@ pub struct ObservationPreset {
     pub policy: Vec<ObservationId>,
     /// Terms of the critic's observation, in order.
     pub critic: Vec<ObservationId>,
+    /// Terms of a frame that a discriminator compares with the clips' frames, in order; empty without one. What clips have: the robot's
+    /// own state, without noise.
+    #[serde(default)]
+    pub style: Vec<ObservationId>,
     /// Half-widths of uniform noise on the policy's terms, by name; terms that are left out have none.
     pub noise: ObservationNoise,
     /// Errors of ball and goal perception.
@@ -46,6 +50,15 @@ impl ObservationPreset {
             [("policy", &self.policy, &policy[..]), ("critic", &self.critic, critic)]
         {
             observation::check(ids, available).map_err(|error| TaskError::Observations { list, error })?;
+        }
+        if !self.style.is_empty() {
+            observation::check(&self.style, &[Need::Privileged])
+                .map_err(|error| TaskError::Observations { list: "style", error })?;
+            if self.style.contains(&ObservationId::LastAction) {
+                let (expected, found) =
+                    ("terms that clips have, which have no actions", "last_action".into());
+                return Err(value_error("observations.style", expected, found));
+            }
         }
         for id in ObservationId::ALL {
             let half_width = self.noise.half_width(id);

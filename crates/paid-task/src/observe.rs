@@ -31,6 +31,9 @@ pub(crate) struct PolicyTerm {
 pub(crate) struct ObservationConfig {
     pub policy: Vec<PolicyTerm>,
     critic: Vec<ObservationId>,
+    style: Vec<ObservationId>,
+    /// Numbers of a frame that a discriminator sees; 0 without one.
+    pub style_dim: usize,
     /// Random numbers of one observation.
     pub noisy: usize,
     /// Numbers of the policy's sensed terms.
@@ -52,6 +55,8 @@ impl ObservationConfig {
         };
         Self {
             critic: preset.critic.clone(),
+            style_dim: preset.style.iter().map(|id| id.info().shape.size(dimensions)).sum(),
+            style: preset.style.clone(),
             noisy: count(|term| term.half_width > 0.0),
             sensed: count(|term| term.sensed),
             predicts: preset.policy.iter().chain(&preset.critic).any(|id| *id == ObservationId::BallAtStrike),
@@ -197,7 +202,7 @@ pub(crate) struct Draw<'a, V> {
     pub values: &'a mut [V],
 }
 
-/// Writes both observations of a group.
+/// Writes the observations of a group.
 pub(crate) struct Observe<'a, V> {
     pub config: &'a TaskConfig,
     pub state: &'a GroupState<V>,
@@ -208,6 +213,8 @@ pub(crate) struct Observe<'a, V> {
     pub draw: Draw<'a, V>,
     pub policy: &'a mut [f32],
     pub critic: &'a mut [f32],
+    /// Empty without a discriminator.
+    pub style: &'a mut [f32],
     pub stride: usize,
     pub first: usize,
 }
@@ -238,6 +245,10 @@ impl<V: Real> Kernel for Observe<'_, V> {
         };
         let mut rows = Rows { out: self.critic, stride: self.stride, at: self.first };
         observe(&config.observations.critic, &views, &mut rows);
+        if config.observations.style_dim > 0 {
+            let mut rows = Rows { out: self.style, stride: self.stride, at: self.first };
+            observe(&config.observations.style, &views, &mut rows);
+        }
 
         let views = Views { scene: Some(seen), ..views };
         let draw = self.draw;

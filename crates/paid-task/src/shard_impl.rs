@@ -2,6 +2,7 @@
 
 use paid_lanes::Real;
 use paid_physics::Simulator;
+use paid_policy::env::STYLE_GROUP;
 use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::score::Sums;
@@ -18,7 +19,12 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
     }
     fn observation_groups(&self) -> Vec<ObservationGroup> {
         let layout = &self.config.layout;
-        ObservationGroup::policy_and_critic(layout.policy_dim(), layout.critic_dim())
+        let mut groups = ObservationGroup::policy_and_critic(layout.policy_dim(), layout.critic_dim());
+        match self.config.observations.style_dim {
+            0 => {}
+            size => groups.push(ObservationGroup::new(STYLE_GROUP, size)),
+        }
+        groups
     }
     fn action_dim(&self) -> usize {
         self.config.joints()

@@ -27,6 +27,7 @@ pub mod record;
 mod run_tests;
 pub mod setup;
 pub mod stage;
+pub mod style;
 #[cfg(test)]
 mod toy;
 pub mod trainer;
@@ -45,4 +46,5 @@ pub use progress::Progress;
 pub use record::{LossRecord, Named, Record};
 pub use setup::Scene;
 pub use stage::{End, Limits, Outcome, StageJob, Start, train_judged_stage, train_stage};
+pub use style::AmpPreset;
 pub use trainer::Trainer;

@@ -12,7 +12,7 @@ use crate::folder::PRESET_FILE;
 use crate::{RunPreset, TrainError};
 
 /// Run presets that the binary carries: name, file and TOML text.
-pub const BUILTIN: [(&str, &str, &str); 9] = [
+pub const BUILTIN: [(&str, &str, &str); 12] = [
     ("paper_stage1", "paper_stage1.toml", include_str!("../../../configs/presets/paper_stage1.toml")),
     ("paper_stage2", "paper_stage2.toml", include_str!("../../../configs/presets/paper_stage2.toml")),
     ("stage1", "stage1.toml", include_str!("../../../configs/presets/stage1.toml")),
@@ -30,6 +30,9 @@ pub const BUILTIN: [(&str, &str, &str); 9] = [
         "stage3_no_noise.toml",
         include_str!("../../../configs/presets/stage3_no_noise.toml"),
     ),
+    ("pure_rl", "pure_rl.toml", include_str!("../../../configs/presets/pure_rl.toml")),
+    ("amp", "amp.toml", include_str!("../../../configs/presets/amp.toml")),
+    ("single_stage", "single_stage.toml", include_str!("../../../configs/presets/single_stage.toml")),
 ];
 
 /// Keys of earlier versions, and what stands for them now.

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::TrainError;
 use crate::judge::JudgeConfig;
 use crate::phases::Phase;
+use crate::style::AmpPreset;
 
 /// One stage of a run, completely described (with the motions).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +28,9 @@ pub struct RunPreset {
     pub learn: LearnConfig,
     /// The task.
     pub task: TaskPreset,
+    /// A style reward by adversarial motion priors; none in most runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub amp: Option<AmpPreset>,
 }
 
 /// Size and duration of a stage.
@@ -109,6 +113,7 @@ impl RunPreset {
             key: format!("learn.{}", error.key),
             message: format!("expected {}, found {}", error.expected, error.found),
         })?;
+        self.check_style()?;
         self.check_phases()
     }
 

@@ -97,7 +97,13 @@ pub fn train_judged_stage(
     judge: Option<&mut dyn Judge>,
 ) -> Result<Outcome, TrainError> {
     let scene = Scene::load(&job.preset)?;
-    let build = |preset: &RunPreset| Trainer::new(preset, scene.shards(preset)?, scene.motion_names());
+    let build = |preset: &RunPreset| {
+        let trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
+        match scene.style(preset)? {
+            Some(style) => trainer.with_style(style),
+            None => Ok(trainer),
+        }
+    };
     let outcome = run_stage(job, &build, stop, report, judge)?;
     let weights = load_weights(&job.out)?;
     write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;

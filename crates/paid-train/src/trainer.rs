@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use paid_amp::StyleReward;
 use paid_learn::{Checkpoint, Learner};
 use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TaskShard, TrainShard};
 use serde::{Deserialize, Serialize};
@@ -92,6 +93,22 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         })
     }
 
+    /// The same trainer with a style reward, in the role that the preset's `amp` gives it.
+    ///
+    /// # Errors
+    /// If the preset has none, or a factor is not finite.
+    pub fn with_style(mut self, style: StyleReward) -> Result<Self, TrainError> {
+        let Some(amp) = &self.preset.amp else {
+            return Err(TrainError::Setup("expected [amp] in the preset, found none".to_owned()));
+        };
+        let role = self.preset.style_role(amp);
+        self.learner = self
+            .learner
+            .with_learned_reward(Box::new(style), role)
+            .map_err(|error| TrainError::Setup(error.to_string()))?;
+        Ok(self)
+    }
+
     /// Counters.
     pub fn progress(&self) -> &Progress {
         &self.progress
@@ -164,6 +181,12 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         describe(&metrics, self.preset.task.control_dt_s(), &mut record);
         if self.preset.task.scene.ball {
             record.metrics.push("kick/reach", self.ball_curriculum.reach(&self.preset.task.ball));
+        }
+        if let Some(reward) = self.learner.learned_reward() {
+            record.metrics.push(format!("{}/reward", reward.name()), stats.collect.mean_learned_reward);
+            for (figure, value) in reward.figures() {
+                record.metrics.push(format!("{}/{figure}", reward.name()), value);
+            }
         }
         Ok(record)
     }

@@ -73,6 +73,38 @@ fn the_papers_presets_train_as_they_stand() {
 }
 
 #[test]
+fn baselines_train_as_they_stand_and_a_style_reward_survives_an_interruption() {
+    let folder = tempfile::tempdir().expect("folder");
+    let sets = ["run.envs=64", "run.shards=4", "run.iterations=4", "run.checkpoint_interval=1"];
+    for name in ["pure_rl", "single_stage", "amp"] {
+        let preset = RunPreset::resolve(name, &sets.map(str::to_owned)).expect("resolves");
+        let one = run(folder.path().join(name), &preset, Start::Fresh, 1, u64::MAX);
+        assert_eq!((one.end, one.samples), (End::Done, 4 * 64 * 24), "{name}");
+        let out = folder.path().join(format!("{name}-again"));
+        let stopped = run(out.clone(), &preset, Start::Fresh, 2, 2);
+        assert_eq!(stopped.end, End::Stopped);
+        let two = run(out.clone(), &preset, Start::Resume, 2, u64::MAX);
+        assert_eq!(weights(&one), weights(&two), "{name}");
+        let log = std::fs::read_to_string(out.join("metrics.jsonl")).expect("a log");
+        assert_eq!(log.contains("style/told_apart"), name == "amp", "{name}");
+    }
+}
+
+#[test]
+fn a_style_reward_and_what_it_sees_go_together() {
+    let refused =
+        |name: &str, set: &str| RunPreset::resolve(name, &[set.to_owned()]).expect_err("refused").to_string();
+    let error = refused("stage1", r#"task.observations.style=["joint_vel"]"#);
+    assert!(error.contains("task.observations.style: expected none without [amp], found some"), "{error}");
+    let error = refused("amp", "task.observations.style=[]");
+    assert!(error.contains("task.observations.style: expected terms for [amp], found none"), "{error}");
+    let error = refused("amp", r#"task.observations.style=["last_action"]"#);
+    assert!(error.contains("terms that clips have, which have no actions"), "{error}");
+    let error = refused("amp", "amp.discriminator.batch=0");
+    assert!(error.contains("amp.discriminator.batch: expected one or more, found 0"), "{error}");
+}
+
+#[test]
 fn stage_two_starts_from_the_networks_of_stage_one() {
     let Some(motions) = motions("stage_two_starts_from_the_networks_of_stage_one") else { return };
     let folder = tempfile::tempdir().expect("folder");

@@ -93,6 +93,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     /// Observations of [`BLOCK_GROUPS`] groups on their way out.
     policy_rows: Vec<f32>,
     critic_rows: Vec<f32>,
+    style_rows: Vec<f32>,
 }
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
@@ -154,6 +155,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             robot: RobotBuffer::new(&config),
             policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],
             critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
+            style_rows: vec![0.0; config.observations.style_dim * BLOCK_GROUPS * V::LANES],
             library: Arc::clone(library),
             config,
             sim,

@@ -19,7 +19,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     /// Writes observations, see [`paid_policy::VecEnv::observe`].
     pub(crate) fn observe_all(&mut self, out: &mut [&mut [f32]]) {
         let envs = self.envs.len();
-        let sizes = [self.config.layout.policy_dim(), self.config.layout.critic_dim()];
+        let layout = &self.config.layout;
+        let sizes = [layout.policy_dim(), layout.critic_dim(), self.config.observations.style_dim];
         assert!(out.len() <= sizes.len(), "at most {} observation groups, found {}", sizes.len(), out.len());
         for (k, (out, size)) in out.iter().zip(sizes).enumerate() {
             assert_eq!(out.len(), size * envs, "observation group {k}");
@@ -38,7 +39,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 self.observe_group(group, disturbed, (group - first) * V::LANES, width);
             }
             let used = groups * V::LANES;
-            for (out, rows) in out.iter_mut().zip([&self.policy_rows, &self.critic_rows]) {
+            for (out, rows) in out.iter_mut().zip([&self.policy_rows, &self.critic_rows, &self.style_rows]) {
                 for (to, from) in out.chunks_exact_mut(envs).zip(rows.chunks_exact(width)) {
                     to[first * V::LANES..][..used].copy_from_slice(&from[..used]);
                 }
@@ -73,6 +74,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             },
             policy: &mut self.policy_rows,
             critic: &mut self.critic_rows,
+            style: &mut self.style_rows,
             stride,
             first,
         });

@@ -1,0 +1,185 @@
+//! A style reward in a run: adversarial motion priors with the clips of the run's motions.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_amp::{AmpConfig, AmpError, Clips, StyleReward};
+use paid_learn::RewardRole;
+use paid_motion::MotionLibrary;
+use paid_policy::env::STYLE_GROUP;
+use paid_task::layers::KeyError;
+use paid_task::preset::ReferenceSource;
+use paid_task::{EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskSetup, build_shard};
+use serde::{Deserialize, Serialize};
+
+use crate::{RunPreset, Scene, TrainError};
+
+/// How a style reward takes part in a run. The discriminator sees `task.observations.style`; the clips are those of `run.motions`, also
+/// where the task follows none.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct AmpPreset {
+    /// Factor on the task's reward.
+    pub task: f64,
+    /// Style reward for a frame that the discriminator takes for a clip's, per second.
+    pub style: f64,
+    /// True: the style reward has a critic of its own, shaped as `learn.critic`, and both advantages are added.
+    pub own_critic: bool,
+    /// The discriminator and its training.
+    pub discriminator: AmpConfig,
+}
+
+impl Default for AmpPreset {
+    fn default() -> Self {
+        Self { task: 1.0, style: 10.0, own_critic: false, discriminator: AmpConfig::default() }
+    }
+}
+
+impl RunPreset {
+    /// A discriminator needs something to see, and what it would see needs a discriminator.
+    pub(crate) fn check_style(&self) -> Result<(), KeyError> {
+        let wrong = |key: &str, message: String| Err(KeyError { key: key.to_owned(), message });
+        let sees = !self.task.observations.style.is_empty();
+        let Some(amp) = &self.amp else {
+            if sees {
+                return wrong(
+                    "task.observations.style",
+                    "expected none without [amp], found some".to_owned(),
+                );
+            }
+            return Ok(());
+        };
+        if !sees {
+            return wrong("task.observations.style", "expected terms for [amp], found none".to_owned());
+        }
+        for (key, value) in [("amp.task", amp.task), ("amp.style", amp.style)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return wrong(key, format!("expected zero or more, found {value}"));
+            }
+        }
+        match amp.discriminator.check() {
+            Err(AmpError::Config { key, expected, found }) => {
+                wrong(&format!("amp.discriminator.{key}"), format!("expected {expected}, found {found}"))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The role of the style reward in the learner.
+    pub(crate) fn style_role(&self, amp: &AmpPreset) -> RewardRole {
+        let (task, learned) = (amp.task as f32, (amp.style * self.task.control_dt_s()) as f32);
+        if amp.own_critic {
+            RewardRole::OwnCritic { task, learned, critic: self.learn.critic.clone() }
+        } else {
+            RewardRole::Mixed { task, learned }
+        }
+    }
+}
+
+impl Scene {
+    /// The style reward of a run; `None` without one.
+    ///
+    /// # Errors
+    /// If the motions cannot be read or do not fit the robot.
+    pub fn style(&self, preset: &RunPreset) -> Result<Option<StyleReward>, TrainError> {
+        let Some(amp) = &preset.amp else { return Ok(None) };
+        let setup = |error: AmpError| TrainError::Setup(error.to_string());
+        let (features, frames) = self.style_frames(preset)?;
+        let clips = Arc::new(Clips::new(features, &frames).map_err(setup)?);
+        StyleReward::new(clips, &amp.discriminator, preset.run.seed).map(Some).map_err(setup)
+    }
+
+    /// The frames of the run's motions as the discriminator sees frames: the robot is put into each of them. Numbers of a frame, then per
+    /// clip `[frame, feature]`.
+    fn style_frames(&self, preset: &RunPreset) -> Result<(usize, Vec<Vec<f32>>), TrainError> {
+        let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
+        let mut task = preset.task.clone();
+        task.reference = ReferenceSource::Motions;
+        (task.randomization.robot, task.randomization.ball) = (false, false);
+        let library = if preset.task.reference == ReferenceSource::Motions {
+            Arc::clone(&self.library)
+        } else {
+            let folder = Path::new(&preset.run.motions);
+            let motions = MotionLibrary::open(folder, &self.model, &self.spec, 1.0 / task.control_dt_s())
+                .map_err(|e| setup(&e))?;
+            let library = ReferenceLibrary::from_motions(&motions, &self.model, &self.spec);
+            Arc::new(library.map_err(|e| setup(&e))?)
+        };
+        let isa = preset.isa().map_err(TrainError::Setup)?;
+        let lanes = isa.lanes();
+        let (robot, spec, seed) = (&self.model, &self.spec, preset.run.seed);
+        let task = TaskSetup { robot, spec, library: &library, preset: &task, first_env: 0, seed };
+        let mut shard = build_shard(&ShardSetup { task, isa, num_envs: lanes }).map_err(|e| setup(&e))?;
+        shard.eval().set_rules(EpisodeRules::evaluation());
+        let groups = shard.observation_groups();
+        let mut rows: Vec<Vec<f32>> = groups.iter().map(|group| vec![0.0; group.size * lanes]).collect();
+        let style = groups.iter().position(|group| group.name == STYLE_GROUP);
+        let style =
+            style.ok_or_else(|| TrainError::Setup("expected a group 'style', found none".to_owned()))?;
+        let features = groups[style].size;
+        let mut clips = Vec::new();
+        for (motion, facts) in library.facts().iter().enumerate() {
+            // An episode cannot begin in a motion's last frame.
+            let frames: Vec<usize> = (0..facts.frames - 1).collect();
+            let mut clip = Vec::with_capacity(frames.len() * features);
+            for block in frames.chunks(lanes) {
+                for (env, &frame) in block.iter().enumerate() {
+                    let start = InitialState { frame, ..InitialState::nominal(motion) };
+                    shard.eval().force_start(env, &start).map_err(|e| setup(&e))?;
+                }
+                let mut out: Vec<&mut [f32]> = rows.iter_mut().map(Vec::as_mut_slice).collect();
+                shard.observe(&mut out);
+                for env in 0..block.len() {
+                    clip.extend((0..features).map(|i| rows[style][i * lanes + env]));
+                }
+            }
+            clips.push(clip);
+        }
+        Ok((features, clips))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clips_frames_have_its_joints_and_the_torsos_view_of_its_bodies() {
+        let terms =
+            r#"task.observations.style=["projected_gravity", "joint_pos_rel", "body_pos"]"#.to_owned();
+        let preset = RunPreset::resolve("amp", &[terms]).expect("resolves");
+        let scene = Scene::load(&preset).expect("loads");
+        let (features, frames) = scene.style_frames(&preset).expect("frames");
+        let (joints, bodies) = (scene.model.joints.len(), scene.spec.tracked_bodies.len());
+        assert_eq!(features, 3 + joints + 3 * bodies);
+
+        let motions = MotionLibrary::open(Path::new(""), &scene.model, &scene.spec, 50.0).expect("built in");
+        assert_eq!(frames.len(), motions.clips.len());
+        let (clip, seen) = (&motions.clips[4], &frames[4]);
+        assert_eq!(seen.len(), (clip.frames - 1) * features);
+        let spec = scene.spec.resolve(&scene.model).expect("resolves");
+        let names = scene.model.joint_names();
+        for t in [0, clip.frames / 2] {
+            let frame = &seen[t * features..(t + 1) * features];
+            for (k, name) in scene.spec.policy_joint_order.iter().enumerate() {
+                let j = names.iter().position(|n| n == name).expect("a joint");
+                let expected = clip.joint_pos[t * joints + j] - spec.default_pos[j];
+                assert!((f64::from(frame[3 + k]) - expected).abs() < 1e-5, "frame {t}, {name}");
+            }
+            // Gravity is a unit vector that points down in an upright robot.
+            let [x, y, z] = [frame[0], frame[1], frame[2]];
+            assert!(z < -0.8 && (x * x + y * y + z * z - 1.0).abs() < 1e-5, "frame {t}: {x} {y} {z}");
+            // The torso is at its own origin; distances from it do not depend on the frame of axes.
+            let body = |name: &str| scene.model.body_index(name).expect("a body");
+            let at = |name: &str| clip.body_pos[t * scene.model.bodies.len() + body(name)];
+            let anchor = at(&scene.spec.anchor_body);
+            for (k, name) in scene.spec.tracked_bodies.iter().enumerate() {
+                let place = &frame[3 + joints + 3 * k..][..3];
+                let found = place.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+                let there = at(name);
+                let expected = (0..3).map(|i| (there[i] - anchor[i]).powi(2)).sum::<f64>().sqrt();
+                assert!((found - expected).abs() < 1e-4, "frame {t}, {name}: {found} {expected}");
+            }
+        }
+    }
+}
