@@ -10,6 +10,7 @@ pub mod ablation;
 pub mod agreement;
 pub mod bench;
 pub mod clips;
+pub mod compare;
 pub mod curves;
 pub mod divergence;
 pub mod engine;

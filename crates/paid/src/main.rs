@@ -8,6 +8,7 @@ mod agent;
 mod bench;
 mod bench_physics;
 mod bench_train;
+mod compare;
 mod curves;
 mod eval;
 mod export;
@@ -59,6 +60,8 @@ enum Command {
     Sysid(Box<sysid::Args>),
     /// Repeat the paper's ablation: train with and without identification and observation noise, and judge in MuJoCo.
     Ablate(Box<ablate::Args>),
+    /// Train several methods from one plan, each with the same budget, judge them alike in MuJoCo, and print the table.
+    Compare(compare::Args),
     /// List what a task is made of.
     Task(task::Args),
     /// Run a task under a zero or random agent and print the mean of each reward and observation term.
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
         Command::Perceive(args) => perceive::run(&args),
         Command::Sysid(args) => sysid::run(*args),
         Command::Ablate(args) => ablate::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),
         Command::Robot(args) => robot::run(*args),

@@ -29,8 +29,7 @@ pub struct Count {
 impl Count {
     /// From a yes or no per trial.
     pub fn of(outcomes: impl IntoIterator<Item = bool>) -> Self {
-        let share = Share::of(outcomes);
-        Self { count: share.count, trials: share.trials, low: share.low, high: share.high }
+        Share::of(outcomes).into()
     }
 
     /// Share with interval.
@@ -38,6 +37,12 @@ impl Count {
         let percent = |x: f64| 100.0 * x;
         let share = self.count as f64 / self.trials.max(1) as f64;
         format!("{:.1}% [{:.1}, {:.1}]", percent(share), percent(self.low), percent(self.high))
+    }
+}
+
+impl From<Share> for Count {
+    fn from(share: Share) -> Self {
+        Self { count: share.count, trials: share.trials, low: share.low, high: share.high }
     }
 }
 

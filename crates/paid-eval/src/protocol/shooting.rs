@@ -15,6 +15,7 @@ use crate::episodes::{EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
 use observer::Watch;
 
+pub(crate) use figures::PAPER;
 pub use figures::{panels, summary};
 pub use grid::{Placement, Trial, plan};
 pub use report::ShootingReport;

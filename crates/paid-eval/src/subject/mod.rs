@@ -9,7 +9,7 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
-use paid_task::preset::KnowledgeMode;
+use paid_task::preset::{KnowledgeMode, ReferenceSource};
 use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::setup::load_robot;
 
@@ -134,13 +134,19 @@ impl Subject {
         let scene = spec.scene.resolve(&mut task, source.usual_scene())?;
         let (mut robot, mut robot_spec) = load_robot(source.robot().unwrap_or(&spec.robot))?;
         check_feet(&scene, &robot)?;
-        let folder = match &spec.motions {
-            Some(folder) => folder.clone(),
-            None => source.motions_here()?,
+        let dt_s = task.control_dt_s();
+        let (library, sets) = if task.reference == ReferenceSource::None {
+            (ReferenceLibrary::standing(&robot, &robot_spec, dt_s)?, vec!["standing".to_owned()])
+        } else {
+            let folder = match &spec.motions {
+                Some(folder) => folder.clone(),
+                None => source.motions_here()?,
+            };
+            let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / dt_s)?;
+            let library = ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?;
+            (library, motions.clips.iter().map(|clip| set_of(&clip.path)).collect())
         };
-        let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / task.control_dt_s())?;
-        let sets = motions.clips.iter().map(|clip| set_of(&clip.path)).collect();
-        let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?);
+        let library = Arc::new(library);
         let maker = source.driver(&mut robot, &mut robot_spec, &library, &task)?;
         let setup = EvalSetup {
             engine: spec.engines.first(&scene),

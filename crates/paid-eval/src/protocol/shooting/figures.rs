@@ -6,7 +6,7 @@ use crate::picture::{Figure, HeatMap, Path, plot_paths};
 use crate::table::{Table, number};
 
 /// Methods of the paper with success `[%]` and accuracy in MuJoCo (section IV-B): static, then rolling ball.
-const PAPER: [(&str, [[f64; 2]; 2]); 4] = [
+pub(crate) const PAPER: [(&str, [[f64; 2]; 2]); 4] = [
     ("Pure RL", [[33.0, 0.524], [23.5, 0.359]]),
     ("AMP", [[46.8, 0.715], [35.5, 0.531]]),
     ("Single-Stage", [[78.1, 0.922], [54.3, 0.798]]),

@@ -1,0 +1,169 @@
+//! The table of a comparison.
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::score::{Scores, Shots};
+use crate::shooting::PAPER;
+use crate::table::{Table, number};
+
+/// One policy.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Name of its entry.
+    pub name: String,
+    /// The paper's name of the method.
+    pub paper: Option<String>,
+    /// Seed of its training.
+    pub seed: Option<u64>,
+    /// What it scored.
+    pub scores: Scores,
+}
+
+/// The whole comparison.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// Title of the plan.
+    pub title: String,
+    /// In the order of the plan.
+    pub rows: Vec<Row>,
+}
+
+impl Comparison {
+    /// Text: a table of goals with 95% intervals for each knowledge, the paper's figures below it, and the panel.
+    pub fn table(&self) -> String {
+        let mut out = format!("{}\n", self.title);
+        let Some(first) = self.rows.first() else { return out };
+        let judge = &first.scores.judge;
+        let _ = writeln!(
+            out,
+            "MuJoCo, effective workspace, {} shots at each of {} places with still and with rolling balls, seed {}",
+            judge.trials,
+            judge.places(),
+            judge.seed
+        );
+        for (k, judgment) in first.scores.judgments.iter().enumerate() {
+            let knowledge = format!("{:?}", judgment.knowledge).to_lowercase();
+            let mut table = Table::new(&[
+                "method",
+                "knowledge",
+                "seed",
+                "samples [M]",
+                "static [95%]",
+                "accuracy",
+                "rolling [95%]",
+                "accuracy",
+                "contact",
+                "falls",
+                "ball [m/s]",
+            ]);
+            for row in &self.rows {
+                let Some(judgment) = row.scores.judgments.get(k) else { continue };
+                let samples: u64 = row.scores.samples.iter().sum();
+                let optional =
+                    |value: Option<f64>, digits| value.map_or("-".to_owned(), |x| number(x, digits));
+                let share = |count: &crate::ablation::Count| {
+                    format!("{}%", number(100.0 * count.count as f64 / count.trials.max(1) as f64, 1))
+                };
+                let Shots { goals, contacts, falls, accuracy, ball_speed } = &judgment.fixed;
+                table.row([
+                    row.name.clone(),
+                    knowledge.clone(),
+                    row.seed.map_or("-".to_owned(), |seed| seed.to_string()),
+                    if samples == 0 { "-".to_owned() } else { number(samples as f64 / 1e6, 0) },
+                    goals.text(),
+                    optional(*accuracy, 3),
+                    judgment.rolling.goals.text(),
+                    optional(judgment.rolling.accuracy, 3),
+                    share(contacts),
+                    share(falls),
+                    optional(*ball_speed, 2),
+                ]);
+            }
+            let _ = write!(out, "\n{table}");
+        }
+        out.push_str(&self.paper());
+        let mut panel = Table::new(&["panel of balls, static", "seed", "mean", "worst", "which"]);
+        let mut any = false;
+        for row in &self.rows {
+            if let Some(score) = &row.scores.panel {
+                any = true;
+                panel.row([
+                    row.name.clone(),
+                    row.seed.map_or("-".to_owned(), |seed| seed.to_string()),
+                    format!("{}%", number(100.0 * score.mean, 1)),
+                    format!("{}%", number(100.0 * score.worst, 1)),
+                    score.worst_ball.clone(),
+                ]);
+            }
+        }
+        if any {
+            let _ = write!(out, "\n{panel}");
+        }
+        out
+    }
+
+    /// The paper's figures of the methods that the plan names.
+    fn paper(&self) -> String {
+        let mut table = Table::new(&["method", "paper, MuJoCo", "static", "accuracy", "rolling", "accuracy"]);
+        let mut named: Vec<&str> = Vec::new();
+        for paper in self.rows.iter().filter_map(|row| row.paper.as_deref()) {
+            let Some((name, figures)) = PAPER.iter().find(|(name, _)| *name == paper) else { continue };
+            if named.contains(name) {
+                continue;
+            }
+            named.push(name);
+            let [[fixed, fixed_accuracy], [rolling, rolling_accuracy]] = figures;
+            table.row([
+                (*name).to_owned(),
+                crate::knowledge::PAPER_SHORT.to_owned(),
+                format!("{fixed:.1}%"),
+                number(*fixed_accuracy, 3),
+                format!("{rolling:.1}%"),
+                number(*rolling_accuracy, 3),
+            ]);
+        }
+        if named.is_empty() { String::new() } else { format!("\n{table}") }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use paid_task::preset::KnowledgeMode;
+
+    use super::*;
+    use crate::ablation::Count;
+    use crate::compare::{JudgePlan, Judgment, PanelScore};
+
+    #[test]
+    fn a_row_has_goals_with_their_interval_and_the_papers_stand_below() {
+        let shots = |goals: usize| Shots {
+            goals: Count::of((0..100).map(|k| k < goals)),
+            contacts: Count::of([true]),
+            falls: Count::of([false]),
+            accuracy: Some(0.75),
+            ball_speed: None,
+        };
+        let scores = Scores {
+            judge: JudgePlan::default(),
+            samples: vec![40_000_000, 160_000_000],
+            judgments: vec![Judgment {
+                knowledge: KnowledgeMode::Truth,
+                fixed: shots(50),
+                rolling: shots(10),
+            }],
+            panel: Some(PanelScore { mean: 0.4, worst: 0.1, worst_ball: "dead".into() }),
+        };
+        let row = Row { name: "AMP".into(), paper: Some("AMP".into()), seed: Some(1), scores };
+        let table = Comparison { title: "a title".into(), rows: vec![row] }.table();
+        let line = |start: &str| table.lines().find(|l| l.starts_with(start)).unwrap_or_default().to_owned();
+        assert!(table.starts_with("a title\n"));
+        let ours = table.lines().find(|l| l.contains("truth")).expect("a row");
+        for part in ["200", "50.0% [40.4, 59.6]", "10.0% [5.5, 17.4]", "0.750", "100.0%", "0.0%"] {
+            assert!(ours.contains(part), "{part}: {ours}");
+        }
+        assert!(table.lines().any(|l| l.contains("46.8%") && l.contains("35.5%")), "{table}");
+        assert!(line("AMP").contains("truth") && table.contains("40.0%  10.0%   dead"), "{table}");
+    }
+}

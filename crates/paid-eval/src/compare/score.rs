@@ -1,0 +1,176 @@
+//! What a policy of a comparison scored.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::Path;
+
+use paid_task::preset::KnowledgeMode;
+use serde::{Deserialize, Serialize};
+
+use super::plan::JudgePlan;
+use crate::EvalError;
+use crate::ablation::Count;
+use crate::monitor::Monitor;
+use crate::panel::{self, PanelOptions};
+use crate::scene::Engines;
+use crate::shooting::{self, CellScore, ROLLING_SPEED, ShootingOptions};
+use crate::subject::{Subject, SubjectSpec};
+
+/// The eyes of `perceived` scores, the same for every policy whatever it was trained with: 30 pictures a second, 60 ms late, a noise of the
+/// paper's form, odometry that drifts by 1 cm and 0.23 degrees a second.
+pub const EYES: [&str; 7] = [
+    "eyes.rate_hz=[30,30]",
+    "eyes.latency_s=[0.06,0.06]",
+    "eyes.dropout=[0.05,0.05]",
+    "eyes.noise_scale=[1,1]",
+    "eyes.odometry.offset_m=[0.01,0.01]",
+    "eyes.odometry.drift_m_s=[0.01,0.01]",
+    "eyes.odometry.heading_drift_deg_s=[0.23,0.23]",
+];
+
+/// Shots of one kind of ball.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shots {
+    /// Goals.
+    pub goals: Count,
+    /// Shots in which the ball was touched.
+    pub contacts: Count,
+    /// Falls at any time.
+    pub falls: Count,
+    /// Mean cosine over the contacts.
+    pub accuracy: Option<f64>,
+    /// Mean outgoing ball speed over the contacts `[m/s]`.
+    pub ball_speed: Option<f64>,
+}
+
+impl Shots {
+    fn of(score: &CellScore) -> Self {
+        Self {
+            goals: score.success.into(),
+            contacts: score.contact.into(),
+            falls: score.falls_ever.into(),
+            accuracy: score.accuracy,
+            ball_speed: score.ball_speed,
+        }
+    }
+}
+
+/// Shots with one kind of knowledge.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Judgment {
+    /// What the policy was told.
+    pub knowledge: KnowledgeMode,
+    /// Balls that lie still.
+    pub fixed: Shots,
+    /// Balls that roll.
+    pub rolling: Shots,
+}
+
+/// Shares of goals over the panel of balls and grounds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PanelScore {
+    /// Mean.
+    pub mean: f64,
+    /// The least.
+    pub worst: f64,
+    /// Whose it is.
+    pub worst_ball: String,
+}
+
+/// Everything about one policy.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scores {
+    /// How it was judged.
+    pub judge: JudgePlan,
+    /// Training samples of each stage; empty for a policy that was there.
+    pub samples: Vec<u64>,
+    /// One for each knowledge of the plan.
+    pub judgments: Vec<Judgment>,
+    /// If the plan asks for it.
+    pub panel: Option<PanelScore>,
+}
+
+impl Scores {
+    /// Earlier scores, if they were judged like this, after as many samples.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is none of these.
+    pub fn read(path: &Path, judge: &JudgePlan, samples: &[u64]) -> Result<Option<Self>, EvalError> {
+        let text = match fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            Err(error) => return Err(EvalError::read(path)(error)),
+        };
+        let scores: Self = serde_json::from_str(&text).map_err(|error| EvalError::Format {
+            path: path.to_owned(),
+            expected: "scores of a comparison",
+            found: error.to_string(),
+        })?;
+        Ok(Some(scores).filter(|scores| scores.judge == *judge && scores.samples == samples))
+    }
+
+    /// Judges `policy` in MuJoCo; `None` if `stopped` said so meanwhile. `spec` names motions, threads and the like.
+    ///
+    /// # Errors
+    /// If the policy cannot be read or does not fit, or MuJoCo is missing.
+    pub fn judge(
+        judge: &JudgePlan,
+        spec: &SubjectSpec,
+        samples: &[u64],
+        monitor: &Monitor,
+    ) -> Result<Option<Self>, EvalError> {
+        let load = |knowledge: KnowledgeMode| -> Result<Subject, EvalError> {
+            let overrides = match knowledge {
+                KnowledgeMode::Truth => Vec::new(),
+                KnowledgeMode::Perceived => EYES.map(str::to_owned).into(),
+            };
+            let spec = SubjectSpec {
+                knowledge: Some(knowledge),
+                overrides,
+                engines: Engines::Mujoco,
+                seed: judge.seed,
+                ..spec.clone()
+            };
+            let mut subject = Subject::load(&spec)?;
+            subject.require_ball()?;
+            subject.setup.monitor = monitor.clone();
+            Ok(subject)
+        };
+        let mut judgments = Vec::new();
+        for &knowledge in &judge.knowledge {
+            let subject = load(knowledge)?;
+            let run = |rolling| -> Result<Shots, EvalError> {
+                let options = ShootingOptions {
+                    grid: judge.grid(),
+                    trials: judge.trials,
+                    limit_s: judge.limit_s,
+                    rolling,
+                    ..ShootingOptions::default()
+                };
+                let report = shooting::evaluate(&subject.setup, &*subject.maker, &options)?;
+                Ok(Shots::of(&report.total))
+            };
+            let (fixed, rolling) = (run(None)?, run(Some(ROLLING_SPEED))?);
+            judgments.push(Judgment { knowledge, fixed, rolling });
+        }
+        let mut panel = None;
+        if judge.panel_trials > 0 {
+            let subject = load(KnowledgeMode::Truth)?;
+            let options =
+                PanelOptions { trials: judge.panel_trials, balls: vec![None], ..PanelOptions::default() };
+            let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
+            let part = report.parts.first();
+            panel = part
+                .and_then(|part| Some((part.mean?, part.worst?)))
+                .map(|(mean, (worst, ball))| PanelScore { mean, worst, worst_ball: ball.to_owned() });
+        }
+        if monitor.stopped() {
+            return Ok(None);
+        }
+        Ok(Some(Self { judge: judge.clone(), samples: samples.to_vec(), judgments, panel }))
+    }
+}

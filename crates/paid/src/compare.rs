@@ -1,0 +1,165 @@
+//! `paid compare`: methods trained with one budget and judged alike, from a plan.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use paid_eval::ablation::{has_run, is_same_run};
+use paid_eval::compare::{Comparison, Contender, JudgePlan, Plan, Row, Scores};
+use paid_eval::file::write_whole;
+use paid_eval::monitor::Monitor;
+use paid_eval::results::to_json;
+use paid_eval::scene::Engines;
+use paid_eval::subject::SubjectSpec;
+use paid_train::folder::PRESET_FILE;
+use paid_train::{End, Limits, Scene, StageJob, Start, train_stage};
+
+use crate::failure::Failure;
+use crate::stop::{self, STOPPED};
+use crate::threads::thread_count;
+use crate::train::motions_value;
+
+/// Arguments of `paid compare`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The plan: a TOML file, such as configs/compare/paper.toml.
+    #[arg(value_name = "PLAN")]
+    plan: PathBuf,
+    /// Folder of motion files [default: the built-in kicks].
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Output folder. What was trained or judged there before is not trained or judged again.
+    #[arg(long, value_name = "DIR", default_value = "runs/compare")]
+    out: PathBuf,
+    /// Worker threads; they do not change the result [default: all cores].
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+    /// Print the comparison as one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Trains and judges every entry, or takes up what an earlier call left.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let threads = thread_count(args.threads)?;
+    let plan = Plan::read(&args.plan)?;
+    let motions = args.motions.as_deref().map(motions_value);
+    let beside = args.plan.parent().unwrap_or(Path::new(""));
+    let contenders = plan.contenders(beside, motions.as_deref())?;
+    if let Some(folder) = args.motions.as_deref().filter(|folder| !folder.is_dir()) {
+        let found = folder.display();
+        return Err(Failure::input(format!("--motions: expected a folder of motion files, found {found}")));
+    }
+    for contender in &contenders {
+        for preset in &contender.stages {
+            refuse_another(&args.out.join(&contender.folder).join(&preset.stage), preset)?;
+            Scene::load(preset).map_err(Failure::input)?;
+        }
+    }
+    Engines::Mujoco.check()?;
+    let stop = stop::flag()?;
+    let mut comparison = Comparison { title: plan.title.clone(), rows: Vec::new() };
+    for (k, contender) in contenders.iter().enumerate() {
+        let seed = contender.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
+        let name = format!("{} of {}: {}{seed}", k + 1, contenders.len(), contender.name);
+        let Some((policy, samples)) = train(args, contender, &name, threads, &stop)? else {
+            return Ok(ExitCode::from(STOPPED));
+        };
+        let spec = SubjectSpec { motions: args.motions.clone(), threads, ..SubjectSpec::new(policy) };
+        let file = args.out.join(&contender.folder).join("scores.json");
+        let Some(scores) = score(&plan.judge, &spec, &samples, &file)? else {
+            return Ok(ExitCode::from(STOPPED));
+        };
+        for judgment in &scores.judgments {
+            let goals = [judgment.fixed, judgment.rolling].map(|shots| shots.goals.text());
+            eprintln!("{name}, {:?}: static {}, rolling {}", judgment.knowledge, goals[0], goals[1]);
+        }
+        comparison.rows.push(Row {
+            name: contender.name.clone(),
+            paper: contender.paper.clone(),
+            seed: contender.seed,
+            scores,
+        });
+        // After every policy, so that a comparison of days can be read on its way.
+        write_whole(&args.out.join("comparison.txt"), comparison.table().as_bytes())?;
+        write_whole(&args.out.join("comparison.json"), to_json(&comparison)?.as_bytes())?;
+    }
+    if args.json {
+        println!("{}", to_json(&comparison)?);
+    } else {
+        print!("{}", comparison.table());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A run of other values in the folder would be continued with a policy that is not the plan's.
+fn refuse_another(folder: &Path, preset: &paid_train::RunPreset) -> Result<(), Failure> {
+    if has_run(folder) && !is_same_run(folder, preset)? {
+        return Err(Failure::input(format!(
+            "{}: expected a run with the values of this plan, found another; choose another --out",
+            folder.join(PRESET_FILE).display()
+        )));
+    }
+    Ok(())
+}
+
+/// Trains what is to be trained. The policy and the samples of its stages; `None` after Ctrl-C.
+fn train(
+    args: &Args,
+    contender: &Contender,
+    name: &str,
+    threads: usize,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<(PathBuf, Vec<u64>)>, Failure> {
+    if let Some(policy) = &contender.policy {
+        return Ok(Some((policy.clone(), Vec::new())));
+    }
+    let (mut before, mut samples): (Option<PathBuf>, Vec<u64>) = (None, Vec::new());
+    for preset in &contender.stages {
+        let folder = args.out.join(&contender.folder).join(&preset.stage);
+        let start =
+            if has_run(&folder) { Start::Resume } else { before.take().map_or(Start::Fresh, Start::From) };
+        let (stage, iterations) = (&preset.stage, preset.run.iterations);
+        let out = folder.clone();
+        let job = StageJob { preset: preset.clone(), out, start, limits: Limits::default(), threads };
+        let mut said = 0;
+        let outcome = train_stage(&job, stop, &mut |record| {
+            let tenth = record.iteration * 10 / iterations.max(1);
+            if tenth > said {
+                said = tenth;
+                let minutes = record.eta_s / 60.0;
+                eprintln!(
+                    "{name}, {stage}: {}% of {iterations} iterations, {minutes:.0} min left",
+                    10 * tenth
+                );
+            }
+        })
+        .map_err(Failure::input)?;
+        if outcome.end == End::Stopped {
+            return Ok(None);
+        }
+        samples.push(outcome.samples);
+        before = Some(folder);
+    }
+    Ok(before.map(|policy| (policy, samples)))
+}
+
+/// Scores that there are already, or new ones; `None` after Ctrl-C.
+fn score(
+    judge: &JudgePlan,
+    spec: &SubjectSpec,
+    samples: &[u64],
+    file: &Path,
+) -> Result<Option<Scores>, Failure> {
+    if let Some(scores) = Scores::read(file, judge, samples)? {
+        return Ok(Some(scores));
+    }
+    let monitor = Monitor::stopped_by(stop::flag()?);
+    let scores = Scores::judge(judge, spec, samples, &monitor)?;
+    if let Some(scores) = &scores {
+        let text = serde_json::to_string_pretty(scores).map_err(Failure::input)?;
+        write_whole(file, text.as_bytes())?;
+    }
+    Ok(scores)
+}

@@ -1,0 +1,84 @@
+//! `paid compare` from end to end with a tiny budget.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{paid, refuses, succeeds};
+use paid_mujoco::Library;
+
+/// Three methods on the built-in kicks, 64 environments, two iterations each.
+const PLAN: &str = r#"
+    title = "a small comparison"
+    samples = 3072
+    sets = ["run.envs=64", "run.shards=4", "learn.ppo.minibatches=2", "learn.precision=\"f32\""]
+
+    [judge]
+    trials = 1
+    grid_step_m = 2.0
+    limit_s = 0.2
+
+    [[entry]]
+    name = "Without clips"
+    paper = "Pure RL"
+    stages = [{ preset = "pure_rl" }]
+
+    [[entry]]
+    name = "AMP"
+    paper = "AMP"
+    stages = [{ preset = "amp" }]
+
+    [[entry]]
+    name = "Two stages"
+    stages = [{ preset = "stage1" }, { preset = "stage2" }]
+"#;
+
+#[test]
+fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
+    let test = "methods_are_trained_and_judged_once_and_stand_beside_the_papers";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("plan.toml"), PLAN).expect("writes");
+    let line = ["compare", "plan.toml", "--out", "out", "--threads", "1"];
+    let table = succeeds(&paid(folder.path(), &line));
+    for word in ["a small comparison", "Without clips", "AMP", "Two stages", "truth", "33.0%", "46.8%"] {
+        assert!(table.contains(word), "{word}: {table}");
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("out/comparison.txt")).expect("a table"), table);
+    let one = |path: &str| fs::read_to_string(folder.path().join(path)).expect(path);
+    assert_eq!(one("out/two-stages/seed-1/stage2/metrics.jsonl").lines().count(), 1);
+    assert_eq!(one("out/amp/seed-1/amp/metrics.jsonl").lines().count(), 2);
+
+    // Scores that are there are taken as they are, and nothing is trained again.
+    let file = folder.path().join("out/amp/seed-1/scores.json");
+    let before = fs::read_to_string(&file).expect("scores");
+    let mut scores: serde_json::Value = serde_json::from_str(&before).expect("JSON");
+    assert_eq!(scores["samples"], serde_json::json!([3072]));
+    scores["judgments"][0]["fixed"]["accuracy"] = serde_json::json!(0.125);
+    fs::write(&file, scores.to_string()).expect("writes");
+    let json = succeeds(&paid(folder.path(), &[&line[..], &["--json"]].concat()));
+    let report: serde_json::Value = serde_json::from_str(json.trim()).expect("JSON");
+    assert_eq!(report["rows"][1]["scores"]["judgments"][0]["fixed"]["accuracy"], 0.125);
+    assert_eq!(one("out/amp/seed-1/amp/metrics.jsonl").lines().count(), 2);
+}
+
+#[test]
+fn a_plan_that_does_not_fit_is_refused_before_anything_is_trained() {
+    let folder = tempfile::tempdir().expect("folder");
+    let refused = |plan: &str, also: &[&str]| {
+        fs::write(folder.path().join("plan.toml"), plan).expect("writes");
+        let line = [&["compare", "plan.toml", "--out", "out"], also].concat();
+        let error = refuses(&paid(folder.path(), &line));
+        assert!(!Path::new(&folder.path().join("out")).exists(), "nothing is written");
+        error
+    };
+    let error = refused(&PLAN.replace("[judge]", "[judgement]"), &[]);
+    assert!(error.contains("plan.toml") && error.contains("judgement"), "{error}");
+    let error = refused(&PLAN.replace("samples = 3072", "samples = 0"), &[]);
+    assert!(error.contains("samples: expected at least 1, found 0"), "{error}");
+    let error = refused(&PLAN.replace(r#""run.shards=4""#, r#""run.shardz=4""#), &[]);
+    assert!(error.contains("run.shardz"), "{error}");
+    let error = refused(PLAN, &["--motions", "absent"]);
+    assert!(error.contains("absent"), "{error}");
+}
