@@ -84,6 +84,7 @@ impl Watch {
             correct_foot: kick.is_some_and(|k| k.correct),
             foot_contact: body.is_some() && feet.contains(&body),
             body: body.and_then(|b| setup.robot.bodies.get(b)).map(|b| b.name.clone()),
+            foot: kick.map(|k| k.foot),
             kick_time_s: kick.map(|k| f64::from(k.step) * setup.preset.control_dt_s()),
             foot_speed: kick.map(|k| norm(k.foot_vel)),
             goal: self.crossing.is_some_and(|(c, _)| c.inside),

@@ -223,10 +223,11 @@ mod tests {
             correct_foot: contact,
             body: None,
             foot_contact: contact,
+            foot: contact.then_some(repeat % 2),
             kick_time_s: contact.then_some(2.0),
             foot_speed: contact.then_some(5.0),
             goal,
-            lateral_m: None,
+            lateral_m: contact.then_some(0.25 * (1 + repeat) as f64),
             goal_time_s: None,
             plane_speed: None,
             torque_saturation: 0.25,
@@ -270,6 +271,8 @@ mod tests {
         assert_eq!((r.cells[1].contact.count, r.cells[1].accuracy), (1, Some(0.9)));
         assert_eq!((r.total.falls_ever.count, r.total.falls_in_clip.count), (1, 2));
         assert_eq!(r.total.falls_within.map(|s| (s.count, s.trials)), Some((2, 4)));
+        // 0.25 m left of the center by the left foot, twice 0.5 m left of it by the right one.
+        assert_eq!((r.total.miss_m, r.total.outward_m), (Some(1.25 / 3.0), Some(-0.25)));
         assert_eq!(r.grid_values(|c| Some(c.success.share)), vec![vec![Some(0.5)], vec![Some(0.5)]]);
     }
 

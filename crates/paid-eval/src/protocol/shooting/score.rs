@@ -22,6 +22,8 @@ pub struct Outcome {
     pub body: Option<String>,
     /// True if that was a foot, whichever.
     pub foot_contact: bool,
+    /// The foot nearer to the ball at first contact: 0 left, 1 right.
+    pub foot: Option<usize>,
     /// Time of first contact `[s]`.
     pub kick_time_s: Option<f64>,
     /// Speed of the kicking foot just after first contact `[m/s]`.
@@ -58,6 +60,14 @@ pub struct Outcome {
     /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's center `[m]`; not in the JSON.
     #[serde(skip)]
     pub path: Vec<[[f64; 2]; 2]>,
+}
+
+impl Outcome {
+    /// Where the ball crossed the goal plane, positive on the side of the kicking foot `[m]`.
+    fn outward_m(&self) -> Option<f64> {
+        let lateral = self.lateral_m?;
+        Some(if self.foot? == 0 { lateral } else { -lateral })
+    }
 }
 
 /// Means and shares of some trials.
@@ -98,6 +108,8 @@ pub struct CellScore {
     pub foot_speed: Option<f64>,
     /// Mean distance from the goal's center at the goal plane, of the balls that reached it `[m]`.
     pub miss_m: Option<f64>,
+    /// Mean of where they crossed it, positive on the side of the kicking foot `[m]`: an aim that is off alike for both feet.
+    pub outward_m: Option<f64>,
     /// Mean ball speed there `[m/s]`.
     pub plane_speed: Option<f64>,
     /// Mean share of torques at their limit.
@@ -129,6 +141,7 @@ impl CellScore {
             peak_ball_speed: mean(kicks().map(|o| o.peak_ball_speed)),
             foot_speed: mean(kicks().filter_map(|o| o.foot_speed)),
             miss_m: mean(all().filter_map(|o| o.lateral_m.map(f64::abs))),
+            outward_m: mean(all().filter_map(|o| o.outward_m())),
             plane_speed: mean(all().filter_map(|o| o.plane_speed)),
             torque_saturation: mean(all().map(|o| o.torque_saturation)),
         }
@@ -162,6 +175,7 @@ pub fn totals(score: &CellScore, after_s: Option<f64>) -> Table {
         ("peak ball speed [m/s]", score.peak_ball_speed),
         ("ball speed at the goal plane [m/s]", score.plane_speed),
         ("distance from the goal's center there [m]", score.miss_m),
+        ("offset there to the kicking foot's side [m]", score.outward_m),
         ("foot speed at contact [m/s]", score.foot_speed),
         ("torques at their limit [share]", score.torque_saturation),
     ] {
