@@ -28,7 +28,6 @@ mod intrinsics;
 pub mod judge;
 pub mod locate;
 pub mod net;
-mod pose;
 pub mod render;
 pub mod scatter;
 #[cfg(feature = "train-detector")]
@@ -38,4 +37,4 @@ pub use calibrate::{BallView, Calibration, calibrate};
 pub use error::VisionError;
 pub use image::{ColorImage, DepthImage};
 pub use intrinsics::{Intrinsics, PixelBox};
-pub use pose::{Pose, PoseBuffer, PoseGap, StampedPose};
+pub use paid_perceive::{Pose, PoseBuffer, PoseGap, StampedPose};

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use paid_lanes::{Mat3, Quat, Vec3};
-use paid_perceive::CameraPreset;
+use crate::CameraPreset;
 
 /// Where a frame is in another one: `outer = rot inner + pos`.
 #[derive(Clone, Copy, Debug)]
@@ -87,6 +87,8 @@ pub enum PoseGap {
     TooOld,
     /// Newer than the last pose by more than the horizon.
     TooNew,
+    /// Between two poses that are too far apart in time.
+    Hole,
     /// No pose has arrived yet.
     Empty,
 }
@@ -100,6 +102,7 @@ pub struct PoseBuffer {
     poses: VecDeque<StampedPose>,
     keep_s: f64,
     ahead_s: f64,
+    longest_gap_s: f64,
 }
 
 impl Default for PoseBuffer {
@@ -112,7 +115,19 @@ impl Default for PoseBuffer {
 impl PoseBuffer {
     /// A buffer of `keep_s` seconds that goes on for `ahead_s` seconds after the last pose.
     pub fn new(keep_s: f64, ahead_s: f64) -> Self {
-        Self { poses: VecDeque::new(), keep_s, ahead_s }
+        Self { poses: VecDeque::new(), keep_s, ahead_s, longest_gap_s: f64::INFINITY }
+    }
+
+    /// Poses that are farther apart than this `[s]` say nothing of the time between them.
+    #[must_use]
+    pub fn with_longest_gap(mut self, longest_gap_s: f64) -> Self {
+        self.longest_gap_s = longest_gap_s;
+        self
+    }
+
+    /// The newest pose.
+    pub fn last(&self) -> Option<&StampedPose> {
+        self.poses.back()
     }
 
     /// Adds a pose. Returns whether it was taken: one that is not finite is refused, and so is one that is not newer than the last. Time
@@ -153,6 +168,9 @@ impl PoseBuffer {
         let after = self.poses.partition_point(|pose| pose.time_s <= time_s).min(self.poses.len() - 1);
         let Some(before) = after.checked_sub(1) else { return Ok(first.pose()) };
         let (a, b) = (&self.poses[before], &self.poses[after]);
+        if b.time_s - a.time_s > self.longest_gap_s && time_s > a.time_s && time_s < b.time_s {
+            return Err(PoseGap::Hole);
+        }
         let share = (time_s - a.time_s) / (b.time_s - a.time_s);
         let pos = a.pos + (b.pos - a.pos).scale(share);
         Ok(Pose { rot: turned(a.quat, b.quat, share).to_mat(), pos })
@@ -210,6 +228,16 @@ mod tests {
         assert_eq!(buffer.at(10.2).err(), Some(PoseGap::TooNew));
         assert_eq!(buffer.at(9.9).err(), Some(PoseGap::TooOld));
         assert_eq!(buffer.at(f64::NAN).err(), Some(PoseGap::TooOld));
+    }
+
+    #[test]
+    fn a_hole_in_the_history_is_not_bridged() {
+        let mut buffer = PoseBuffer::new(1.0, 0.05).with_longest_gap(0.02);
+        assert!(buffer.push(stamped(1.0, 0.0, 0.0)) && buffer.push(stamped(1.01, 0.1, 0.0)));
+        assert!(buffer.push(stamped(1.2, 2.0, 0.0)));
+        assert!((buffer.at(1.005).expect("known").pos.x() - 0.05).abs() < 1e-12);
+        assert_eq!(buffer.at(1.1).err(), Some(PoseGap::Hole));
+        assert!((buffer.at(1.2).expect("known").pos.x() - 2.0).abs() < 1e-12);
     }
 
     #[test]
