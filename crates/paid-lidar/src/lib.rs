@@ -73,6 +73,7 @@ mod voxel;
 pub use config::{Config, g1_torso_from_lidar};
 pub use error::LidarError;
 pub use estimate::Estimate;
+pub use history::{isometry, stamped};
 pub use health::{Health, LostReason, NotStill};
 pub use imu::ImuSample;
 pub use map::VoxelMap;

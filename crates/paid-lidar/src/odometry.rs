@@ -162,6 +162,12 @@ impl Odometry {
         self.dropped
     }
 
+    /// Time of the newest sample of the IMU `[s]`: [`Odometry::pose_at`] knows the pose up to there, once it tracks.
+    #[must_use]
+    pub fn newest_s(&self) -> Option<f64> {
+        self.last_stamp_s
+    }
+
     /// Takes a sample of the IMU that came at `arrival_s` `[s]`, by this machine's clock (any zero).
     pub fn push_imu(&mut self, sample: ImuSample, arrival_s: f64) {
         if !sample.is_finite() {
@@ -313,7 +319,7 @@ impl Odometry {
 
         if self.map.is_empty() && self.points.len() >= self.config.min_points {
             self.remember();
-            self.history.push(&self.motion, scan.start_s, scan.end_s, &Isometry3::identity());
+            self.history.push(&self.motion, scan.end_s, &Isometry3::identity());
             return self.output(scan.end_s, 0.0, None);
         }
         if self.points.len() < self.config.min_points {

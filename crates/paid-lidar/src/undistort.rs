@@ -88,6 +88,11 @@ impl Motion {
         }
     }
 
+    /// Predicted poses of the IMU at the begin of every step, with their times `[s]`.
+    pub fn poses(&self) -> impl Iterator<Item = (f64, Isometry3<f64>)> + '_ {
+        self.segments.iter().map(|segment| (segment.start_s, segment.odometry_from_imu(segment.start_s)))
+    }
+
     /// Predicted pose of the IMU at `time_s`, or `None` if nothing was predicted.
     #[must_use]
     pub fn odometry_from_imu(&self, time_s: f64) -> Option<Isometry3<f64>> {

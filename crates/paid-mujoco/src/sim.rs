@@ -32,10 +32,14 @@ pub struct MujocoSim {
     ball_body: Option<usize>,
     ball_geom: Option<usize>,
     lanes: Vec<Lane>,
+    /// The body whose pose is kept at every physics step.
+    traced: Option<usize>,
 }
 
 #[derive(Debug)]
 struct Lane {
+    /// Poses of the traced body at the begin of every physics step of the last control step: place and row-major axes.
+    trace: Vec<([f64; 3], [f64; 9])>,
     world: World,
     gain_scale: [f64; 2],
     report: ContactReport,
@@ -98,10 +102,12 @@ impl MujocoSim {
             ball_body,
             ball_geom,
             lanes: Vec::with_capacity(num_envs),
+            traced: None,
         };
         let marker = [[1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]];
         for _ in 0..num_envs {
             sim.lanes.push(Lane {
+                trace: Vec::new(),
                 world: world.duplicate()?,
                 gain_scale: [1.0; 2],
                 report: ContactReport::new(model.bodies.len()),
@@ -139,6 +145,17 @@ impl MujocoSim {
     /// The same for changes that the interface does not offer. Sizes must stay; the state reports follow at the next `refresh`.
     pub fn world_mut(&mut self, group: usize) -> &mut World {
         &mut self.lanes[group].world
+    }
+
+    /// From now on the pose of a body (its model index) is kept at every physics step: an inertial sensor needs more than the control
+    /// steps show.
+    pub fn trace_body(&mut self, body: Option<usize>) {
+        self.traced = body;
+    }
+
+    /// Poses of the traced body in the last control step, one for the begin of each physics step: place `[m]` and row-major axes, world.
+    pub fn trace(&self, group: usize) -> &[([f64; 3], [f64; 9])] {
+        &self.lanes[group].trace
     }
 
     /// The options of the scene.
@@ -195,6 +212,7 @@ impl Simulator<f64> for MujocoSim {
         let joints = self.model.joints.len();
         let lane = &mut self.lanes[group];
         lane.report.clear();
+        lane.trace.clear();
         for _ in 0..self.options.substeps {
             match self.options.pd {
                 PdControl::Explicit => {
@@ -209,6 +227,12 @@ impl Simulator<f64> for MujocoSim {
                 PdControl::Implicit => lane.world.ctrl_mut().copy_from_slice(joint_target),
             }
             lane.world.step();
+            if let Some(body) = self.traced {
+                // MuJoCo computes where the bodies are at the begin of a step, and leaves that.
+                let b = body + 1;
+                let pose = (array(&lane.world.xpos()[3 * b..]), array(&lane.world.xmat()[9 * b..]));
+                lane.trace.push(pose);
+            }
             lane.report.take(&lane.world, self.ball_body);
         }
         lane.state.joint_torque.copy_from_slice(lane.world.actuator_force());

@@ -1,4 +1,4 @@
-//! Rigid poses and their history.
+//! Rigid poses and their history: one buffer for whoever asks where a body was at a time.
 
 use std::collections::VecDeque;
 
@@ -156,6 +156,14 @@ impl PoseBuffer {
     /// # Errors
     /// Why it is not known.
     pub fn at(&self, time_s: f64) -> Result<Pose, PoseGap> {
+        self.stamped_at(time_s).map(|pose| pose.pose())
+    }
+
+    /// As [`Self::at`], with the orientation as a quaternion.
+    ///
+    /// # Errors
+    /// Why it is not known.
+    pub fn stamped_at(&self, time_s: f64) -> Result<StampedPose, PoseGap> {
         let (Some(first), Some(last)) = (self.poses.front(), self.poses.back()) else {
             return Err(PoseGap::Empty);
         };
@@ -166,14 +174,16 @@ impl PoseBuffer {
             return Err(PoseGap::TooNew);
         }
         let after = self.poses.partition_point(|pose| pose.time_s <= time_s).min(self.poses.len() - 1);
-        let Some(before) = after.checked_sub(1) else { return Ok(first.pose()) };
+        let Some(before) = after.checked_sub(1) else {
+            return Ok(StampedPose { time_s, ..*first });
+        };
         let (a, b) = (&self.poses[before], &self.poses[after]);
         if b.time_s - a.time_s > self.longest_gap_s && time_s > a.time_s && time_s < b.time_s {
             return Err(PoseGap::Hole);
         }
         let share = (time_s - a.time_s) / (b.time_s - a.time_s);
         let pos = a.pos + (b.pos - a.pos).scale(share);
-        Ok(Pose { rot: turned(a.quat, b.quat, share).to_mat(), pos })
+        Ok(StampedPose { time_s, quat: turned(a.quat, b.quat, share), pos })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Deterministic episodes for evaluation, without a second implementation of the task.
 
+use paid_policy::{Pose, SceneView};
 use serde::{Deserialize, Serialize};
 
 use crate::{EpisodeRules, TaskError};
@@ -53,6 +54,15 @@ pub struct NextKick {
     pub goal_xy: [f64; 2],
     /// Number of the robot's first look at a ball, where knowledge is perceived: equal numbers look alike. An episode begins with 0.
     pub look: u64,
+}
+
+/// What is shown to a policy of ball and goal, as somebody else believes it.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// Ball, ball at the strike and goal in the base frame `[m]`.
+    pub scene: SceneView<f64>,
+    /// The base in the frame in which it is believed: odometry's.
+    pub base: Pose<f64>,
 }
 
 /// The first contact of an episode between robot and ball.
@@ -142,6 +152,11 @@ pub trait EvalControl {
     /// # Errors
     /// If the environment or the motion does not exist, or a number is not finite.
     fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError>;
+    /// From now on the policy of environment `env` is shown this of ball and goal, and nothing of the simulator's; `None`: as the task says.
+    ///
+    /// # Errors
+    /// If the environment does not exist.
+    fn show(&mut self, env: usize, shown: Option<&Shown>) -> Result<(), TaskError>;
     /// The state of an environment.
     ///
     /// # Errors

@@ -12,6 +12,7 @@ use crate::delay::Delays;
 use crate::kick::KickState;
 use crate::memory::BallMemory;
 use crate::reference::Reference;
+use crate::shown::ShownScene;
 
 /// Task state of `V::LANES` environments.
 #[derive(Clone, Debug)]
@@ -45,6 +46,8 @@ pub(crate) struct GroupTask<V> {
     pub shown_ball: Option<ShownBall<V>>,
     /// Ball and goal through the robot's eyes, where the preset's knowledge is perceived.
     pub eyes: Option<Eyes<V>>,
+    /// Ball and goal as an evaluation shows them.
+    pub shown: Option<ShownScene<V>>,
     /// Delays of actions and observations, where the preset has them.
     pub delays: Option<Delays<V>>,
     /// Undiscounted return so far.
@@ -75,6 +78,7 @@ impl<V: Real> GroupTask<V> {
             camera: CameraState::new(config),
             shown_ball: ShownBall::new(config),
             eyes: config.preset.perceives().then(|| Eyes::new(&config.preset.eyes, config.dt_s)),
+            shown: None,
             delays: Delays::new(config),
             episode_return: V::zero(),
             foot_peak: V::zero(),
@@ -83,8 +87,8 @@ impl<V: Real> GroupTask<V> {
         }
     }
 
-    /// Every number but the reference, where it begins and the times to its strike (which follow from the environments) and the reward terms
-    /// (which nothing depends on), for saving.
+    /// Every number but the reference, where it begins and the times to its strike (which follow from the environments), the reward terms
+    /// (which nothing depends on) and what an evaluation shows (which it shows anew), for saving.
     pub(crate) fn fields(&mut self) -> Vec<&mut V> {
         let mut fields: Vec<&mut V> = Vec::new();
         fields.extend(self.action.iter_mut());

@@ -45,6 +45,7 @@ mod sampler;
 mod score;
 mod shard;
 mod shard_impl;
+mod shown;
 mod snapshot;
 mod stance;
 mod starts;
@@ -60,7 +61,7 @@ pub use episode_rules::{
     SamplingStatistics, TimeLimit,
 };
 pub use error::TaskError;
-pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick};
+pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick, Shown};
 pub use eyes::first_look;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};

@@ -228,13 +228,14 @@ impl<V: Real> Kernel for Observe<'_, V> {
         self.robot.fill_bodies(config, state);
         let mut truth = true_scene(config, state, group);
         let base = base_pose(state);
-        let (mut seen, believed_base) = match &group.eyes {
-            Some(eyes) => {
+        let (mut seen, believed_base) = match (&group.shown, &group.eyes) {
+            (Some(shown), _) => (shown.scene, shown.base),
+            (None, Some(eyes)) => {
                 // The state is a frame before the one that it will be scored against.
                 let to_strike_s = group.to_strike_s + V::c(config.dt_s);
                 seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, to_strike_s)
             }
-            None => (self.perceived.unwrap_or(truth), base),
+            (None, None) => (self.perceived.unwrap_or(truth), base),
         };
         group.show_after_strike(config, [&base, &believed_base], &mut truth, &mut seen);
         let views = Views {

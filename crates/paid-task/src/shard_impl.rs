@@ -6,11 +6,12 @@ use paid_policy::env::STYLE_GROUP;
 use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::score::Sums;
+use crate::shown::ShownScene;
 use crate::stance::heading_of;
 use crate::task::EnvTask;
 use crate::{
     BallCurriculum, BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, REWARD_TERMS,
-    RewardTermsInSamples, SamplerState, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
+    RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
@@ -152,6 +153,18 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
     fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError> {
         let (group, lane) = self.env_index(env)?;
         self.begin_next_kick(env, [group, lane], next)
+    }
+
+    fn show(&mut self, env: usize, shown: Option<&Shown>) -> Result<(), TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        let of_group = &mut self.groups[group].shown;
+        match shown {
+            Some(shown) => of_group.get_or_insert_with(ShownScene::new).set_lane(lane, shown),
+            None => {
+                *of_group = None;
+                Ok(())
+            }
+        }
     }
 
     fn sample(&self, env: usize) -> Result<EnvSample, TaskError> {

@@ -60,7 +60,7 @@ impl Odometry {
             filter.expect_usual_speed(&direction, self.config.usual_speed);
         }
         let correction = filter.state.odometry_from_imu() * predicted.inverse();
-        self.history.push(&self.motion, scan.start_s, scan.end_s, &correction);
+        self.history.push(&self.motion, scan.end_s, &correction);
         self.unobservable = direction;
         // The scan fits, so the state is right at its stamps. But data that come late or torn say so until they are sound again.
         let mut recovered = None;

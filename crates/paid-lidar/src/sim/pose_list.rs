@@ -36,6 +36,21 @@ impl PoseList {
         }
         Ok(Self { poses })
     }
+
+    /// Adds a pose while the motion goes on. Returns whether it was taken: its time `[s]` must be later than the last one's.
+    pub fn push(&mut self, time_s: f64, pose: Isometry3<f64>) -> bool {
+        let later = self.poses.last().is_none_or(|(last, _)| time_s > *last);
+        if later {
+            self.poses.push((time_s, pose));
+        }
+        later
+    }
+
+    /// Forgets poses before `time_s` `[s]`, but for the last four of them.
+    pub fn forget_before(&mut self, time_s: f64) {
+        let first = self.poses.partition_point(|(t, _)| *t < time_s).saturating_sub(4);
+        self.poses.drain(..first);
+    }
 }
 
 impl Trajectory for PoseList {

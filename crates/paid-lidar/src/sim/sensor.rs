@@ -134,6 +134,26 @@ impl<T: Trajectory> SimulatedMid360<T> {
         Frame { imu, scan: self.scan_until(end_s) }
     }
 
+    /// The IMU's samples up to `end_s` `[s]`, for those who do not wait for a scan's end. The motion must be known 2.5 ms longer.
+    pub fn next_imu(&mut self, end_s: f64) -> Vec<ImuSample> {
+        self.imu_until(end_s)
+    }
+
+    /// The next scan, once it has ended by `now_s` `[s]`; its samples come from [`Self::next_imu`].
+    pub fn next_scan(&mut self, now_s: f64) -> Option<Scan> {
+        let end_s = (self.frames + 1) as f64 / SCANS_PER_S;
+        if end_s > now_s + 1e-9 {
+            return None;
+        }
+        self.frames += 1;
+        Some(self.scan_until(end_s))
+    }
+
+    /// The motion, to be continued.
+    pub fn trajectory_mut(&mut self) -> &mut T {
+        &mut self.trajectory
+    }
+
     /// Puts another scene around the sensor. The old one, moved: what the LiDAR sees after it was carried off.
     pub fn surround(&mut self, scene: Scene) {
         self.scene = scene;
