@@ -1,1 +1,28 @@
-//! x
+//! The eyes as one pipeline: pictures, a LiDAR's scans, inertial samples and joint angles in, what the robot believes of its ball out.
+//!
+//! - [`Sight`] runs detector, position, odometry and ball memory. A simulation, a recording and a robot feed it with the same
+//!   [`Arrived`] messages, so that what one of them gives is what the others would.
+//!
+//! ```
+//! use paid_sight::{Arrived, ImuMessage, Message, Sight, SightSetup};
+//!
+//! let mut sight = Sight::new(SightSetup::g1()?)?;
+//! let imu = ImuMessage { stamp_ns: 5_000_000, gyro: [0.0; 3], accel: [0.0, 0.0, -9.81] };
+//! assert!(sight.take(&Arrived { at_ns: 5_100_000, message: Message::Imu(imu) })?.is_none());
+//! let step = Arrived { at_ns: 20_000_000, message: Message::Step { to_strike_s: f64::INFINITY } };
+//! let believed = sight.take(&step)?.expect("a step is answered");
+//! assert!(believed.ball.is_none() && believed.torso.is_none());
+//! # Ok::<(), paid_sight::SightError>(())
+//! ```
+
+mod body;
+mod error;
+mod message;
+mod pipeline;
+mod setup;
+
+pub use body::OwnBody;
+pub use error::SightError;
+pub use message::{Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds};
+pub use pipeline::{Believed, OdometryState, Sighted, Sight};
+pub use setup::{Finder, SightSetup};

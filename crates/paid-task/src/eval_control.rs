@@ -153,6 +153,7 @@ pub trait EvalControl {
     /// If the environment or the motion does not exist, or a number is not finite.
     fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError>;
     /// From now on the policy of environment `env` is shown this of ball and goal, and nothing of the simulator's; `None`: as the task says.
+    /// The environments of a lane group are shown together: each needs its own.
     ///
     /// # Errors
     /// If the environment does not exist.

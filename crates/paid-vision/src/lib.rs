@@ -32,9 +32,11 @@ pub mod render;
 pub mod scatter;
 #[cfg(feature = "train-detector")]
 pub mod train;
+mod watch;
 
 pub use calibrate::{BallView, Calibration, calibrate};
 pub use error::VisionError;
 pub use image::{ColorImage, DepthImage};
 pub use intrinsics::{Intrinsics, PixelBox};
+pub use watch::{PictureFault, PictureWatch};
 pub use paid_perceive::{Pose, PoseBuffer, PoseGap, StampedPose};

@@ -88,6 +88,28 @@ impl BallFinder {
         self
     }
 
+    /// With another uncertainty of a place.
+    #[must_use]
+    pub fn with_noise(mut self, noise: PositionNoise) -> Self {
+        self.noise = noise;
+        self
+    }
+
+    /// The same with another floor, once it is known.
+    pub fn set_floor(&mut self, floor_m: Option<f64>) {
+        self.floor_m = floor_m;
+    }
+
+    /// The camera in the odometry frame, for a pose of the torso there.
+    pub fn camera(&self, torso: &Pose) -> Pose {
+        torso.compose(&self.torso_from_camera)
+    }
+
+    /// The camera's pixels.
+    pub fn intrinsics(&self) -> &Intrinsics {
+        &self.intrinsics
+    }
+
     /// Poses of the torso in the odometry frame; push every one that odometry gives.
     pub fn poses(&mut self) -> &mut PoseBuffer {
         &mut self.poses
@@ -106,6 +128,21 @@ impl BallFinder {
         speed: f64,
     ) -> Result<Sighting, NoSighting> {
         let torso = self.poses.at(captured_s).map_err(NoSighting::Pose)?;
+        self.sight_from(&torso, detection, depth, captured_s, speed)
+    }
+
+    /// As [`Self::sight`] for a torso whose pose at the moment of capture is known.
+    ///
+    /// # Errors
+    /// If the distance is not known.
+    pub fn sight_from(
+        &self,
+        torso: &Pose,
+        detection: &Detection,
+        depth: Option<&DepthImage>,
+        captured_s: f64,
+        speed: f64,
+    ) -> Result<Sighting, NoSighting> {
         let camera = torso.compose(&self.torso_from_camera);
         let floor = self.floor_m.map(|height| Floor {
             up: camera.rot.tr_mul_vec(Vec3([0.0, 0.0, 1.0])).0,

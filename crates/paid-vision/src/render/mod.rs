@@ -24,7 +24,7 @@ pub use sensor::ColorSensor;
 pub use solid::{Form, Solid};
 pub use vector::V3;
 
-use crate::{ColorImage, DepthImage};
+use crate::{ColorImage, DepthImage, PixelBox};
 use trace::{BACKGROUND, TILE, Tracer};
 
 /// What a camera sees of a scene, before its sensors spoil it.
@@ -120,6 +120,22 @@ impl Rendered {
     /// Number of pixels whose middle shows the ball.
     pub fn ball_pixels(&self) -> usize {
         self.ball.iter().filter(|ball| **ball).count()
+    }
+
+    /// The box around the pixels that show the ball, and their number; `None` if none does.
+    pub fn ball_box(&self) -> Option<(PixelBox, usize)> {
+        let width = self.view.intrinsics.width;
+        let mut found: Option<(PixelBox, usize)> = None;
+        for i in self.ball.iter().enumerate().filter_map(|(i, ball)| ball.then_some(i)) {
+            let at = [(i % width) as f64, (i / width) as f64];
+            let (part, count) = found.get_or_insert((PixelBox { min: at, max: at.map(|v| v + 1.0) }, 0));
+            for k in 0..2 {
+                part.min[k] = part.min[k].min(at[k]);
+                part.max[k] = part.max[k].max(at[k] + 1.0);
+            }
+            *count += 1;
+        }
+        found
     }
 
     /// Whether the middle of a pixel shows the ball, row by row from the top.

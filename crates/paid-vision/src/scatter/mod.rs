@@ -2,9 +2,11 @@
 //! that a picture depends on is drawn anew.
 
 mod draw;
+mod place;
 mod robots;
 mod things;
 
+pub use place::Place;
 pub use robots::{Robot, Stance};
 
 use paid_lanes::rng::Rng;
