@@ -168,13 +168,25 @@ impl EvalSetup {
             first_env,
             seed: self.seed,
         };
-        let scene = match &self.engine {
-            EngineChoice::Builtin => return Ok(build_shard(&ShardSetup { task, isa: self.isa, num_envs })?),
-            EngineChoice::Mujoco(scene) => scene,
+        match &self.engine {
+            EngineChoice::Builtin => Ok(build_shard(&ShardSetup { task, isa: self.isa, num_envs })?),
+            EngineChoice::Mujoco(_) => Ok(Box::new(self.mujoco(num_envs, first_env, None)?)),
+        }
+    }
+
+    /// The same in MuJoCo, whatever else the setup's engine is; the pose of the body `traced` is kept at every physics step.
+    pub(crate) fn mujoco(
+        &self,
+        num_envs: usize,
+        first_env: usize,
+        traced: Option<usize>,
+    ) -> Result<Task<f64, MujocoSim>, EvalError> {
+        let mut scene = match &self.engine {
+            EngineChoice::Builtin => SceneOptions::default(),
+            EngineChoice::Mujoco(scene) => (**scene).clone(),
         };
         let preset = TaskPreset { ball_params: self.ball(), ..self.preset.clone() };
         preset.validate()?;
-        let mut scene = (**scene).clone();
         scene.gravity = self.preset.scene.gravity;
         scene.self_collision &= self.preset.scene.self_collision;
         scene.ball = if self.preset.scene.ball {
@@ -185,8 +197,16 @@ impl EvalSetup {
         };
         let control =
             self.spec.resolve(&self.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
-        let sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
-        let task = Task::new(sim, &TaskSetup { preset: &preset, ..task })?;
-        Ok(Box::new(task))
+        let mut sim = MujocoSim::new(&self.robot, &control, &scene, num_envs)?;
+        sim.trace_body(traced);
+        let task = TaskSetup {
+            robot: &self.robot,
+            spec: &self.spec,
+            library: &self.library,
+            preset: &preset,
+            first_env,
+            seed: self.seed,
+        };
+        Ok(Task::new(sim, &task)?)
     }
 }

@@ -89,6 +89,9 @@ pub enum EvalError {
         /// What was given.
         found: String,
     },
+    /// The robot's eyes: a camera, a detector, odometry or a recording.
+    #[error("eyes: {0}")]
+    Eyes(String),
     /// The evaluation was stopped where a part of it is of no use.
     #[error("the episode was stopped before its end")]
     Stopped,

@@ -30,6 +30,13 @@ pub enum Knowledge {
         /// Eyes and odometry, in words.
         eyes: Vec<String>,
     },
+    /// What the whole pipeline makes of rendered pictures and simulated sensors. The motion is chosen by it too.
+    Eyes {
+        /// As for [`Knowledge::Perceived`].
+        ball_velocity: bool,
+        /// Camera, detector and odometry, in words.
+        eyes: Vec<String>,
+    },
 }
 
 /// The paper's own figures: its policy sees where the ball is, is not told how it moves, and has a memory (recurrent).
@@ -58,12 +65,13 @@ impl Knowledge {
         if errors.is_empty() { Self::Truth { ball_velocity } } else { Self::Noisy { ball_velocity, errors } }
     }
 
-    /// One word: `truth`, `noisy` or `perceived`.
+    /// One word: `truth`, `noisy`, `perceived` or `eyes`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Truth { .. } => "truth",
             Self::Noisy { .. } => "noisy",
             Self::Perceived { .. } => "perceived",
+            Self::Eyes { .. } => "eyes",
         }
     }
 }
@@ -86,6 +94,12 @@ impl fmt::Display for Knowledge {
             Self::Perceived { ball_velocity, eyes } => write!(
                 f,
                 "perceived (the tracker's {}, from {}; the motion is chosen by it too)",
+                what(*ball_velocity),
+                eyes.join(", ")
+            ),
+            Self::Eyes { ball_velocity, eyes } => write!(
+                f,
+                "eyes (the tracker's {}, from {}; the motion is chosen by it too)",
                 what(*ball_velocity),
                 eyes.join(", ")
             ),

@@ -2,7 +2,7 @@
 //!
 //! [`metrics`] are pure functions; [`episodes`] runs trials in batches on the task's own environments, which the built-in engine
 //! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the paper's protocols, [`mod@matches`] go on
-//! without a reset; [`agreement`] and [`tracking_agreement`] compare the engines
+//! without a reset; [`eyes`] renders what the robot sees; [`agreement`] and [`tracking_agreement`] compare the engines
 //! trial by trial, [`gap`] finds out which of their differences matter, [`panel`] whether a kick
 //! holds on other balls and grounds, [`impacts`] compares single impacts of ball and leg; [`picture`] draws.
 
@@ -16,6 +16,7 @@ pub mod divergence;
 pub mod engine;
 pub mod episodes;
 mod error;
+pub mod eyes;
 pub mod file;
 pub mod file_set;
 pub mod footage;

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::agreement::AgreementReport;
 use crate::clips::ClipsReport;
+use crate::eyes::{EyesReport, KickLog, kick_chart};
 use crate::file::write_whole;
 use crate::gap::GapReport;
 use crate::matches::MatchReport;
@@ -157,4 +158,22 @@ pub fn write_gap(folder: &Path, ball: &str, report: &GapReport, json: &str) -> R
     write_whole(&file("json"), json.as_bytes())?;
     write_whole(&file("csv"), report.csv().as_bytes())?;
     write_whole(&file("txt"), report.table().as_bytes())
+}
+
+/// Writes an evaluation with the robot's own eyes: the files of [`write_shooting`] under the name `eyes`, the finds as CSV, and the
+/// course of a kick if one was kept.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_eyes(
+    folder: &Path,
+    report: &EyesReport,
+    kick: Option<&KickLog>,
+    json: &str,
+) -> Result<(), EvalError> {
+    write_shooting(folder, "eyes", &report.shooting, json)?;
+    let ball = report.shooting.ball();
+    write_whole(&folder.join(format!("eyes_{ball}.txt")), report.table().as_bytes())?;
+    write_whole(&folder.join(format!("eyes_{ball}_sightings.csv")), report.sightings_csv().as_bytes())?;
+    kick.map_or(Ok(()), |kick| kick_chart(kick).save(&folder.join(format!("eyes_{ball}_kick"))))
 }

@@ -59,7 +59,7 @@ pub use memory::{BallMemory, BallState, Candidate, Glance, KnownBall};
 pub use memory_preset::MemoryPreset;
 pub use noise::PositionNoise;
 pub use odometry::{Odometry, OdometryPreset};
-pub use pose::{Pose, PoseBuffer, PoseGap, StampedPose};
+pub use pose::{Pose, PoseBuffer, PoseGap, StampedPose, turned};
 pub use rolling::{effective_time, predicted_displacement, roll_decay};
 pub use tracker::BallTracker;
 pub use tracker_preset::TrackerPreset;

@@ -188,7 +188,7 @@ impl PoseBuffer {
 }
 
 /// `share` of the way from one orientation to another along the shorter great circle; beyond 1 it goes on.
-fn turned(from: Quat<f64>, to: Quat<f64>, share: f64) -> Quat<f64> {
+pub fn turned(from: Quat<f64>, to: Quat<f64>, share: f64) -> Quat<f64> {
     let mut dot: f64 = (0..4).map(|k| from.0[k] * to.0[k]).sum();
     let sign = if dot < 0.0 { -1.0 } else { 1.0 };
     dot = (dot * sign).min(1.0);

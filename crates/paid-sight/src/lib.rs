@@ -2,6 +2,8 @@
 //!
 //! - [`Sight`] runs detector, position, odometry and ball memory. A simulation, a recording and a robot feed it with the same
 //!   [`Arrived`] messages, so that what one of them gives is what the others would.
+//! - [`Recorder`] and [`Recording`] write and read the messages as MCAP with ROS 2 schemas.
+//! - [`fit`] finds the constants of the paper's noise from sightings whose truth is known.
 //!
 //! ```
 //! use paid_sight::{Arrived, ImuMessage, Message, Sight, SightSetup};
@@ -16,13 +18,20 @@
 //! ```
 
 mod body;
+mod cdr;
 mod error;
+pub mod fit;
 mod message;
 mod pipeline;
+mod reader;
+mod recorder;
+mod schema;
 mod setup;
 
 pub use body::OwnBody;
 pub use error::SightError;
 pub use message::{Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds};
 pub use pipeline::{Believed, OdometryState, Sighted, Sight};
+pub use reader::{Recorded, Recording};
+pub use recorder::Recorder;
 pub use setup::{Finder, SightSetup};

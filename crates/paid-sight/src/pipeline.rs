@@ -56,6 +56,8 @@ pub struct Believed {
     pub torso: Option<Pose>,
     /// The base in the odometry frame, now.
     pub base: Option<Pose>,
+    /// Height of the floor in the odometry frame `[m]`.
+    pub floor_m: Option<f64>,
     /// The own ball.
     pub ball: Option<KnownBall>,
     /// How well the torso's pose is known.
@@ -253,6 +255,7 @@ impl Sight {
             at_ns,
             torso,
             base: torso.and_then(|torso| self.body.base(&torso)),
+            floor_m: self.floor,
             ball: self.memory.own(&self.rolling),
             odometry: self.state,
             picture: self.fault,

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use paid_lanes::{Isa, Mat3, Vec3};
 use paid_motion::MotionLibrary;
-use paid_policy::StepBuffers;
+use paid_policy::{Pose, SceneView, StepBuffers};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, TaskPreset,
+    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, Shown, TaskPreset,
     TaskSetup, TaskShard, build_shard, first_look, motion_for, roll_decay, run_agent,
 };
 
@@ -318,4 +318,39 @@ fn the_next_kick_begins_with_a_first_look_of_its_own_number() {
     }
     assert_eq!(run(3)[0], policy);
     assert_ne!(run(4)[0], policy);
+}
+
+/// Ball and goal as somebody else believes them, in the base frame.
+fn shown_scene(ball: [f64; 3]) -> Shown {
+    let scene = SceneView { ball: Vec3(ball), ball_at_strike: Vec3([1.0, 2.0, 3.0]), goal: Vec3([4.0, 0.5, -0.6]) };
+    Shown { scene, base: Pose { pos: Vec3([5.0, 6.0, 0.8]), rot: Mat3::identity() } }
+}
+
+#[test]
+fn a_policy_that_is_shown_a_belief_sees_nothing_of_the_simulators_ball() {
+    let Fixture { mut shard, .. } = fixture(&[], ENVS);
+    let control = shard.eval();
+    control.set_rules(EpisodeRules::evaluation());
+    for env in 0..ENVS {
+        // Every environment has its ball elsewhere, and all are shown the same.
+        let ball = [0.6 + 0.05 * env as f64, 0.3 - 0.02 * env as f64];
+        let start = InitialState { ball_xy: Some(ball), goal_xy: Some([5.0, 0.0]), ..InitialState::nominal(0) };
+        control.force_start(env, &start).expect("a start");
+        control.show(env, Some(&shown_scene([0.7, -0.1, -0.65]))).expect("shown");
+    }
+    for _ in 0..3 {
+        let [policy, critic] = seen(shard.as_mut());
+        let wanted = [0.7, -0.1, -0.65, 1.0, 2.0, 3.0, 4.0, 0.5, -0.6];
+        for env in 0..ENVS {
+            assert!((0..9).all(|k| (policy[env][k] - wanted[k]).abs() < 1e-5), "{:?}", policy[env]);
+            assert!(env == 0 || critic[env] != critic[0], "the critic is told the truth");
+        }
+        step(shard.as_mut());
+    }
+    let broken = shown_scene([f64::NAN, 0.0, 0.0]);
+    let error = shard.eval().show(0, Some(&broken)).expect_err("not a number").to_string();
+    assert!(error.contains("not finite"), "{error}");
+    shard.eval().show(0, None).expect("as the task says");
+    let [policy, critic] = seen(shard.as_mut());
+    assert_eq!(policy, critic);
 }

@@ -13,7 +13,8 @@ use crate::EvalError;
 use crate::divergence::{Trace, Traced};
 use crate::episodes::{EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
-use observer::Watch;
+
+pub(crate) use observer::Watch;
 
 pub(crate) use figures::PAPER;
 pub use figures::{panels, summary};

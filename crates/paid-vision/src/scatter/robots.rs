@@ -40,6 +40,11 @@ impl Robot {
         Ok(Self { model, default_pos: control.default_pos, height_m: spec.nominal_height_m, torso })
     }
 
+    /// The robot's description.
+    pub fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
     /// The default stance at a place, with a heading `[rad]`.
     pub fn standing(&self, place: [f64; 2], heading: f64) -> Stance {
         let quat = Quat::<f64>::from_axis_angle(Vec3([0.0, 0.0, 1.0]), heading).0;

@@ -3,6 +3,7 @@
 mod clips;
 pub mod demo;
 mod engine;
+mod eyes;
 pub mod episode;
 mod film;
 mod gap;

@@ -3,12 +3,14 @@
 use std::process::ExitCode;
 
 use paid_eval::agreement;
+use paid_eval::eyes::{self, EyesOptions};
 use paid_eval::html::write_report;
-use paid_eval::results::{Evaluation, to_json, write_agreement, write_shooting, write_summary};
+use paid_eval::results::{Evaluation, to_json, write_agreement, write_eyes, write_shooting, write_summary};
 use paid_eval::scene::Engines;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport};
 use paid_eval::subject::Subject;
 
+use super::eyes::EyesArgs;
 use super::progress::Progress;
 use super::protocol::ProtocolArgs;
 use super::subject::Common;
@@ -26,6 +28,8 @@ pub struct Args {
     #[command(flatten)]
     protocol: ProtocolArgs,
     #[command(flatten)]
+    eyes: EyesArgs,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -34,7 +38,36 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
     let kinds = args.protocol.options(args.trials, Grid::WHOLE)?;
+    if let Some(options) = args.eyes.options()? {
+        return look(&mut subject, &kinds, &options, &args.output);
+    }
     score(&mut subject, &kinds, &args.output)
+}
+
+/// Scores with the robot's own eyes, one kind of ball after the other.
+fn look(
+    subject: &mut Subject,
+    kinds: &[ShootingOptions],
+    eyes: &EyesOptions,
+    output: &Output,
+) -> Result<ExitCode, Failure> {
+    for options in kinds {
+        let (monitor, progress) = Progress::start(output.json)?;
+        subject.setup.monitor = monitor;
+        let (report, kick) = eyes::evaluate(&subject.setup, &*subject.maker, options, eyes)?;
+        let timing = progress.finish();
+        let whole = Evaluation { kind: "eyes", policy: &subject.name, report: &report, timing };
+        let json = to_json(&whole)?;
+        output.write(|out| write_eyes(out, &report, kick.as_ref(), &json))?;
+        output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
+        if subject.setup.monitor.stopped() {
+            break;
+        }
+    }
+    if let Some(out) = &output.out {
+        write_report(out)?;
+    }
+    Ok(ended(&subject.setup.monitor))
 }
 
 /// Scores, writes and prints one kind of ball after the other.

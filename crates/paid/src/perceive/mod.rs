@@ -2,7 +2,9 @@
 
 mod calibrate;
 mod detect;
+mod fit;
 mod odometry;
+mod replay;
 mod train;
 
 use std::process::ExitCode;
@@ -26,6 +28,10 @@ enum Command {
     Calibrate(calibrate::Args),
     /// Measure the LiDAR-inertial odometry on a simulated Mid-360 that walks and kicks.
     Odometry(odometry::Args),
+    /// Fit the constants of the noise model to what the eyes saw in an evaluation.
+    Fit(fit::Args),
+    /// Run the eyes again on a recording, and compare what they believe with what they believed.
+    Replay(replay::Args),
 }
 
 /// Runs a subcommand.
@@ -35,6 +41,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Command::Train(args) => train::run(args),
         Command::Calibrate(args) => calibrate::run(args),
         Command::Odometry(args) => odometry::run(args),
+        Command::Fit(args) => fit::run(args),
+        Command::Replay(args) => replay::run(args),
     }
     .map(|()| ExitCode::SUCCESS)
 }

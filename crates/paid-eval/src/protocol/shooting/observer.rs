@@ -16,7 +16,7 @@ const AT_REST: f64 = 0.05;
 const SATURATED: f64 = 0.99;
 
 /// What happened so far.
-pub(super) struct Watch {
+pub(crate) struct Watch {
     effort: Vec<f64>,
     saturated: u64,
     half_width: f64,
@@ -40,7 +40,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(setup: &EvalSetup, options: &ShootingOptions) -> Self {
+    pub(crate) fn new(setup: &EvalSetup, options: &ShootingOptions) -> Self {
         let steps = |seconds: f64| (seconds / setup.preset.control_dt_s()).round() as u32;
         Self {
             effort: setup.robot.joints.iter().map(|j| j.effort_limit).collect(),
@@ -65,7 +65,7 @@ impl Watch {
         }
     }
 
-    pub(super) fn outcome(self, trial: Trial, setup: &EvalSetup) -> Outcome {
+    pub(crate) fn outcome(self, trial: Trial, setup: &EvalSetup) -> Outcome {
         let kick = self.kick.as_ref();
         let out = kick.and_then(|k| k.ball_vel_after);
         let goal = [self.goal[0], self.goal[1]];

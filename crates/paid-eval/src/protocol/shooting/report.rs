@@ -26,7 +26,7 @@ pub struct ShootingReport {
 }
 
 impl ShootingReport {
-    pub(super) fn new(engine: EngineFacts, options: &ShootingOptions, trials: Vec<Outcome>) -> Self {
+    pub(crate) fn new(engine: EngineFacts, options: &ShootingOptions, trials: Vec<Outcome>) -> Self {
         let grid = &options.grid;
         let score = |place, member: &dyn Fn([f64; 2]) -> bool| {
             CellScore::of(place, &trials.iter().filter(|o| member(o.trial.place)).collect::<Vec<_>>())

@@ -1,0 +1,96 @@
+//! The robot's own eyes: options of `paid eval shooting --eyes`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+use paid_eval::eyes::{DetectorChoice, EyesOptions, OdometryChoice};
+use paid_lidar::sim::SceneKind;
+
+use crate::failure::Failure;
+
+/// Where the torso's pose comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OdometryName {
+    /// LiDAR-inertial odometry on a simulated Mid-360.
+    Lidar,
+    /// The true pose with the drift and the jitter of training.
+    Modeled,
+}
+
+impl From<OdometryName> for OdometryChoice {
+    fn from(name: OdometryName) -> Self {
+        match name {
+            OdometryName::Lidar => Self::Lidar,
+            OdometryName::Modeled => Self::Modeled,
+        }
+    }
+}
+
+/// Options of the eyes.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "The robot's own eyes")]
+pub struct EyesArgs {
+    /// Render what the camera sees, scan, detect, localize and track: nothing of the simulator's ball reaches policy or choice of the
+    /// motion. With --engine mujoco.
+    #[arg(long, conflicts_with = "knowledge")]
+    eyes: bool,
+    /// Who finds the ball: own (the project's network), exact-box (the box of the pixels that show it), or an ONNX file.
+    #[arg(long, value_name = "own|exact-box|ONNX", default_value = "own", requires = "eyes")]
+    detector: String,
+    /// Least score of a find, 0 to 1 [default: the detector's own].
+    #[arg(long, value_name = "SCORE", value_parser = share, requires = "eyes")]
+    confidence: Option<f64>,
+    /// Where the torso's pose comes from.
+    #[arg(long, value_enum, default_value = "lidar", requires = "eyes")]
+    odometry: OdometryName,
+    /// What the LiDAR sees: hall, pitch, corridor or people.
+    #[arg(long, value_name = "NAME", default_value = "hall", requires = "eyes")]
+    surroundings: SceneKind,
+    /// Points that the LiDAR measures per second.
+    #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1_000..=1_000_000), requires = "eyes")]
+    points: u32,
+    /// Draw the course of this trial, counted from 0, into the folder of --out: truth, seen, believed.
+    #[arg(long, value_name = "TRIAL", requires = "eyes", requires = "out")]
+    plot: Option<usize>,
+    /// Record what reaches the eyes in the first trial, or in that of --plot, as MCAP (about 20 MB a second).
+    #[arg(long, value_name = "FILE", requires = "eyes")]
+    record: Option<PathBuf>,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|x| (0.0..=1.0).contains(x));
+    found.ok_or_else(|| format!("expected a number from 0 to 1, found '{text}'"))
+}
+
+impl EyesArgs {
+    /// The eyes that were asked for, if any.
+    ///
+    /// # Errors
+    /// If the detector's file does not exist.
+    pub fn options(&self) -> Result<Option<EyesOptions>, Failure> {
+        if !self.eyes {
+            return Ok(None);
+        }
+        let detector = match self.detector.as_str() {
+            "own" => DetectorChoice::Own,
+            "exact-box" => DetectorChoice::ExactBox,
+            file => {
+                let path = PathBuf::from(file);
+                if !path.is_file() {
+                    let found = format!("--detector: expected own, exact-box or an ONNX file, found '{file}'");
+                    return Err(Failure::input(found));
+                }
+                DetectorChoice::File(path)
+            }
+        };
+        Ok(Some(EyesOptions {
+            detector,
+            confidence: self.confidence,
+            odometry: self.odometry.into(),
+            surroundings: self.surroundings,
+            points_per_s: f64::from(self.points),
+            record: self.record.clone().map(|path| (self.plot.unwrap_or(0), path)),
+            log: self.plot,
+        }))
+    }
+}

@@ -1,0 +1,114 @@
+//! `paid perceive replay`: runs the eyes again on a recording.
+
+use std::path::PathBuf;
+
+use paid_lidar::sim::processor_clock;
+use paid_sight::{Believed, Recorded, Recording, Sight, SightError, seconds};
+use paid_vision::detect::Detector;
+
+use crate::failure::Failure;
+
+/// Arguments of `paid perceive replay`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The recording, MCAP, as `paid eval shooting --eyes --record FILE` writes it.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The network of the user that found the balls, where one did.
+    #[arg(long, value_name = "ONNX")]
+    detector: Option<PathBuf>,
+    /// Print what is believed at every step.
+    #[arg(long)]
+    steps: bool,
+}
+
+/// What a replay was.
+#[derive(Default)]
+struct Tally {
+    messages: usize,
+    pictures: usize,
+    steps: usize,
+    equal: usize,
+    span_s: [Option<f64>; 2],
+    first_different_s: Option<f64>,
+    last: Option<Believed>,
+}
+
+/// Runs the eyes again; an unequal belief is a failure.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let recording = Recording::open(&args.file).map_err(Failure::input)?;
+    let detector = args.detector.as_deref().map(|path| Detector::load(path, None)).transpose();
+    let setup = recording.setup(detector.map_err(Failure::input)?).map_err(Failure::input)?;
+    let mut sight = Sight::new(setup).map_err(Failure::input)?;
+    let clock = processor_clock();
+    let begin = clock();
+    let mut tally = Tally::default();
+    let read = recording.read(|recorded| {
+        match &recorded {
+            Recorded::Message(arrived) => {
+                tally.messages += 1;
+                tally.pictures += usize::from(matches!(arrived.message, paid_sight::Message::Picture(_)));
+                let at_s = seconds(arrived.at_ns);
+                tally.span_s = [tally.span_s[0].or(Some(at_s)), Some(at_s)];
+                if let Some(believed) = sight.take(arrived)? {
+                    if args.steps {
+                        print_step(&believed);
+                    }
+                    tally.steps += 1;
+                    tally.last = Some(believed);
+                }
+            }
+            Recorded::Believed { at_ns, .. } => {
+                if tally.last.as_ref().is_some_and(|believed| recorded.is(believed)) {
+                    tally.equal += 1;
+                } else {
+                    tally.first_different_s.get_or_insert(seconds(*at_ns));
+                }
+            }
+        }
+        Ok::<(), SightError>(())
+    });
+    read.map_err(Failure::input)?;
+    let cpu_s = clock() - begin;
+    let span_s = match tally.span_s {
+        [Some(first), Some(last)] => last - first,
+        _ => 0.0,
+    };
+    println!(
+        "{} messages, {} pictures, {} steps in {span_s:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
+        tally.messages,
+        tally.pictures,
+        tally.steps,
+        span_s / cpu_s.max(1e-9)
+    );
+    match tally.first_different_s {
+        None => {
+            println!("{} beliefs, all equal to the recorded ones to the last bit", tally.equal);
+            Ok(())
+        }
+        Some(at_s) => Err(Failure::input(format!(
+            "{}: beliefs: expected those of the recording, found others from {at_s:.2} s on ({} were equal)",
+            args.file.display(),
+            tally.equal
+        ))),
+    }
+}
+
+fn print_step(believed: &Believed) {
+    let ball = believed.ball.map_or_else(
+        || "no ball".to_owned(),
+        |ball| {
+            let b = &ball.belief;
+            let ([x, y], [vx, vy]) = (b.ball.position, b.ball.velocity);
+            format!(
+                "ball {} {} ({x:.3}, {y:.3}) m ({vx:.2}, {vy:.2}) m/s, {:.3} m, {:.2} s",
+                ball.id,
+                ball.state.name(),
+                b.ball.covariance[0].max(0.0).sqrt(),
+                b.age_s
+            )
+        },
+    );
+    let picture = believed.picture.map_or_else(String::new, |fault| format!("; {fault}"));
+    println!("{:7.2} s  odometry {}; {ball}{picture}", seconds(believed.at_ns), believed.odometry);
+}
