@@ -48,7 +48,9 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
             Some(&"modeled") => OdometryChoice::Modeled,
             _ => OdometryChoice::Lidar,
         },
-        record: keys.contains_key("record").then(|| (plot.unwrap_or(0), PathBuf::from(out).join("kick.mcap"))),
+        record: keys
+            .contains_key("record")
+            .then(|| (plot.unwrap_or(0), PathBuf::from(out).join("kick.mcap"))),
         log: plot,
         ..EyesOptions::default()
     };

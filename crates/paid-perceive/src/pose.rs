@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use paid_lanes::{Mat3, Quat, Vec3};
 use crate::CameraPreset;
+use paid_lanes::{Mat3, Quat, Vec3};
 
 /// Where a frame is in another one: `outer = rot inner + pos`.
 #[derive(Clone, Copy, Debug)]

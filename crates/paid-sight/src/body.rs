@@ -46,8 +46,8 @@ impl OwnBody {
     /// If there is no such body.
     pub fn new(robot: RobotModel, torso: &str) -> Result<Self, SightError> {
         let body = robot.body_index(torso);
-        let torso = body
-            .ok_or_else(|| SightError::Body { robot: robot.name.clone(), body: torso.to_owned() })?;
+        let torso =
+            body.ok_or_else(|| SightError::Body { robot: robot.name.clone(), body: torso.to_owned() })?;
         let joints = ["left", "right"].iter().filter_map(|side| {
             let find = |part: &str| robot.body_index(&format!("{side}_{part}_link"));
             Some([find("hip_pitch")?, find("knee")?, find("ankle_roll")?])
@@ -64,8 +64,16 @@ impl OwnBody {
         let expected = self.robot.joints.len();
         let broken = message.positions.iter().any(|angle| !angle.is_finite());
         if message.positions.len() != expected || broken {
-            let found = if broken { "one that is not finite".to_owned() } else { message.positions.len().to_string() };
-            return Err(SightError::Message { what: "joints", expected: format!("{expected} finite angles"), found });
+            let found = if broken {
+                "one that is not finite".to_owned()
+            } else {
+                message.positions.len().to_string()
+            };
+            return Err(SightError::Message {
+                what: "joints",
+                expected: format!("{expected} finite angles"),
+                found,
+            });
         }
         let bodies = kinematics::forward(&self.robot, Vec3::zero(), Quat::identity(), &message.positions);
         let torso = pose_of(&bodies[self.torso]);
@@ -113,11 +121,7 @@ impl OwnBody {
     /// Height of the lowest point of the body, for a torso that is there now `[m]`: that of the ground, while the robot stands.
     pub fn ground(&self, torso: &Pose) -> Option<f64> {
         let posture = self.past.back()?;
-        posture
-            .lowest
-            .iter()
-            .map(|(point, radius)| torso.point(*point)[2] - radius)
-            .reduce(f64::min)
+        posture.lowest.iter().map(|(point, radius)| torso.point(*point)[2] - radius).reduce(f64::min)
     }
 
     /// Whether a leg is between a camera and a ball; both in the frame of the torso at that time `[m]`.
@@ -185,13 +189,14 @@ mod tests {
         let camera = Pose::g1_camera().pos.0;
         let ball = |x: f64, y: f64| [x, y, ground + 0.11];
         assert!(!body.hides(0, camera, ball(1.0, 0.0)));
-        assert!(body.hides(0, camera, ball(-0.3, 0.12)));
+        assert!(body.hides(0, camera, ball(-0.08, 0.13)));
         assert!(body.is_foot(0, [0.08, 0.12, ground + 0.05]) && !body.is_foot(0, ball(0.5, 0.12)));
     }
 
     #[test]
     fn too_few_angles_are_refused() {
-        let error = standing().take(&JointMessage { stamp_ns: 1, positions: vec![0.0; 3] }).expect_err("3 of 29");
+        let error =
+            standing().take(&JointMessage { stamp_ns: 1, positions: vec![0.0; 3] }).expect_err("3 of 29");
         assert_eq!(error.to_string(), "joints: expected 29 finite angles, found 3");
     }
 }

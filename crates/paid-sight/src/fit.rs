@@ -96,7 +96,8 @@ pub fn fit(finds: &[Find]) -> Result<Fit, SightError> {
     }
     let mut used: Vec<Find> =
         finds.iter().copied().filter(|f| f.error_m[0].hypot(f.error_m[1]) < OTHER_M).collect();
-    let too_few = |found: usize| SightError::Fit { expected: "30 finds of the ball or more", found: found.to_string() };
+    let too_few =
+        |found: usize| SightError::Fit { expected: "30 finds of the ball or more", found: found.to_string() };
     if used.len() < FEWEST {
         return Err(too_few(used.len()));
     }
@@ -190,7 +191,8 @@ fn groups(finds: &[Find], fit: &Fit) -> Vec<Group> {
         if some.len() < 5 {
             return;
         }
-        let mean = |value: &dyn Fn(&Find) -> f64| some.iter().map(|f| value(f)).sum::<f64>() / some.len() as f64;
+        let mean =
+            |value: &dyn Fn(&Find) -> f64| some.iter().map(|f| value(f)).sum::<f64>() / some.len() as f64;
         let (distance, speed) = (mean(&|f| f.distance_m), mean(&|f| f.speed_m_s));
         out.push(Group {
             name,
@@ -238,7 +240,10 @@ mod tests {
     fn constants_that_made_the_errors_are_found() {
         let fit = fit(&drawn([0.01, 0.02, 0.008], 20_000)).expect("enough");
         assert!((fit.c_min_m - 0.01).abs() < 0.001, "{fit:?}");
-        assert!((1.0 / fit.c_vel - 0.02).abs() < 0.002 && (1.0 / fit.c_dist - 0.008).abs() < 0.001, "{fit:?}");
+        assert!(
+            (1.0 / fit.c_vel - 0.02).abs() < 0.002 && (1.0 / fit.c_dist - 0.008).abs() < 0.001,
+            "{fit:?}"
+        );
         assert_eq!(fit.latency_s, [0.06; 2]);
         let all = &fit.groups[0];
         assert!(all.name == "all" && (all.rms_m[0] / all.fitted_m - 1.0).abs() < 0.15, "{all:?}");

@@ -25,13 +25,17 @@ mod message;
 mod pipeline;
 mod reader;
 mod recorder;
+mod replay;
 mod schema;
 mod setup;
 
 pub use body::OwnBody;
 pub use error::SightError;
-pub use message::{Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds};
-pub use pipeline::{Believed, OdometryState, Sighted, Sight};
+pub use message::{
+    Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,
+};
+pub use pipeline::{Believed, OdometryState, Sight, Sighted};
 pub use reader::{Recorded, Recording};
 pub use recorder::Recorder;
+pub use replay::{Replay, replay};
 pub use setup::{Finder, SightSetup};

@@ -3,11 +3,9 @@
 use std::fmt;
 
 use nalgebra::Vector3;
-use paid_lidar::{Health, ImuSample, Odometry, Point, Scan, stamped};
-use paid_perceive::{
-    BallMemory, Candidate, Glance, KnownBall, Pose, PoseBuffer, Rolling, StampedPose,
-};
 use paid_lanes::{Quat, Vec3};
+use paid_lidar::{Health, ImuSample, Odometry, Point, Scan, stamped};
+use paid_perceive::{BallMemory, Candidate, Glance, KnownBall, Pose, PoseBuffer, Rolling, StampedPose};
 use paid_vision::detect::Detection;
 use paid_vision::locate::BallFinder;
 use paid_vision::{PictureFault, PictureWatch, VisionError};
@@ -181,15 +179,12 @@ impl Sight {
 
     fn scan(&mut self, scan: &ScanMessage, at_ns: u64) {
         let Some(lidar) = &mut self.lidar else { return };
-        let points = scan.points.iter().map(|[x, y, z, offset_s]| Point {
-            offset_s: *offset_s,
-            position: Vector3::new(*x, *y, *z),
-        });
-        let scan = Scan {
-            start_s: seconds(scan.start_ns),
-            end_s: seconds(scan.end_ns),
-            points: points.collect(),
-        };
+        let points = scan
+            .points
+            .iter()
+            .map(|[x, y, z, offset_s]| Point { offset_s: *offset_s, position: Vector3::new(*x, *y, *z) });
+        let scan =
+            Scan { start_s: seconds(scan.start_ns), end_s: seconds(scan.end_ns), points: points.collect() };
         lidar.push_scan(scan, seconds(at_ns));
         self.poll(at_ns);
     }
@@ -274,9 +269,9 @@ impl Sight {
         }
         let depth = depth.filter(|_| self.fault.is_none());
         let Some(torso) = self.torso_at(captured_s) else { return Ok(()) };
-        let velocity = self.torso_at(captured_s - VELOCITY_S).map_or(Vec3::zero(), |before| {
-            (torso.pos - before.pos).scale(1.0 / VELOCITY_S)
-        });
+        let velocity = self
+            .torso_at(captured_s - VELOCITY_S)
+            .map_or(Vec3::zero(), |before| (torso.pos - before.pos).scale(1.0 / VELOCITY_S));
         let of_ball = self.memory.own(&self.rolling).map_or([0.0; 2], |own| own.belief.ball.velocity);
         let speed = (velocity.x() - of_ball[0]).hypot(velocity.y() - of_ball[1]);
         let mut found = Vec::new();
@@ -285,9 +280,8 @@ impl Sight {
                 continue;
             };
             let in_torso = torso.inverse_point(sighting.position);
-            let too_high = self
-                .floor
-                .is_some_and(|floor| sighting.position[2] > floor + self.radius + HIGHEST_M);
+            let too_high =
+                self.floor.is_some_and(|floor| sighting.position[2] > floor + self.radius + HIGHEST_M);
             if too_high || self.body.is_foot(picture.captured_ns, in_torso) {
                 continue;
             }
@@ -329,8 +323,12 @@ impl Sight {
 
     fn detect(&self, picture: &PictureMessage) -> Result<Vec<Detection>, VisionError> {
         if let Some(boxes) = &picture.boxes {
-            let detection =
-                |outline: &paid_vision::PixelBox| Detection { outline: *outline, score: 1.0, mask: None, whole: false };
+            let detection = |outline: &paid_vision::PixelBox| Detection {
+                outline: *outline,
+                score: 1.0,
+                mask: None,
+                whole: false,
+            };
             return Ok(boxes.iter().map(detection).collect());
         }
         match &self.finder {

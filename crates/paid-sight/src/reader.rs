@@ -11,8 +11,8 @@ use crate::recorder::believed_bytes;
 use crate::schema;
 use crate::setup::SetupRecord;
 use crate::{
-    Arrived, Believed, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, SightError,
-    SightSetup,
+    Arrived, Believed, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage,
+    SightError, SightSetup,
 };
 
 /// What a recording holds, in its order.
@@ -244,7 +244,8 @@ fn scan(cdr: &mut CdrReader<'_>, end_ns: u64) -> Result<ScanMessage, Wrong> {
     for _ in 0..cdr.length(13)? {
         fields.push((cdr.string()?, cdr.u32()?, cdr.u8()?, cdr.u32()?));
     }
-    let wanted = ["x", "y", "z", "t"].iter().enumerate().map(|(k, name)| ((*name).to_owned(), 8 * k as u32, 8, 1));
+    let wanted =
+        ["x", "y", "z", "t"].iter().enumerate().map(|(k, name)| ((*name).to_owned(), 8 * k as u32, 8, 1));
     if !fields.iter().cloned().eq(wanted) {
         return Err(("fields x, y, z, t as FLOAT64".to_owned(), format!("{fields:?}")));
     }

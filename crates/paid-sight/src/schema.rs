@@ -9,8 +9,6 @@ pub(crate) struct Topic {
     pub definition: &'static str,
 }
 
-
-
 macro_rules! with_header {
     ($own:literal $(, $name:literal: $part:literal)*) => {
         concat!(
@@ -22,8 +20,9 @@ macro_rules! with_header {
     };
 }
 
-const IMAGE: &str =
-    with_header!("uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n");
+const IMAGE: &str = with_header!(
+    "uint32 height\nuint32 width\nstring encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n"
+);
 
 pub(crate) const COLOR: Topic =
     Topic { name: "/camera/color/image_raw", schema: "sensor_msgs/msg/Image", definition: IMAGE };
@@ -101,11 +100,8 @@ pub(crate) const STEP: Topic = Topic {
     schema: "paid_msgs/msg/Step",
     definition: "# time until the motion strikes in seconds; infinite before one is chosen\nfloat64 to_strike\n",
 };
-pub(crate) const SETUP: Topic = Topic {
-    name: "/paid/setup",
-    schema: "std_msgs/msg/String",
-    definition: "string data\n",
-};
+pub(crate) const SETUP: Topic =
+    Topic { name: "/paid/setup", schema: "std_msgs/msg/String", definition: "string data\n" };
 pub(crate) const BELIEVED: Topic = Topic {
     name: "/paid/believed",
     schema: "paid_msgs/msg/Believed",
@@ -124,7 +120,19 @@ pub(crate) const BALL: Topic = Topic {
 
 /// All of them, in the order of their channels.
 pub(crate) const ALL: [&Topic; 13] = [
-    &SETUP, &CAMERA, &DEPTH, &BOXES, &COLOR, &IMU, &LIDAR, &JOINTS, &ODOMETRY, &TRANSFORMS, &STEP, &BELIEVED, &BALL,
+    &SETUP,
+    &CAMERA,
+    &DEPTH,
+    &BOXES,
+    &COLOR,
+    &IMU,
+    &LIDAR,
+    &JOINTS,
+    &ODOMETRY,
+    &TRANSFORMS,
+    &STEP,
+    &BELIEVED,
+    &BALL,
 ];
 
 #[cfg(test)]

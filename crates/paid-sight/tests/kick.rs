@@ -5,8 +5,8 @@ use std::path::Path;
 use paid_perceive::{BallState, Pose};
 use paid_robot::RobotSpec;
 use paid_sight::{
-    Arrived, Believed, Finder, JointMessage, Message, PictureMessage, PoseMessage, Recorded, Recorder, Recording,
-    Sight, SightSetup, seconds,
+    Arrived, Believed, Finder, JointMessage, Message, PictureMessage, PoseMessage, Recorded, Recorder,
+    Recording, Sight, SightSetup, replay, seconds,
 };
 use paid_vision::{ColorImage, Intrinsics, PictureFault};
 
@@ -144,6 +144,10 @@ fn a_recording_gives_the_same_messages_and_the_same_beliefs_to_the_last_bit() {
     read.expect("whole");
     assert_eq!(messages, story(60, |time_s| Some([1.2 - 0.2 * time_s, 0.1])));
     assert_eq!((equal, steps), (60, 60));
+    let mut sight = Sight::new(recording.setup(None).expect("a setup")).expect("a setup");
+    let again = replay(&recording, &mut sight, |_| {}).expect("whole");
+    assert_eq!((again.steps, again.equal, again.first_different_s), (60, 60, None));
+    assert_eq!((again.pictures, again.messages), (28, 3 * 60 + 28));
     // A belief that differs in one bit is told.
     let mut other = last.expect("steps");
     if let Some(floor) = &mut other.floor_m {
@@ -151,7 +155,8 @@ fn a_recording_gives_the_same_messages_and_the_same_beliefs_to_the_last_bit() {
     }
     let mut differs = false;
     let read = recording.read(|entry| {
-        differs |= matches!(&entry, Recorded::Believed { at_ns, .. } if *at_ns == other.at_ns) && !entry.is(&other);
+        differs |=
+            matches!(&entry, Recorded::Believed { at_ns, .. } if *at_ns == other.at_ns) && !entry.is(&other);
         Ok(())
     });
     read.expect("whole");

@@ -11,7 +11,8 @@ use crate::stance::heading_of;
 use crate::task::EnvTask;
 use crate::{
     BallCurriculum, BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, REWARD_TERMS,
-    RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard, TrainShard,
+    RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard,
+    TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {

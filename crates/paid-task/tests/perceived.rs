@@ -8,8 +8,8 @@ use paid_motion::MotionLibrary;
 use paid_policy::{Pose, SceneView, StepBuffers};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, Shown, TaskPreset,
-    TaskSetup, TaskShard, build_shard, first_look, motion_for, roll_decay, run_agent,
+    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, Shown,
+    TaskPreset, TaskSetup, TaskShard, build_shard, first_look, motion_for, roll_decay, run_agent,
 };
 
 const DT: f64 = 0.02;
@@ -322,7 +322,8 @@ fn the_next_kick_begins_with_a_first_look_of_its_own_number() {
 
 /// Ball and goal as somebody else believes them, in the base frame.
 fn shown_scene(ball: [f64; 3]) -> Shown {
-    let scene = SceneView { ball: Vec3(ball), ball_at_strike: Vec3([1.0, 2.0, 3.0]), goal: Vec3([4.0, 0.5, -0.6]) };
+    let scene =
+        SceneView { ball: Vec3(ball), ball_at_strike: Vec3([1.0, 2.0, 3.0]), goal: Vec3([4.0, 0.5, -0.6]) };
     Shown { scene, base: Pose { pos: Vec3([5.0, 6.0, 0.8]), rot: Mat3::identity() } }
 }
 
@@ -334,7 +335,8 @@ fn a_policy_that_is_shown_a_belief_sees_nothing_of_the_simulators_ball() {
     for env in 0..ENVS {
         // Every environment has its ball elsewhere, and all are shown the same.
         let ball = [0.6 + 0.05 * env as f64, 0.3 - 0.02 * env as f64];
-        let start = InitialState { ball_xy: Some(ball), goal_xy: Some([5.0, 0.0]), ..InitialState::nominal(0) };
+        let start =
+            InitialState { ball_xy: Some(ball), goal_xy: Some([5.0, 0.0]), ..InitialState::nominal(0) };
         control.force_start(env, &start).expect("a start");
         control.show(env, Some(&shown_scene([0.7, -0.1, -0.65]))).expect("shown");
     }

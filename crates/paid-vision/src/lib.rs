@@ -38,5 +38,5 @@ pub use calibrate::{BallView, Calibration, calibrate};
 pub use error::VisionError;
 pub use image::{ColorImage, DepthImage};
 pub use intrinsics::{Intrinsics, PixelBox};
-pub use watch::{PictureFault, PictureWatch};
 pub use paid_perceive::{Pose, PoseBuffer, PoseGap, StampedPose};
+pub use watch::{PictureFault, PictureWatch};

@@ -74,7 +74,10 @@ mod tests {
         assert_eq!(Cause::of(&EyesOutcome::default()), Cause::NotSeen);
         let beside = EyesOutcome { strike_error_m: Some(0.2), ..right.clone() };
         assert_eq!(Cause::of(&beside), Cause::SeenWrong);
-        assert_eq!(Cause::of(&EyesOutcome { odometry_error_m: Some(0.15), ..beside.clone() }), Cause::Odometry);
+        assert_eq!(
+            Cause::of(&EyesOutcome { odometry_error_m: Some(0.15), ..beside.clone() }),
+            Cause::Odometry
+        );
         assert_eq!(Cause::of(&EyesOutcome { strike_age_s: Some(2.0), ..beside }), Cause::NotSeen);
         assert_eq!(Cause::of(&EyesOutcome { start_error_m: Some(0.5), ..right }), Cause::SeenWrong);
     }

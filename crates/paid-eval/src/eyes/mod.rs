@@ -107,7 +107,11 @@ impl EyesOptions {
             OdometryChoice::Modeled => "modeled odometry (drift of training)".to_owned(),
         };
         vec![
-            format!("rendered pictures of 424 x 240 at {:.0} Hz, {:.2} s old", stage::rate(eyes), stage::latency(eyes)),
+            format!(
+                "rendered pictures of 424 x 240 at {:.0} Hz, {:.2} s old",
+                stage::rate(eyes),
+                stage::latency(eyes)
+            ),
             format!("balls by {detector}"),
             odometry,
         ]
@@ -147,9 +151,12 @@ pub fn evaluate(
         stage.map(drop)
     };
     thread::scope(|scope| {
-        let others: Vec<_> = (1..setup.threads.clamp(1, trials.len().max(1))).map(|_| scope.spawn(worker)).collect();
+        let others: Vec<_> =
+            (1..setup.threads.clamp(1, trials.len().max(1))).map(|_| scope.spawn(worker)).collect();
         let mine = worker();
-        others.into_iter().try_for_each(|other| other.join().unwrap_or(Err(EvalError::Thread("evaluation"))))?;
+        others
+            .into_iter()
+            .try_for_each(|other| other.join().unwrap_or(Err(EvalError::Thread("evaluation"))))?;
         mine
     })?;
     let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -42,9 +42,13 @@ pub fn kick_chart(log: &KickLog) -> Figure {
                 dots(finds(false), OTHER),
             ];
             for time_s in [Some(log.start_s), log.strike_s].into_iter().flatten().filter(|t| *t < end) {
-                series.push(Series { points: vec![[time_s, low], [time_s, high]], color: [150; 3], dots: false });
+                series.push(Series {
+                    points: vec![[time_s, low], [time_s, high]],
+                    color: [150; 3],
+                    dots: false,
+                });
             }
-            Chart { title: "one kick: truth, seen, believed", x_label: "time [s]", y_label: label, logarithmic: false, series }
+            Chart { title: "one kick", x_label: "time [s]", y_label: label, logarithmic: false, series }
                 .draw()
         })
         .collect();
@@ -52,13 +56,19 @@ pub fn kick_chart(log: &KickLog) -> Figure {
     let legend = [
         ("truth", TRUTH),
         ("seen", SEEN),
-        ("something else", OTHER),
+        ("found, not taken", OTHER),
         ("believed: seen", BELIEVED),
         ("remembered", REMEMBERED),
         ("lost", LOST),
     ];
     for (k, (name, color)) in legend.into_iter().enumerate() {
-        figure.colored_text([420 + 160 * (k as i64 % 3), 22 + 18 * (k as i64 / 3)], 14, Anchor::Start, color, name);
+        figure.colored_text(
+            [400 + 170 * (k as i64 % 3), 22 + 18 * (k as i64 / 3)],
+            14,
+            Anchor::Start,
+            color,
+            name,
+        );
     }
     figure
 }

@@ -88,7 +88,10 @@ impl EyesReport {
     /// The shots' table, then the eyes'.
     pub fn table(&self) -> String {
         let mut out = self.shooting.table();
-        let _ = writeln!(out, "\nthe robot's eyes: shots by whether the whole ball is in the picture at the start\n");
+        let _ = writeln!(
+            out,
+            "\nthe robot's eyes: shots by whether the whole ball is in the picture at the start\n"
+        );
         let mut table = Table::new(&["figure", "in view", "not in view"]);
         let both = [&self.in_view, &self.out_of_view];
         let mut row = |name: &str, value: &dyn Fn(&EyesTotals) -> String| {
@@ -96,7 +99,14 @@ impl EyesReport {
             table.row([name.to_owned(), a, b]);
         };
         let share = |s: Share| {
-            format!("{:.1}% ({} of {}; {:.0} to {:.0}%)", 100.0 * s.share, s.count, s.trials, 100.0 * s.low, 100.0 * s.high)
+            format!(
+                "{:.1}% ({} of {}; {:.0} to {:.0}%)",
+                100.0 * s.share,
+                s.count,
+                s.trials,
+                100.0 * s.low,
+                100.0 * s.high
+            )
         };
         let cm = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{:.1} cm", 100.0 * v));
         let seconds = |v: Option<f64>| v.map_or("-".to_owned(), |v| format!("{} s", number(v, 2)));
@@ -109,7 +119,7 @@ impl EyesReport {
         row("of it odometry since the last picture", &|t| cm(t.odometry_error_m));
         row("pictures of the ball in which it was found", &|t| share(t.found));
         row("finds of something else in 1000 pictures", &|t| number(t.false_per_1000, 1));
-        row("steps without odometry", &|t| t.untracked_steps.to_string());
+        row("steps at which odometry did not track", &|t| t.untracked_steps.to_string());
         row("processor time of a shot", &|t| seconds(t.cpu_s));
         row("of it the sensors' simulation", &|t| seconds(t.sensors_cpu_s));
         row("of it the pipeline", &|t| seconds(t.sight_cpu_s));

@@ -9,7 +9,9 @@ use paid_lidar::sim::{PoseList, Scene as LidarScene, SensorModel, SimulatedMid36
 use paid_lidar::{Config, g1_torso_from_lidar};
 use paid_perceive::{EyesPreset, Odometry, Pose};
 use paid_robot::BodyPose;
-use paid_sight::{Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds};
+use paid_sight::{
+    Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,
+};
 use paid_vision::Intrinsics;
 use paid_vision::render::{ColorSensor, DepthSensor, Form, Paint, Scene, Solid, View, render};
 use paid_vision::scatter::{Place, Robot};
@@ -94,7 +96,8 @@ impl Senses {
             OdometryChoice::Lidar => {
                 let here = isometry(torso);
                 let still = PoseList::new(vec![(-0.1, here), (0.0, here)]).map_err(eyes_error)?;
-                let model = SensorModel { points_per_s: setup.options.points_per_s, ..SensorModel::default() };
+                let model =
+                    SensorModel { points_per_s: setup.options.points_per_s, ..SensorModel::default() };
                 let surroundings = LidarScene::new(setup.options.surroundings, seed);
                 let imu_from_lidar = Config::g1().imu_from_lidar;
                 Some(SimulatedMid360::new(
@@ -156,7 +159,8 @@ impl Senses {
             if open {
                 let picture = self.picture(moment);
                 let arrives = at_ns + self.latency_ns;
-                self.pictures.push_back(Arrived { at_ns: arrives, message: Message::Picture(Box::new(picture)) });
+                self.pictures
+                    .push_back(Arrived { at_ns: arrives, message: Message::Picture(Box::new(picture)) });
             }
         }
         while self.pictures.front().is_some_and(|picture| picture.at_ns <= at_ns) {
@@ -220,12 +224,8 @@ impl Senses {
         let rate = camera.rot.tr_mul_vec(moment.torso_rate);
         let way = place.exposure_s * self.intrinsics.focal[0];
         let shake_px = [(-rate.y() * way) as f32, (rate.x() * way) as f32];
-        let scene = Scene {
-            ground: place.ground.clone(),
-            solids,
-            light: place.light,
-            background: place.background,
-        };
+        let scene =
+            Scene { ground: place.ground.clone(), solids, light: place.light, background: place.background };
         let view = View { intrinsics: self.intrinsics, pose: camera, exposure_s: place.exposure_s };
         let rendered = render(&scene, &view);
         self.number += 1;
@@ -242,9 +242,19 @@ impl Senses {
         };
         self.showed.push(Showed { captured_ns: moment.at_ns, shown });
         let boxes = self.exact_box.then(|| {
-            visible.filter(|(_, pixels)| *pixels >= FEWEST_PIXELS).map(|(found, _)| found).into_iter().collect()
+            visible
+                .filter(|(_, pixels)| *pixels >= FEWEST_PIXELS)
+                .map(|(found, _)| found)
+                .into_iter()
+                .collect()
         });
-        PictureMessage { captured_ns: moment.at_ns, color, depth: Some(depth), intrinsics: self.intrinsics, boxes }
+        PictureMessage {
+            captured_ns: moment.at_ns,
+            color,
+            depth: Some(depth),
+            intrinsics: self.intrinsics,
+            boxes,
+        }
     }
 
     /// Two posts and a bar, white.

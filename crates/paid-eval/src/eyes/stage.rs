@@ -61,20 +61,27 @@ impl<'a> Stage<'a> {
             return refuse("engine", "mujoco with --eyes", setup.engine.name().to_owned());
         }
         if (setup.preset.control_dt_s() - 0.02).abs() > 1e-9 {
-            return refuse("control period", "0.02 s with --eyes", format!("{} s", setup.preset.control_dt_s()));
+            return refuse(
+                "control period",
+                "0.02 s with --eyes",
+                format!("{} s", setup.preset.control_dt_s()),
+            );
         }
         let Some(torso) = setup.robot.body_index(&setup.spec.anchor_body) else {
             return refuse("robot", "one with its anchor body", setup.robot.name.clone());
         };
         let robot = Robot::g1().map_err(eyes_error)?;
         if setup.robot.name != robot.model().name {
-            return refuse("robot", "the G1 with --eyes: its camera and LiDAR are simulated", setup.robot.name.clone());
+            return refuse(
+                "robot",
+                "the G1 with --eyes: its camera and LiDAR are simulated",
+                setup.robot.name.clone(),
+            );
         }
         let control =
             setup.spec.resolve(&setup.robot).map_err(|e| paid_task::TaskError::Robot(e.to_string()))?;
         let standing = control.default_pos;
-        let bodies =
-            kinematics::forward(&setup.robot, Vec3::zero(), Quat::identity(), &standing);
+        let bodies = kinematics::forward(&setup.robot, Vec3::zero(), Quat::identity(), &standing);
         let mut body = OwnBody::new(setup.robot.clone(), &setup.spec.anchor_body).map_err(eyes_error)?;
         body.take(&JointMessage { stamp_ns: 0, positions: standing.clone() }).map_err(eyes_error)?;
         let ground = body.ground(&pose_of(&bodies[torso])).unwrap_or(-setup.spec.nominal_height_m);
@@ -146,7 +153,14 @@ impl<'a> Stage<'a> {
     }
 
     /// Robot and ball at a time, from the pose of the base and the joints.
-    pub fn moment(&self, at_ns: u64, base: &Pose, joints: &[f64], rate: Vec3<f64>, ball: [[f64; 3]; 2]) -> Moment {
+    pub fn moment(
+        &self,
+        at_ns: u64,
+        base: &Pose,
+        joints: &[f64],
+        rate: Vec3<f64>,
+        ball: [[f64; 3]; 2],
+    ) -> Moment {
         let bodies = kinematics::forward(&self.setup.robot, base.pos, quat_of(&base.rot), joints);
         let torso = pose_of(&bodies[self.torso]);
         Moment {

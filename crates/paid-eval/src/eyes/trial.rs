@@ -108,7 +108,7 @@ impl Kick {
             recorder.believed(&believed).map_err(eyes_error)?;
         }
         self.judge_sightings();
-        if believed.odometry != OdometryState::Tracking {
+        if !matches!(believed.odometry, OdometryState::Tracking | OdometryState::Waiting) {
             self.eyes.untracked_steps += 1;
         }
         let ball = believed.ball.map(|ball| {
@@ -164,8 +164,7 @@ impl Kick {
             let off = [place[0] - truth.ball[0], place[1] - truth.ball[1]];
             let before = self.truths[index.saturating_sub(1)].torso.pos;
             let torso_vel = (from - before).scale(1.0 / seconds(STEP_NS));
-            let speed_m_s =
-                (truth.ball_vel[0] - torso_vel.x()).hypot(truth.ball_vel[1] - torso_vel.y());
+            let speed_m_s = (truth.ball_vel[0] - torso_vel.x()).hypot(truth.ball_vel[1] - torso_vel.y());
             let showed = self.senses.showed.iter().find(|showed| showed.captured_ns == sighted.captured_ns);
             let of_ball = off[0].hypot(off[1]) < OF_BALL_M;
             if of_ball {
@@ -331,12 +330,10 @@ impl Stage<'_> {
         self.get_ready(kick, standing, &first, rolling, strike_s)?;
 
         let goal_z = rolling.radius;
-        let goal = kick
-            .start_from_odometry
-            .map_or(trial.goal, |aligned| {
-                let [x, y, _] = aligned.inverse_point([trial.goal[0], trial.goal[1], goal_z]);
-                [x, y]
-            });
+        let goal = kick.start_from_odometry.map_or(trial.goal, |aligned| {
+            let [x, y, _] = aligned.inverse_point([trial.goal[0], trial.goal[1], goal_z]);
+            [x, y]
+        });
         let times = self.setup.preset.ball.after_strike.times();
         let keep_open = kick.recorder.is_some() || self.eyes.log == Some(number);
         let [policy_dim, critic_dim, action_dim] = Self::sizes(&task);

@@ -77,7 +77,8 @@ impl EyesArgs {
             file => {
                 let path = PathBuf::from(file);
                 if !path.is_file() {
-                    let found = format!("--detector: expected own, exact-box or an ONNX file, found '{file}'");
+                    let found =
+                        format!("--detector: expected own, exact-box or an ONNX file, found '{file}'");
                     return Err(Failure::input(found));
                 }
                 DetectorChoice::File(path)

@@ -3,8 +3,8 @@
 mod clips;
 pub mod demo;
 mod engine;
-mod eyes;
 pub mod episode;
+mod eyes;
 mod film;
 mod gap;
 mod impacts;

@@ -51,7 +51,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Finds of one file.
 fn read(path: &Path) -> Result<Vec<Find>, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
+    let text =
+        std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
     let wrong = |line: usize, expected: &str, found: &str| {
         Failure::input(format!("{}: line {line}: expected {expected}, found '{found}'", path.display()))
     };
@@ -73,12 +74,17 @@ fn read(path: &Path) -> Result<Vec<Find>, Failure> {
 
 fn print(fit: &Fit, scale: f64) {
     let divisor = |value: f64| if value > 1e4 { "none".to_owned() } else { format!("{value:.1}") };
-    println!("{} finds of the ball; {:.1}% of all were of something else", fit.finds, 100.0 * fit.false_share);
+    println!(
+        "{} finds of the ball; {:.1}% of all were of something else",
+        fit.finds,
+        100.0 * fit.false_share
+    );
     println!("c_min   {:.4} m", fit.c_min_m);
     println!("c_vel   {}", divisor(fit.c_vel));
     println!("c_dist  {}", divisor(fit.c_dist));
     println!("latency {:.3} s in the middle, {:.3} s for 95%", fit.latency_s[0], fit.latency_s[1]);
-    let within = |value: f64, [low, high]: [f64; 2]| if (low..=high).contains(&value) { "within" } else { "outside" };
+    let within =
+        |value: f64, [low, high]: [f64; 2]| if (low..=high).contains(&value) { "within" } else { "outside" };
     println!(
         "that is {scale:.2} times the noise of training (0.01 m + speed/16.7 + distance/100), {} its noise_scale of {} to {}",
         within(scale, TRAINED_SCALE),

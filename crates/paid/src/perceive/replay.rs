@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use paid_lidar::sim::processor_clock;
-use paid_sight::{Believed, Recorded, Recording, Sight, SightError, seconds};
+use paid_sight::{Believed, Recording, Sight, replay, seconds};
 use paid_vision::detect::Detector;
 
 use crate::failure::Failure;
@@ -22,18 +22,6 @@ pub struct Args {
     steps: bool,
 }
 
-/// What a replay was.
-#[derive(Default)]
-struct Tally {
-    messages: usize,
-    pictures: usize,
-    steps: usize,
-    equal: usize,
-    span_s: [Option<f64>; 2],
-    first_different_s: Option<f64>,
-    last: Option<Believed>,
-}
-
 /// Runs the eyes again; an unequal belief is a failure.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = Recording::open(&args.file).map_err(Failure::input)?;
@@ -42,54 +30,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut sight = Sight::new(setup).map_err(Failure::input)?;
     let clock = processor_clock();
     let begin = clock();
-    let mut tally = Tally::default();
-    let read = recording.read(|recorded| {
-        match &recorded {
-            Recorded::Message(arrived) => {
-                tally.messages += 1;
-                tally.pictures += usize::from(matches!(arrived.message, paid_sight::Message::Picture(_)));
-                let at_s = seconds(arrived.at_ns);
-                tally.span_s = [tally.span_s[0].or(Some(at_s)), Some(at_s)];
-                if let Some(believed) = sight.take(arrived)? {
-                    if args.steps {
-                        print_step(&believed);
-                    }
-                    tally.steps += 1;
-                    tally.last = Some(believed);
-                }
-            }
-            Recorded::Believed { at_ns, .. } => {
-                if tally.last.as_ref().is_some_and(|believed| recorded.is(believed)) {
-                    tally.equal += 1;
-                } else {
-                    tally.first_different_s.get_or_insert(seconds(*at_ns));
-                }
-            }
+    let result = replay(&recording, &mut sight, |believed| {
+        if args.steps {
+            print_step(believed);
         }
-        Ok::<(), SightError>(())
     });
-    read.map_err(Failure::input)?;
+    let result = result.map_err(Failure::input)?;
     let cpu_s = clock() - begin;
-    let span_s = match tally.span_s {
-        [Some(first), Some(last)] => last - first,
-        _ => 0.0,
-    };
     println!(
-        "{} messages, {} pictures, {} steps in {span_s:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
-        tally.messages,
-        tally.pictures,
-        tally.steps,
-        span_s / cpu_s.max(1e-9)
+        "{} messages, {} pictures, {} steps in {:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
+        result.messages,
+        result.pictures,
+        result.steps,
+        result.span_s,
+        result.span_s / cpu_s.max(1e-9)
     );
-    match tally.first_different_s {
+    match result.first_different_s {
         None => {
-            println!("{} beliefs, all equal to the recorded ones to the last bit", tally.equal);
+            println!("{} beliefs, all equal to the recorded ones to the last bit", result.equal);
             Ok(())
         }
         Some(at_s) => Err(Failure::input(format!(
             "{}: beliefs: expected those of the recording, found others from {at_s:.2} s on ({} were equal)",
             args.file.display(),
-            tally.equal
+            result.equal
         ))),
     }
 }

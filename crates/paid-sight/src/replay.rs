@@ -1,0 +1,57 @@
+//! Runs the eyes again on a recording.
+
+use crate::{Believed, Message, Recorded, Recording, Sight, SightError, seconds};
+
+/// What a replay was.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Replay {
+    /// Messages that reached the eyes.
+    pub messages: usize,
+    /// Pictures among them.
+    pub pictures: usize,
+    /// Steps that were answered.
+    pub steps: usize,
+    /// Recorded beliefs that came out again, to the last bit of every number.
+    pub equal: usize,
+    /// Time of the first recorded belief that did not `[s]`.
+    pub first_different_s: Option<f64>,
+    /// From the first message to the last `[s]`.
+    pub span_s: f64,
+}
+
+/// Feeds `sight` with what a recording holds, and compares what it believes with what is recorded. `see` is told every belief.
+///
+/// # Errors
+/// If the recording is damaged, or does not fit the eyes.
+pub fn replay(
+    recording: &Recording,
+    sight: &mut Sight,
+    mut see: impl FnMut(&Believed),
+) -> Result<Replay, SightError> {
+    let mut tally = Replay::default();
+    let (mut first_s, mut last) = (None, None);
+    recording.read(|recorded| {
+        match &recorded {
+            Recorded::Message(arrived) => {
+                tally.messages += 1;
+                tally.pictures += usize::from(matches!(arrived.message, Message::Picture(_)));
+                let at_s = seconds(arrived.at_ns);
+                tally.span_s = at_s - *first_s.get_or_insert(at_s);
+                if let Some(believed) = sight.take(arrived)? {
+                    see(&believed);
+                    tally.steps += 1;
+                    last = Some(believed);
+                }
+            }
+            Recorded::Believed { at_ns, .. } => {
+                if last.as_ref().is_some_and(|believed| recorded.is(believed)) {
+                    tally.equal += 1;
+                } else {
+                    tally.first_different_s.get_or_insert(seconds(*at_ns));
+                }
+            }
+        }
+        Ok(())
+    })?;
+    Ok(tally)
+}
