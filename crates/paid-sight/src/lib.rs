@@ -35,7 +35,7 @@ pub use message::{
     Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,
 };
 pub use pipeline::{Believed, OdometryState, Sight, Sighted};
-pub use reader::{Recorded, Recording};
+pub use reader::{Recorded, Recording, decode_any};
 pub use recorder::Recorder;
 pub use replay::{Replay, replay};
 pub use setup::{Finder, SightSetup};

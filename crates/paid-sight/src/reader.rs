@@ -43,6 +43,9 @@ pub struct Recording {
     bytes: Vec<u8>,
 }
 
+/// Sees topic, time of arrival, time of making `[ns]` and data of a message; false: it has seen enough.
+type See<'a> = dyn FnMut(&str, u64, u64, &[u8]) -> Result<bool, Wrong> + 'a;
+
 /// Parts of a picture that wait for its color.
 #[derive(Default)]
 struct Parts {
@@ -107,10 +110,7 @@ impl Recording {
     }
 
     /// Calls `see` with topic, time of arrival, time of making `[ns]` and data of every message, until it returns false.
-    fn each(
-        &self,
-        see: &mut dyn FnMut(&str, u64, u64, &[u8]) -> Result<bool, Wrong>,
-    ) -> Result<(), SightError> {
+    fn each(&self, see: &mut See<'_>) -> Result<(), SightError> {
         let whole = |error: mcap::McapError| self.wrong("the file", "a whole MCAP file", error.to_string());
         for (number, message) in MessageStream::new(&self.bytes).map_err(whole)?.enumerate() {
             let message = message.map_err(whole)?;
@@ -196,6 +196,15 @@ fn decode(
         return Ok(None);
     };
     Ok(Some(Recorded::Message(Arrived { at_ns, message })))
+}
+
+/// Reads bytes as a message of the topic that the first byte numbers, as a recording's reader does: for tests of damaged messages. Returns
+/// whether they are one.
+pub fn decode_any(bytes: &[u8]) -> bool {
+    let Some((number, data)) = bytes.split_first() else { return false };
+    let topic = schema::ALL[usize::from(*number) % schema::ALL.len()].name;
+    let mut parts = Parts::default();
+    decode(topic, 0, 0, data, &mut parts).is_ok()
 }
 
 fn camera(cdr: &mut CdrReader<'_>) -> Result<Intrinsics, Wrong> {

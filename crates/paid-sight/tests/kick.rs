@@ -6,7 +6,7 @@ use paid_perceive::{BallState, Pose};
 use paid_robot::RobotSpec;
 use paid_sight::{
     Arrived, Believed, Finder, JointMessage, Message, PictureMessage, PoseMessage, Recorded, Recorder,
-    Recording, Sight, SightSetup, replay, seconds,
+    Recording, Sight, SightSetup, decode_any, replay, seconds,
 };
 use paid_vision::{ColorImage, Intrinsics, PictureFault};
 
@@ -161,6 +161,22 @@ fn a_recording_gives_the_same_messages_and_the_same_beliefs_to_the_last_bit() {
     });
     read.expect("whole");
     assert!(differs);
+}
+
+#[test]
+fn any_bytes_are_a_message_or_an_error() {
+    let mut rng = paid_lanes::rng::Rng::new(1, 0, 0);
+    let mut good = 0;
+    for k in 0..40_000_u32 {
+        // Numbers that lengths may have, beside any others.
+        let mut bytes: Vec<u8> =
+            (0..k % 97).map(|_| if rng.unit() < 0.6 { 0 } else { rng.next_u32() as u8 }).collect();
+        if bytes.len() > 4 {
+            bytes[1..5].copy_from_slice(&[0, 1, 0, 0]);
+        }
+        good += u32::from(decode_any(&bytes));
+    }
+    assert!(good > 100 && good < 39_000, "{good}");
 }
 
 #[test]

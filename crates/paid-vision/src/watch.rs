@@ -150,7 +150,8 @@ impl PictureWatch {
         }
         for k in 0..2 {
             let (expected, found) = (self.intrinsics.focal[k], intrinsics.focal[k]);
-            if !((found / expected - 1.0).abs() <= FOCAL_SHARE) {
+            let share = (found / expected - 1.0).abs();
+            if share.is_nan() || share > FOCAL_SHARE {
                 return Err(PictureFault::Intrinsics { expected, found });
             }
         }

@@ -36,7 +36,7 @@ pub struct EyesOutcome {
     pub odometry_error_m: Option<f64>,
     /// The ball's state then: seen, remembered or lost.
     pub strike_state: Option<&'static str>,
-    /// Pictures that were looked at.
+    /// Pictures that were taken since odometry had its first place.
     pub pictures: usize,
     /// Those that showed a quarter or more of the ball.
     pub with_ball: usize,

@@ -80,6 +80,8 @@ struct Kick {
     log: KickLog,
     /// Start frame from odometry's, as it was when the motion was chosen.
     start_from_odometry: Option<Pose>,
+    /// When odometry had its first place `[ns]`: earlier pictures give none.
+    placed_ns: Option<u64>,
     /// Odometry from the start frame at the capture of the last picture of the own ball.
     when_seen: Option<Pose>,
     clock: Box<dyn Fn() -> f64>,
@@ -108,6 +110,9 @@ impl Kick {
             recorder.believed(&believed).map_err(eyes_error)?;
         }
         self.judge_sightings();
+        if believed.torso.is_some() {
+            self.placed_ns.get_or_insert(moment.at_ns);
+        }
         if !matches!(believed.odometry, OdometryState::Tracking | OdometryState::Waiting) {
             self.eyes.untracked_steps += 1;
         }
@@ -122,6 +127,14 @@ impl Kick {
             believed: ball,
         });
         Ok(believed)
+    }
+
+    /// A robot that stands: the physics steps before `at_ns`.
+    fn hold(&mut self, at_ns: u64, torso: &Pose) {
+        let dt_ns = STEP_NS / SUBSTEPS;
+        for k in (1..SUBSTEPS).rev().filter(|k| at_ns > k * dt_ns) {
+            self.senses.torso(at_ns - k * dt_ns, torso);
+        }
     }
 
     /// A place of odometry's frame in the start's, by the alignment of the start; before it by the present one.
@@ -168,7 +181,9 @@ impl Kick {
             let showed = self.senses.showed.iter().find(|showed| showed.captured_ns == sighted.captured_ns);
             let of_ball = off[0].hypot(off[1]) < OF_BALL_M;
             if of_ball {
-                self.eyes.found += usize::from(showed.is_some_and(|showed| showed.shown >= LEAST_SHOWN));
+                let since = self.placed_ns.is_some_and(|since| sighted.captured_ns >= since);
+                let asked = since && showed.is_some_and(|showed| showed.shown >= LEAST_SHOWN);
+                self.eyes.found += usize::from(asked);
             } else {
                 self.eyes.false_finds += 1;
             }
@@ -207,6 +222,7 @@ impl Stage<'_> {
     /// Plays a trial.
     pub(super) fn play(&mut self, number: usize, trial: &Trial) -> Result<Played, EvalError> {
         let clock = Box::new(processor_clock());
+        let begin_s = clock();
         let standing = Pose { rot: Mat3::identity(), pos: Vec3(self.base) };
         let rolling = Rolling {
             place: trial.ball,
@@ -230,6 +246,7 @@ impl Stage<'_> {
             eyes: EyesOutcome::default(),
             log: KickLog { start_s: seconds(rolling.start_ns), ..KickLog::default() },
             start_from_odometry: None,
+            placed_ns: None,
             when_seen: None,
             clock,
         };
@@ -238,7 +255,7 @@ impl Stage<'_> {
         let mut believed = None;
         for step in 0..=STAND_STEPS {
             let at_ns = step * STEP_NS;
-            self.hold(&mut kick, at_ns, &first.torso);
+            kick.hold(at_ns, &first.torso);
             let moment = self.moment(at_ns, &standing, &self.standing, Vec3::zero(), rolling.at(at_ns));
             if step == STAND_STEPS {
                 let outline = intrinsics.sphere_box(camera.inverse_point(moment.ball), rolling.radius);
@@ -262,23 +279,18 @@ impl Stage<'_> {
         };
         let trial = chosen.map_or_else(|| trial.clone(), |motion| with_motion(trial, motion));
         let outcome = watch.outcome(trial, &self.setup);
-        let Kick { mut eyes, log, senses, recorder, clock, .. } = kick;
+        let Kick { mut eyes, log, senses, recorder, clock, placed_ns, .. } = kick;
         if let Some(recorder) = recorder {
             recorder.finish().map_err(eyes_error)?;
         }
-        eyes.pictures = senses.showed.len();
-        eyes.with_ball = senses.showed.iter().filter(|showed| showed.shown >= LEAST_SHOWN).count();
+        let first_ns = placed_ns.unwrap_or(u64::MAX);
+        let placed = senses.showed.iter().filter(|showed| showed.captured_ns >= first_ns);
+        let placed: Vec<f64> = placed.map(|showed| showed.shown).collect();
+        eyes.pictures = placed.len();
+        eyes.with_ball = placed.iter().filter(|shown| **shown >= LEAST_SHOWN).count();
         eyes.cause = (!outcome.goal).then(|| Cause::of(&eyes));
-        eyes.cpu_s = clock();
+        eyes.cpu_s = clock() - begin_s;
         Ok(Played { outcome, eyes, log })
-    }
-
-    /// A robot that stands: the physics steps before `at_ns`.
-    fn hold(&self, kick: &mut Kick, at_ns: u64, torso: &Pose) {
-        let dt = STEP_NS / SUBSTEPS;
-        for k in (1..SUBSTEPS).rev().filter(|k| at_ns > k * dt) {
-            kick.senses.torso(at_ns - k * dt, torso);
-        }
     }
 
     /// The motion for the ball as it is believed; `None` if none is.
