@@ -4,6 +4,8 @@
 //! regressed on `1`, speed and distance, weighted by the inverse of the variance that the last round gave (iterated least squares), with
 //! no coefficient below zero. Finds beyond four standard deviations are of something else and left out.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use crate::SightError;
@@ -83,6 +85,37 @@ const OUTLIER: f64 = 4.0;
 const ROUNDS: usize = 30;
 /// No deviation is believed to be less `[m]`.
 const LEAST_M: f64 = 1e-4;
+
+/// Columns of a file of finds, in their order.
+pub const COLUMNS: &str = "trial,distance_m,speed_m_s,age_s,error_along_m,error_across_m,shown,own";
+
+/// Finds of a file that an evaluation with the robot's own eyes has written ([`COLUMNS`]).
+///
+/// # Errors
+/// If it cannot be read, or a line is not what it should be.
+pub fn read(path: &Path) -> Result<Vec<Find>, SightError> {
+    let text = std::fs::read_to_string(path);
+    let text = text.map_err(|source| SightError::File { path: path.to_owned(), source })?;
+    let wrong = |line: usize, expected: &str, found: &str| SightError::Recording {
+        path: path.to_owned(),
+        place: format!("line {line}"),
+        expected: expected.to_owned(),
+        found: format!("'{found}'"),
+    };
+    let head = text.lines().next().unwrap_or_default();
+    if head != COLUMNS {
+        return Err(wrong(1, COLUMNS, head));
+    }
+    let mut finds = Vec::new();
+    for (index, line) in text.lines().enumerate().skip(1) {
+        let fields: Vec<f64> = line.split(',').take(7).filter_map(|field| field.parse().ok()).collect();
+        let &[_, distance_m, speed_m_s, age_s, along, across, shown] = fields.as_slice() else {
+            return Err(wrong(index + 1, "seven numbers, then true or false", line));
+        };
+        finds.push(Find { distance_m, speed_m_s, age_s, error_m: [along, across], shown });
+    }
+    Ok(finds)
+}
 
 /// Fits the constants.
 ///
@@ -259,6 +292,21 @@ mod tests {
         assert!((fit.c_min_m - 0.02).abs() < 0.002 && 1.0 / fit.c_dist < 0.001, "{fit:?}");
         assert!((fit.false_share - 0.05).abs() < 0.003, "{}", fit.false_share);
         assert!((fit.scale(&finds, |_, _| 0.04) - 0.5).abs() < 0.05);
+    }
+
+    #[test]
+    fn a_file_of_finds_is_read_and_a_wrong_line_is_named() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("finds.csv");
+        let write = |text: &str| std::fs::write(&path, text).expect("written");
+        write(&format!("{COLUMNS}\n3,1.25,0.5,0.06,0.01,-0.02,1.0,true\n"));
+        let finds = read(&path).expect("a file");
+        let wanted =
+            Find { distance_m: 1.25, speed_m_s: 0.5, age_s: 0.06, error_m: [0.01, -0.02], shown: 1.0 };
+        assert_eq!(finds, [wanted]);
+        write(&format!("{COLUMNS}\n3,1.25,x,0.06,0.01,-0.02,1.0,true\n"));
+        let error = read(&path).expect_err("no number").to_string();
+        assert!(error.contains("finds.csv: line 2: expected seven numbers"), "{error}");
     }
 
     #[test]

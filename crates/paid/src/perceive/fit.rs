@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use paid_eval::picture::{Chart, Series};
 use paid_perceive::EyesPreset;
-use paid_sight::fit::{Find, Fit, fit};
+use paid_sight::fit::{Find, Fit, fit, read};
 
 use crate::failure::Failure;
 
@@ -22,9 +22,6 @@ pub struct Args {
     json: bool,
 }
 
-/// Columns that are read, in their order.
-const COLUMNS: &str = "trial,distance_m,speed_m_s,age_s,error_along_m,error_across_m,shown,own";
-
 /// Ranges that training draws from: factor of the noise, and age of a picture `[s]`.
 const TRAINED_SCALE: [f64; 2] = [0.4, 1.5];
 const TRAINED_LATENCY_S: [f64; 2] = [0.04, 0.1];
@@ -33,7 +30,7 @@ const TRAINED_LATENCY_S: [f64; 2] = [0.04, 0.1];
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut finds = Vec::new();
     for path in &args.files {
-        finds.extend(read(path)?);
+        finds.extend(read(path).map_err(Failure::input)?);
     }
     let fitted = fit(&finds).map_err(Failure::input)?;
     let noise = EyesPreset::default().noise();
@@ -47,29 +44,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         draw(&finds, &fitted, stem)?;
     }
     Ok(())
-}
-
-/// Finds of one file.
-fn read(path: &Path) -> Result<Vec<Find>, Failure> {
-    let text =
-        std::fs::read_to_string(path).map_err(|e| Failure::input(format!("{}: {e}", path.display())))?;
-    let wrong = |line: usize, expected: &str, found: &str| {
-        Failure::input(format!("{}: line {line}: expected {expected}, found '{found}'", path.display()))
-    };
-    let mut lines = text.lines().enumerate();
-    let head = lines.next().map_or("", |(_, line)| line);
-    if head != COLUMNS {
-        return Err(wrong(1, COLUMNS, head));
-    }
-    let mut finds = Vec::new();
-    for (index, line) in lines {
-        let fields: Vec<f64> = line.split(',').take(7).filter_map(|field| field.parse().ok()).collect();
-        let &[_, distance_m, speed_m_s, age_s, along, across, shown] = fields.as_slice() else {
-            return Err(wrong(index + 1, "seven numbers and true or false", line));
-        };
-        finds.push(Find { distance_m, speed_m_s, age_s, error_m: [along, across], shown });
-    }
-    Ok(finds)
 }
 
 fn print(fit: &Fit, scale: f64) {
