@@ -109,12 +109,18 @@ impl BallSource for NoisyDetector {
 }
 
 /// Poses a hundred times a second that drift, as the simulated odometry of training.
+///
+/// Training's errors are those of an episode, a few seconds long. A match is minutes long, and its heading may be off by a quarter of a
+/// turn in the end. Odometry sums up its own steps: a way that the robot goes under a wrong heading is turned with it, so that what stands
+/// still in the world stands still beside the robot.
 #[derive(Clone, Debug)]
 pub struct DriftingOdometry {
     preset: EyesPreset,
     odometry: Odometry<f64>,
     rng: Rng,
     next_us: u64,
+    /// Where the base truly was, and where its turned steps have led (x, y) `[m]`.
+    way: Option<[[f64; 2]; 2]>,
 }
 
 impl DriftingOdometry {
@@ -125,7 +131,17 @@ impl DriftingOdometry {
         let mut rng = Rng::new(seed, 0, 0x0B02);
         let mut odometry = Odometry::new();
         odometry.begin_lane(0, 0.0, &preset.odometry, &mut rng);
-        Self { preset: preset.clone(), odometry, rng, next_us: 0 }
+        Self { preset: preset.clone(), odometry, rng, next_us: 0, way: None }
+    }
+
+    /// Goes on to `place` (x, y) `[m]`; where the turned steps lead.
+    fn walk(&mut self, place: [f64; 2]) -> [f64; 2] {
+        let [from, led] = self.way.unwrap_or([place; 2]);
+        let (s, c) = self.odometry.error(0)[2].sin_cos();
+        let [dx, dy] = [0, 1].map(|k| place[k] - from[k]);
+        let led = [led[0] + c * dx - s * dy, led[1] + s * dx + c * dy];
+        self.way = Some([place, led]);
+        led
     }
 }
 
@@ -137,12 +153,16 @@ impl PoseSource for DriftingOdometry {
         self.next_us = now_us + Self::PERIOD_US;
         let numbers = [(); 3].map(|()| self.rng.normal());
         self.odometry.advance(Self::PERIOD_US as f64 * 1e-6, numbers, &self.preset.odometry);
-        let (pos, rot) = self.odometry.pose(truth.base.pos, &truth.base.rot);
+        let [x, y, z] = truth.base.pos.0;
+        let [x, y] = self.walk([x, y]);
+        let (pos, rot) = self.odometry.pose(Vec3([x, y, z]), &truth.base.rot);
         Some(OdometryPose { stamp_us: now_us, position: pos.0, quaternion: quaternion(&rot) })
     }
 
     fn placed(&self, point: [f64; 2], truth: &TrueState) -> [f64; 2] {
-        self.odometry.placed(point, [truth.base.pos.x(), truth.base.pos.y()])
+        let [x, y, _] = truth.base.pos.0;
+        let [_, led] = self.way.unwrap_or([[x, y]; 2]);
+        self.odometry.placed([led[0] + point[0] - x, led[1] + point[1] - y], led)
     }
 }
 
@@ -182,5 +202,58 @@ impl Senses {
     /// Where odometry puts a point of the world (x, y) `[m]`.
     pub fn placed(&self, point: [f64; 2], truth: &TrueState) -> [f64; 2] {
         self.pose.placed(point, truth)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::player::about_z;
+    use paid_perceive::OdometryPreset;
+
+    /// A robot at `(x, 0)` that looks along x.
+    fn truth(x: f64) -> TrueState {
+        let base = Pose { pos: Vec3([x, 0.0, 0.75]), rot: about_z(0.0) };
+        TrueState {
+            base,
+            base_vel: Vec3::zero(),
+            torso: base,
+            ball: Vec3([2.0, 0.0, 0.11]),
+            ball_vel: Vec3::zero(),
+        }
+    }
+
+    #[test]
+    fn what_stands_still_stays_where_odometry_has_put_it_however_far_the_heading_has_drifted() {
+        let odometry = OdometryPreset {
+            offset_m: [0.0; 2],
+            drift_m_s: [0.0; 2],
+            heading_drift_deg_s: [1.0; 2],
+            jitter_m: 0.0,
+            jitter_deg: 0.0,
+        };
+        let mut source = DriftingOdometry::new(&EyesPreset { odometry, ..EyesPreset::default() }, 3);
+        // A minute on the spot: the heading is off by 60 degrees.
+        let mut last = None;
+        for k in 0..6_000 {
+            last = source.step(10_000 * k, &truth(0.0)).or(last);
+        }
+        let heading = |pose: OdometryPose| 2.0 * pose.quaternion[3].atan2(pose.quaternion[0]);
+        let before = last.expect("a pose");
+        assert!((heading(before).abs() - 60_f64.to_radians()).abs() < 1e-9, "{before:?}");
+        let ball = source.placed([2.0, 0.0], &truth(0.0));
+        // A meter toward the ball in a second, in which another degree comes.
+        for k in 0..=100 {
+            let now_us = 60_000_000 + 10_000 * k;
+            last = source.step(now_us, &truth(0.01 * k as f64)).or(last);
+        }
+        let again = source.placed([2.0, 0.0], &truth(1.0));
+        let moved = (again[0] - ball[0]).hypot(again[1] - ball[1]);
+        // Half a degree of a meter on the way, and a degree of the last one; without the turned steps it would be a whole meter.
+        assert!(moved < 0.03, "{ball:?} {again:?}");
+        let after = last.expect("a pose");
+        let gone = [0, 1].map(|k| after.position[k] - before.position[k]);
+        let along = heading(before);
+        assert!((gone[0] - along.cos()).hypot(gone[1] - along.sin()) < 0.02, "{gone:?}");
     }
 }
