@@ -6,22 +6,22 @@ use paid_policy::observation::observe;
 use paid_policy::{Pose, RobotView, SceneView, Views};
 use paid_task::motion_for;
 
-use super::{Controller, POLICY_US, Playing, PolicyTrace, Reason, Runtime, State};
+use super::{Controller, POLICY_US, Playing, Reason, Runtime, State};
 use crate::wire::{LowCmd, MotorCmd};
 
 impl Runtime {
-    /// A control step: decides, and lets the policy act where it moves the robot.
-    pub(super) fn think(&mut self, now_us: u64) -> Option<PolicyTrace> {
+    /// A control step: decides, and lets the policy act where it moves the robot. True if it has acted.
+    pub(super) fn think(&mut self, now_us: u64) -> bool {
         match self.state {
             State::Ready => self.look_for_a_kick(now_us),
             State::Settle => self.settle(now_us),
             State::Passive | State::StandUp | State::Kick | State::Damping => {}
         }
         if self.controller != Controller::Policy || !self.moves() {
-            return None;
+            return false;
         }
         self.act(now_us);
-        Some(self.trace.clone())
+        true
     }
 
     /// Begins a kick if there is one to begin.
@@ -47,6 +47,9 @@ impl Runtime {
         let belief = self.sight.belief(f64::INFINITY);
         if !belief.known || belief.age_s > limits.ball_fresh_s {
             return Err("a ball");
+        }
+        if self.sight.looks() < limits.ball_looks {
+            return Err("a longer look at the ball");
         }
         if belief.ball.covariance[2].sqrt() > limits.ball_speed_known_m_s {
             return Err("a steady view of the ball");
@@ -124,11 +127,11 @@ impl Runtime {
             last_action: &last[..n],
         };
         let views = Views { robot, privileged: None, reference: Some(reference), scene: Some(scene) };
-        let mut numbers: Vec<f64> = Vec::with_capacity(player.policy.obs_dim());
-        observe(&player.task.observations.policy, &views, &mut numbers);
+        self.numbers.clear();
+        observe(&player.task.observations.policy, &views, &mut self.numbers);
         self.joints = joints;
         self.trace.observation.clear();
-        self.trace.observation.extend(numbers.iter().map(|x| *x as f32));
+        self.trace.observation.extend(self.numbers.iter().map(|x| *x as f32));
         player.policy.act(&self.trace.observation, &mut self.memory, &mut self.trace.action);
         let worst = self
             .trace

@@ -15,6 +15,8 @@ use crate::player::{Player, about_z};
 
 /// Poses are kept for so long `[us]`: pictures may be that late.
 const KEPT_US: u64 = 400_000;
+/// A picture that shows the ball farther from where it is believed to be shows another ball, or the same one after somebody has moved it `[m]`.
+const SAME_M: f64 = 0.25;
 /// The tracker stays so far behind the present `[s]`: pictures that are later are not used.
 const HORIZON_S: f64 = 0.15;
 
@@ -42,6 +44,8 @@ pub(crate) struct Sight {
     /// Heading of odometry's frame less the inertial sensor's `[rad]`.
     turn: f64,
     pictures: Vec<Sighting>,
+    /// Pictures in a row that showed the ball where it was believed to be.
+    looks: u32,
     /// Center of the goal in odometry's frame `[m]`.
     pub goal: Option<[f64; 2]>,
     /// What is shown of the ball after the strike.
@@ -59,7 +63,8 @@ impl Sight {
             odometry: None,
             velocity: Vec3::zero(),
             turn: 0.0,
-            pictures: Vec::with_capacity(8),
+            pictures: Vec::with_capacity(64),
+            looks: 0,
             goal: None,
             after_strike: AfterStrike::new(),
         }
@@ -132,6 +137,10 @@ impl Sight {
                 continue;
             };
             let [x, y, _] = torso.point_in_world(Vec3(ball)).0;
+            let belief = self.tracker.belief(&rolling, &self.preset);
+            let [bx, by] = belief.ball.position;
+            let same = belief.known && (x - bx).hypot(y - by) < SAME_M;
+            self.looks = if same { self.looks.saturating_add(1) } else { 0 };
             let picture = Picture {
                 position: [x, y],
                 variance: picture.deviation_m * picture.deviation_m,
@@ -140,6 +149,11 @@ impl Sight {
             };
             self.tracker.fuse(&picture, &rolling, &self.preset);
         }
+    }
+
+    /// Pictures in a row that showed the ball where it was believed to be.
+    pub fn looks(&self) -> u32 {
+        self.looks
     }
 
     /// What the tracker believes.
@@ -240,6 +254,42 @@ mod tests {
         let [x, y] = belief.ball.position;
         assert!(belief.known && (x - 2.0).hypot(y - 0.5) < 0.01, "{x} {y}");
         // Without the times of capture it would be 6 cm and 0.06 rad off.
+    }
+
+    #[test]
+    fn a_ball_that_was_put_elsewhere_must_be_looked_at_anew() {
+        let player = player();
+        let mut sight = Sight::new(&player);
+        let body = Body::new(player.joints());
+        let torso = player.anchor_in_base(&body.joint_pos);
+        let mut looks = Vec::new();
+        for k in 0..90_u64 {
+            let now_us = 20_000 * (k + 1);
+            let stamp_us = now_us;
+            sight.odometry(OdometryPose {
+                stamp_us,
+                position: [0.0, 0.0, 0.76],
+                quaternion: [1.0, 0.0, 0.0, 0.0],
+            });
+            sight.remember(now_us, &body, &player);
+            // Somebody puts the ball a meter farther; later something else is taken for it once.
+            let place = match k {
+                0..40 => Vec3([1.0, 0.0, 0.11]),
+                70 => Vec3([1.0, 0.9, 0.11]),
+                _ => Vec3([2.0, 0.3, 0.11]),
+            };
+            let ball = torso.point_in_body(place - Vec3([0.0, 0.0, 0.76])).0;
+            sight.sighting(Sighting { captured_us: now_us, ball: Some(ball), deviation_m: 0.01 });
+            sight.advance(now_us, 0.02, f64::INFINITY);
+            looks.push(sight.looks());
+        }
+        // The first picture makes it known, the next ones agree.
+        assert_eq!((looks[0], looks[39]), (0, 39));
+        // The tracker believes the third picture of the new place.
+        assert_eq!(looks[40..44], [0, 0, 0, 1]);
+        assert_eq!((looks[69], looks[70], looks[71]), (27, 0, 1));
+        let [x, y] = sight.belief(f64::INFINITY).ball.position;
+        assert!((x - 2.0).hypot(y - 0.3) < 0.01, "{x} {y}");
     }
 
     #[test]
