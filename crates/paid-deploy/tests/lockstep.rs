@@ -39,7 +39,8 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     let player = player();
     let dir = tempfile::tempdir().expect("dir");
     let file = dir.path().join("match.log");
-    let options = MatchOptions { kicks: 1, ..MatchOptions::default() };
+    let mut options = MatchOptions::default();
+    options.field.kicks = 1;
     let limits = options.lockstep.limits.clone();
     let log = LogWriter::create(&file, &LogHeader { player: spec(), limits }).expect("log");
     let result = play_match(&player, &options, Some(log), |_| {}).expect("match");

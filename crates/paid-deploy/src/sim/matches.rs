@@ -2,16 +2,25 @@
 
 use std::sync::Arc;
 
+use paid_eval::matches::{MatchBall, MatchOptions as Field};
+use paid_eval::metrics::shooting::Goal;
+use paid_eval::shooting::robot_distance;
+use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
 
 use super::lockstep::{Lockstep, LockstepOptions};
+use super::senses::TrueState;
 use crate::DeployError;
 use crate::log::LogWriter;
 use crate::player::Player;
 use crate::runtime::{Event, State};
 
-/// Random stream of the balls.
-const STREAM: u32 = 0x0B03;
+/// Redraws of a ball before the match ends for want of room.
+const REDRAWS: usize = 1000;
+/// A ball is put elsewhere so many times in a row before it counts that the robot does not see it.
+const IN_VAIN: usize = 5;
+/// What is said of a ball that was put down and that the robot has not seen.
+const NOT_SEEN: &str = "none: waited for a ball";
 /// A ball slower than this lies still `[m/s]`.
 const AT_REST: f64 = 0.05;
 /// A ball faster than this was struck `[m/s]`.
@@ -20,37 +29,16 @@ const STRUCK: f64 = 0.5;
 /// What is played.
 #[derive(Clone, Debug)]
 pub struct MatchOptions {
-    /// Kicks.
-    pub kicks: usize,
-    /// Runtime and senses.
+    /// Runtime and senses. The balls are those of the judge's match with this number and seed 0, as long as there is room for them.
     pub lockstep: LockstepOptions,
-    /// Balls lie in this rectangle ahead of the torso `[m]` ...
-    pub ahead_m: [f64; 2],
-    /// ... and so far to its left `[m]`.
-    pub left_m: [f64; 2],
-    /// Distance of the goal `[m]`.
-    pub goal_distance_m: f64,
-    /// The goal is up to so far off straight ahead `[rad]`.
-    pub goal_bearing_rad: f64,
-    /// Half of the goal's width `[m]`.
-    pub goal_half_width_m: f64,
-    /// The next ball comes at the latest so long after the robot is ready `[s]`.
-    pub patience_s: f64,
+    /// Kicks, balls, goal: the judge's own match.
+    pub field: Field,
 }
 
 impl Default for MatchOptions {
     /// Eleven kicks as in the paper: its effective workspace, a goal 5 m ahead.
     fn default() -> Self {
-        Self {
-            kicks: 11,
-            lockstep: LockstepOptions::default(),
-            ahead_m: [0.5, 2.0],
-            left_m: [-1.0, 1.0],
-            goal_distance_m: 5.0,
-            goal_bearing_rad: 10_f64.to_radians(),
-            goal_half_width_m: 1.0,
-            patience_s: 5.0,
-        }
+        Self { lockstep: LockstepOptions::default(), field: Field { kicks: 11, ..Field::default() } }
     }
 }
 
@@ -61,6 +49,9 @@ pub struct KickResult {
     pub ball: [f64; 2],
     /// Name of the motion, or what the robot waited for in vain.
     pub motion: String,
+    /// Places that were drawn before this one and lay outside the camera's picture, or at its edge and were not seen. The judge's robot turns to every ball before it begins;
+    /// this one holds its pose, so a ball is put where it can be seen.
+    pub out_of_view: usize,
     /// How far off the runtime believed the ball to be when it began `[m]`.
     pub ball_error_m: f64,
     /// The ball was struck.
@@ -107,19 +98,33 @@ pub fn play_match(
     if let Some(log) = log {
         step.set_log(log);
     }
-    let mut rng = Rng::new(options.lockstep.seed, 0, STREAM);
+    let mut rng = MatchBall::rng(0, options.lockstep.seed as u32);
     let mut result =
         MatchResult { kicks: Vec::new(), stopped: None, peak: [0.0; 4], seconds: 0.0, events: Vec::new() };
     let ready = step.make_ready(true);
-    while ready.is_ok() && result.kicks.len() < options.kicks {
-        let kick = one_kick(&mut step, options, &mut rng)?;
+    let (mut unseen, mut in_vain) = (0, 0);
+    while ready.is_ok() && result.kicks.len() < options.field.kicks {
+        let Some((ball, out_of_view)) = next_ball(&step, &options.field, &mut rng) else {
+            result.stopped = Some("no place for a ball".to_owned());
+            break;
+        };
+        unseen += out_of_view;
+        let mut kick = one_kick(&mut step, &options.field, &ball)?;
+        let stopped = step.runtime().state() == State::Damping;
+        if kick.motion == NOT_SEEN && !stopped && in_vain < IN_VAIN {
+            // It sways: a ball at the picture's edge may be out of it again.
+            (unseen, in_vain) = (unseen + 1, in_vain + 1);
+            continue;
+        }
+        in_vain = 0;
+        kick.out_of_view = std::mem::take(&mut unseen);
         told(&kick);
         result.kicks.push(kick);
-        if step.runtime().state() == State::Damping {
+        if stopped {
             break;
         }
     }
-    result.stopped = step.runtime().why().map(ToString::to_string);
+    result.stopped = step.runtime().why().map(ToString::to_string).or(result.stopped);
     result.peak = step.peak();
     result.seconds = step.robot.now_us() as f64 * 1e-6;
     result.events = step.events().to_vec();
@@ -129,38 +134,55 @@ pub fn play_match(
     ready.map(|()| result)
 }
 
-fn one_kick(step: &mut Lockstep, options: &MatchOptions, rng: &mut Rng) -> Result<KickResult, DeployError> {
+/// The next ball that the robot does not touch and whose picture it has, and how many were drawn that it does not see.
+fn next_ball(step: &Lockstep, field: &Field, rng: &mut Rng) -> Option<(MatchBall, usize)> {
+    let player = step.player();
+    let (truth, radius) = (step.truth(), player.task.ball_params.radius_m);
+    let (camera, [near, far]) = (player.task.eyes.camera.geometry(), player.task.eyes.range_m);
+    let mut out_of_view = 0;
+    for _ in 0..REDRAWS {
+        let ball = field.draw_ball(rng);
+        let [x, y] = placed(&truth, ball.ball_xy);
+        let center = [x, y, radius];
+        let poses = step.robot.truth().bodies.iter().map(|body| (body.pos.0, body.rot));
+        if robot_distance(&player.model, poses, center) < radius {
+            continue;
+        }
+        let seen = truth.torso.point_in_body(Vec3(center));
+        let range = (seen - camera.mount()).norm();
+        if camera.sees(seen) && near <= range && range <= far {
+            return Some((ball, out_of_view));
+        }
+        out_of_view += 1;
+    }
+    None
+}
+
+/// A point of the robot's axes in the world `[m]`.
+fn placed(truth: &TrueState, [ahead, left]: [f64; 2]) -> [f64; 2] {
+    let (s, c) = truth.torso.rot.yaw().sin_cos();
+    let [x, y, _] = truth.torso.pos.0;
+    [x + c * ahead - s * left, y + s * ahead + c * left]
+}
+
+fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<KickResult, DeployError> {
     let begin_us = step.robot.now_us();
     let truth = step.truth();
-    let ([x, y, _], ahead) = (truth.torso.pos.0, truth.torso.rot.yaw());
-    let (s, c) = ahead.sin_cos();
-    let world = |[a, l]: [f64; 2]| [x + c * a - s * l, y + s * a + c * l];
-    let feet = step.player().spec.feet.clone().map(|foot| {
-        let body = step.player().model.body_index(&foot).unwrap_or(0);
-        step.robot.truth().bodies[body].pos
-    });
-    let free = |[bx, by]: [f64; 2]| feet.iter().all(|f| (bx - f.x()).hypot(by - f.y()) > 0.3);
-    let mut ball = [1.0, 0.0];
-    for _ in 0..100 {
-        let [near, far] = options.ahead_m;
-        let [right, left] = options.left_m;
-        ball = [rng.uniform(near, far), rng.uniform(right, left)];
-        if free(world(ball)) {
-            break;
-        }
-    }
-    let bearing = rng.uniform(-options.goal_bearing_rad, options.goal_bearing_rad);
-    let goal = world([options.goal_distance_m * bearing.cos(), options.goal_distance_m * bearing.sin()]);
-    let at = world(ball);
-    step.robot.place_ball(at, [0.0; 2]);
-    step.place_goal(goal)?;
+    let (at, center) = (placed(&truth, next.ball_xy), placed(&truth, next.goal_xy));
+    let [vx, vy] = next.ball_velocity;
+    let (s, c) = truth.torso.rot.yaw().sin_cos();
+    step.robot.place_ball(at, [c * vx - s * vy, s * vx + c * vy]);
+    step.place_goal(center)?;
+    // The goal's plane is perpendicular to the robot's heading at the begin.
+    let goal = Goal { center, heading: truth.torso.rot.yaw(), half_width: field.goal_half_width_m };
     let before = step.runtime().kicks();
-    let began = step.run_until(options.patience_s + 5.0, |s| {
+    let began = step.run_until(field.patience_s + 5.0, |s| {
         s.runtime().kicks() > before || s.runtime().state() == State::Damping
     })?;
     let mut result = KickResult {
-        ball,
+        ball: next.ball_xy,
         motion: String::new(),
+        out_of_view: 0,
         ball_error_m: f64::NAN,
         struck: false,
         goal: false,
@@ -171,25 +193,21 @@ fn one_kick(step: &mut Lockstep, options: &MatchOptions, rng: &mut Rng) -> Resul
             result.motion.clone_from(&step.player().library.facts()[motion].name);
         }
         if let Some(believed) = step.runtime().ball() {
-            let placed = step.senses.placed(at, &step.truth());
+            let truth = step.truth();
+            let [x, y, _] = truth.ball.0;
+            let placed = step.senses.placed([x, y], &truth);
             result.ball_error_m = (believed[0] - placed[0]).hypot(believed[1] - placed[1]);
         }
-        // Along the robot's heading at the begin: the goal's plane is perpendicular to it.
-        let ahead_of = |p: [f64; 2]| c * (p[0] - goal[0]) + s * (p[1] - goal[1]);
-        let left_of = |p: [f64; 2]| c * (p[1] - goal[1]) - s * (p[0] - goal[0]);
         let (mut last, mut crossed, mut ready_us) = (at, false, None);
-        let patience_us = (options.patience_s * 1e6) as u64;
+        let patience_us = (field.patience_s * 1e6) as u64;
         step.run_until(60.0, |s| {
             let truth = s.robot.truth();
             let ([bx, by, _], [vx, vy, _]) = (truth.ball.pos.0, truth.ball.vel.0);
             let speed = vx.hypot(vy);
             result.struck |= speed > STRUCK;
-            let (from, to) = (ahead_of(last), ahead_of([bx, by]));
-            if result.struck && !crossed && from < 0.0 && to >= 0.0 {
+            if let (true, false, Some(crossing)) = (result.struck, crossed, goal.crossing(last, [bx, by])) {
                 crossed = true;
-                let share = from / (from - to);
-                let side = left_of(last) + share * (left_of([bx, by]) - left_of(last));
-                result.goal = side.abs() <= options.goal_half_width_m;
+                result.goal = crossing.inside;
             }
             last = [bx, by];
             match s.runtime().state() {
@@ -207,4 +225,35 @@ fn one_kick(step: &mut Lockstep, options: &MatchOptions, rng: &mut Rng) -> Resul
     }
     result.seconds = (step.robot.now_us() - begin_us) as f64 * 1e-6;
     Ok(result)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::PlayerSpec;
+
+    #[test]
+    fn balls_are_the_judges_as_far_as_the_robot_sees_them_and_does_not_stand_on_them() {
+        let policy =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+        let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
+        let step = Lockstep::new(&Arc::new(player), &LockstepOptions::default()).expect("MuJoCo");
+        // From a step ahead of the toes to twice as far as the camera sees: 0.5 to 2.4 m.
+        let mut field = Field::default();
+        field.workspace.x = [0.0, 4.8];
+        let (mut ours, mut judges) = (MatchBall::rng(0, 7), MatchBall::rng(0, 7));
+        let camera = step.player().task.eyes.camera.geometry();
+        let (mut drawn, mut hidden) = (0, 0);
+        for _ in 0..50 {
+            let (ball, out_of_view) = next_ball(&step, &field, &mut ours).expect("room");
+            let [x, y] = placed(&step.truth(), ball.ball_xy);
+            assert!(camera.sees(step.truth().torso.point_in_body(Vec3([x, y, 0.11]))), "{ball:?}");
+            assert!((0.4..2.6).contains(&ball.ball_xy[0]), "{ball:?}");
+            // The judge's next ball that fits is this one.
+            let passed = (0..REDRAWS).take_while(|_| field.draw_ball(&mut judges) != ball).count();
+            assert!(passed >= out_of_view, "{passed} {out_of_view}");
+            (drawn, hidden) = (drawn + passed + 1, hidden + out_of_view);
+        }
+        assert!(drawn < 1000 && (0.3..0.8).contains(&(f64::from(hidden as u32) / f64::from(drawn as u32))));
+    }
 }

@@ -15,6 +15,7 @@ use crate::shooting::Grid;
 use draw::{Draw, first_start};
 use observer::Player;
 
+pub use draw::MatchBall;
 pub use report::{KickOutcome, MatchOutcome, MatchReport, MatchTotal};
 
 /// What to run.

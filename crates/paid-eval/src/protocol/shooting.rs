@@ -18,7 +18,7 @@ pub(crate) use observer::Watch;
 
 pub(crate) use figures::PAPER;
 pub use figures::{panels, summary};
-pub use grid::{Placement, Trial, plan};
+pub use grid::{Placement, Trial, plan, robot_distance};
 pub use report::ShootingReport;
 pub use score::{CellScore, Outcome, totals};
 

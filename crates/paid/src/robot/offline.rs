@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
-use paid_deploy::sim::{Fault, LockstepOptions, MatchOptions, Order, play_match, serve};
+use paid_deploy::sim::{Fault, LockstepOptions, MatchOptions, MatchResult, Order, play_match, serve};
 use paid_deploy::{DdsLink, Player, Side};
 
 use super::PlayerArgs;
@@ -24,6 +24,9 @@ pub struct SimArgs {
     /// Kicks of the match.
     #[arg(long, value_name = "N", default_value_t = 11, requires = "lockstep")]
     kicks: usize,
+    /// Matches, each with the next seed.
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with = "log")]
+    matches: u64,
     /// Write every step to this log.
     #[arg(long, value_name = "FILE", requires = "lockstep")]
     log: Option<PathBuf>,
@@ -48,21 +51,45 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
     if let (Some(domain), Some(interface), false) = (args.domain, args.interface, args.lockstep) {
         return serve_network(args, &player, domain, interface);
     }
-    let log = match &args.log {
-        Some(file) => {
-            let header = LogHeader { player: args.player.spec(), limits: limits.clone() };
-            Some(LogWriter::create(file, &header)?)
-        }
-        None => None,
-    };
-    let lockstep = LockstepOptions { limits, seed: args.seed };
-    let options = MatchOptions { kicks: args.kicks, lockstep, ..MatchOptions::default() };
     println!(
         "{:>4} {:>14} {:<28} {:>10} {:>7} {:>5} {:>7}",
         "kick", "ball", "motion", "believed", "struck", "goal", "seconds"
     );
+    let mut results = Vec::new();
+    for seed in args.seed..args.seed + args.matches {
+        let log = match &args.log {
+            Some(file) => {
+                let header = LogHeader { player: args.player.spec(), limits: limits.clone() };
+                Some(LogWriter::create(file, &header)?)
+            }
+            None => None,
+        };
+        let lockstep = LockstepOptions { limits: limits.clone(), seed };
+        let mut options = MatchOptions { lockstep, ..MatchOptions::default() };
+        options.field.kicks = args.kicks;
+        results.push(one_match(&player, &options, log)?);
+    }
+    if results.len() > 1 {
+        let sum = |of: &dyn Fn(&MatchResult) -> usize| results.iter().map(of).sum::<usize>();
+        let (goals, balls) = (sum(&MatchResult::goals), sum(&|r| r.kicks.len()));
+        println!(
+            "\n{} matches: {goals} goals of {balls} balls ({:.1}%), {} matches stopped",
+            results.len(),
+            100.0 * goals as f64 / balls.max(1) as f64,
+            sum(&|r| usize::from(r.stopped.is_some()))
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Plays a match and prints it.
+fn one_match(
+    player: &Arc<Player>,
+    options: &MatchOptions,
+    log: Option<LogWriter>,
+) -> Result<MatchResult, Failure> {
     let mut number = 0;
-    let result = play_match(&player, &options, log, |kick| {
+    let result = play_match(player, options, log, |kick| {
         number += 1;
         let [x, y] = kick.ball;
         let yes = |b: bool| if b { "yes" } else { "no" };
@@ -77,11 +104,13 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         );
     })?;
     let [tilt, gyro, speed, torque] = result.peak;
+    let out_of_view: usize = result.kicks.iter().map(|kick| kick.out_of_view).sum();
     println!(
-        "\n{} goals of {} balls in {:.0} s of simulated time",
+        "{} goals of {} balls in {:.0} s of simulated time, seed {}; {out_of_view} places outside the picture were drawn again",
         result.goals(),
         result.kicks.len(),
-        result.seconds
+        result.seconds,
+        options.lockstep.seed
     );
     println!(
         "under the policy at most: tilt {tilt:.2} rad, pelvis {gyro:.1} rad/s, joints {:.0}% of their speed and {:.0}% of their torque",
@@ -91,7 +120,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
     if let Some(why) = &result.stopped {
         println!("the runtime damped the robot: {why}");
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(result)
 }
 
 /// Lines of the keyboard.

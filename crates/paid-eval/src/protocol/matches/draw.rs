@@ -15,6 +15,42 @@ const REDRAWS: usize = 1000;
 /// Random stream of the matches.
 const STREAM: u32 = 0x5108;
 
+/// A ball that appears to a robot, and the goal that it is for. Axes: origin on the ground below the robot's anchor, x along its heading, y left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MatchBall {
+    /// Ball center `[m]`.
+    pub ball_xy: [f64; 2],
+    /// Ball velocity `[m/s]`.
+    pub ball_velocity: [f64; 2],
+    /// Goal center `[m]`.
+    pub goal_xy: [f64; 2],
+}
+
+impl MatchBall {
+    /// The random numbers of match `number`: whoever plays it draws the same balls.
+    pub fn rng(seed: u64, number: u32) -> Rng {
+        Rng::new(seed, number, STREAM)
+    }
+}
+
+impl MatchOptions {
+    /// Draws a ball and a goal anywhere in their ranges; whether there is room is for the caller to judge.
+    pub fn draw_ball(&self, rng: &mut Rng) -> MatchBall {
+        let ball_xy = [
+            rng.uniform(self.workspace.x[0], self.workspace.x[1]),
+            rng.uniform(self.workspace.y[0], self.workspace.y[1]),
+        ];
+        let (speed, direction) = (rng.unit(), TAU * rng.unit());
+        let ball_velocity = self.rolling.map_or([0.0; 2], |[lo, hi]| {
+            let v = lo + (hi - lo) * speed;
+            [v * direction.cos(), v * direction.sin()]
+        });
+        let bearing = rng.uniform(-self.goal_bearing_deg, self.goal_bearing_deg).to_radians();
+        let goal_xy = [self.goal_distance_m * bearing.cos(), self.goal_distance_m * bearing.sin()];
+        MatchBall { ball_xy, ball_velocity, goal_xy }
+    }
+}
+
 /// The kicks of one match. They depend on the seed, the match's number and, where a ball would touch the robot, on how it stands.
 #[derive(Clone, Debug)]
 pub(super) struct Draw<'a> {
@@ -29,7 +65,7 @@ pub(super) struct Draw<'a> {
 impl<'a> Draw<'a> {
     pub(super) fn new(setup: &'a EvalSetup, options: &'a MatchOptions, number: usize) -> Self {
         // A stream of its own: the numbers must not be those of the environment's resets.
-        let rng = Rng::new(setup.seed, number as u32, STREAM);
+        let rng = MatchBall::rng(setup.seed, number as u32);
         Self { placement: Placement::new(setup), options, number, look: 0, rng }
     }
 
@@ -42,18 +78,7 @@ impl<'a> Draw<'a> {
     }
 
     fn any(&mut self) -> NextKick {
-        let (o, rng) = (self.options, &mut self.rng);
-        let ball_xy = [
-            rng.uniform(o.workspace.x[0], o.workspace.x[1]),
-            rng.uniform(o.workspace.y[0], o.workspace.y[1]),
-        ];
-        let (speed, direction) = (rng.unit(), TAU * rng.unit());
-        let ball_velocity = o.rolling.map_or([0.0; 2], |[lo, hi]| {
-            let v = lo + (hi - lo) * speed;
-            [v * direction.cos(), v * direction.sin()]
-        });
-        let bearing = rng.uniform(-o.goal_bearing_deg, o.goal_bearing_deg).to_radians();
-        let goal_xy = [o.goal_distance_m * bearing.cos(), o.goal_distance_m * bearing.sin()];
+        let MatchBall { ball_xy, ball_velocity, goal_xy } = self.options.draw_ball(&mut self.rng);
         NextKick {
             motion: self.placement.motion(self.number, self.look, ball_xy, ball_velocity),
             ball_xy,

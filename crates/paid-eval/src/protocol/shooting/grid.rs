@@ -89,8 +89,8 @@ impl<'a> Placement<'a> {
     }
 }
 
-/// Distance from a point to the nearest contact shape (zero inside a box); poses in model order.
-fn robot_distance(
+/// Distance from a point to the nearest contact shape `[m]`, zero inside a box; poses of the bodies' frames in the world, model order.
+pub fn robot_distance(
     model: &RobotModel,
     poses: impl Iterator<Item = ([f64; 3], Mat3<f64>)>,
     point: [f64; 3],
