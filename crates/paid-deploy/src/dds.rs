@@ -3,9 +3,9 @@
 //! The robot's topics have no key. Messages are read and written as bytes of CDR, so that [`crate::wire`] alone knows their fields.
 //! DDS as the robot uses it has no authentication: whoever reaches the network can command the robot.
 
-use std::collections::VecDeque;
 use std::net::IpAddr;
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rustdds::bytes::Bytes;
 use rustdds::no_key::{
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::link::{Inlet, Link, LinkError, Outlet};
 use crate::message::Packet;
-use crate::wire::LowCmd;
+use crate::wire::{Layout, LowCmd, Message};
 
 /// Topics and types of the robot, and the one of this project beside them.
 const LOW_STATE: [&str; 2] = ["rt/lowstate", "unitree_hg::msg::dds_::LowState_"];
@@ -55,6 +55,16 @@ impl SerializerAdapter<Vec<u8>> for Raw {
     }
 }
 
+impl SerializerAdapter<LowCmd> for Raw {
+    type Error = RawError;
+    fn output_encoding() -> RepresentationIdentifier {
+        RepresentationIdentifier::CDR_LE
+    }
+    fn to_bytes(value: &LowCmd) -> Result<Bytes, RawError> {
+        Ok(Bytes::copy_from_slice(&value.packed(Layout::Cdr)))
+    }
+}
+
 impl DeserializerAdapter<Vec<u8>> for Raw {
     type Error = RawError;
     type Decoded = Vec<u8>;
@@ -86,6 +96,7 @@ impl Decode<'_, Vec<u8>> for RawDecoder {
 struct Senses(Packet);
 
 type RawWriter = DataWriter<Vec<u8>, Raw>;
+type CommandWriter = DataWriter<LowCmd, Raw>;
 type RawReader = DataReader<Vec<u8>, Raw>;
 
 /// An end of the link on the network.
@@ -94,10 +105,30 @@ pub struct DdsLink {
     inlet: DdsInlet,
 }
 
+/// Checksums of the commands that this process has sent last, without a lock: the writer must not wait for the reader.
+struct Own {
+    sums: [AtomicU64; OWN],
+    next: AtomicUsize,
+}
+
+impl Own {
+    fn new() -> Self {
+        Self { sums: [const { AtomicU64::new(u64::MAX) }; OWN], next: AtomicUsize::new(0) }
+    }
+    fn add(&self, crc: u32) {
+        let at = self.next.fetch_add(1, Ordering::Relaxed) % OWN;
+        self.sums[at].store(u64::from(crc), Ordering::Release);
+    }
+    fn has(&self, crc: u32) -> bool {
+        self.sums.iter().any(|own| own.load(Ordering::Acquire) == u64::from(crc))
+    }
+}
+
 struct DdsOutlet {
-    writer: RawWriter,
+    states: Option<RawWriter>,
+    commands: Option<CommandWriter>,
     senses: Option<RawWriter>,
-    own: Arc<Mutex<VecDeque<u32>>>,
+    own: Arc<Own>,
     _participant: DomainParticipant,
 }
 
@@ -107,7 +138,7 @@ struct DdsInlet {
     senses: Option<RawReader>,
     /// Commands on the network, to notice those of others.
     commands: Option<RawReader>,
-    own: Arc<Mutex<VecDeque<u32>>>,
+    own: Arc<Own>,
 }
 
 fn network(what: &'static str) -> impl Fn(String) -> LinkError {
@@ -129,7 +160,7 @@ impl DdsLink {
             .reliability(Reliability::BestEffort)
             .history(History::KeepLast { depth: 1 })
             .build();
-        let own = Arc::new(Mutex::new(VecDeque::with_capacity(OWN + 1)));
+        let own = Arc::new(Own::new());
         let publisher = participant.create_publisher(&qos).map_err(|e| fail(e.to_string()))?;
         let subscriber = participant.create_subscriber(&qos).map_err(|e| fail(e.to_string()))?;
         let topic = |[name, kind]: [&str; 2]| {
@@ -151,20 +182,27 @@ impl DdsLink {
                 .create_datareader_no_key::<Vec<u8>, Raw>(&topic(name)?, Some(qos.clone()))
                 .map_err(|e| fail(e.to_string()))
         };
-        let (out, main) = match side {
-            Side::Robot => (LOW_STATE, LOW_CMD),
-            Side::Runtime => (LOW_CMD, LOW_STATE),
+        let main = match side {
+            Side::Robot => LOW_CMD,
+            Side::Runtime => LOW_STATE,
         };
         let senses_out = if side == Side::Robot { Some(writer(SENSES, &reliable)?) } else { None };
         let at_runtime = side == Side::Runtime;
         let senses_in = if at_runtime { Some(reader(SENSES, &reliable)?) } else { None };
         let commands = if at_runtime { Some(reader(LOW_CMD, &qos)?) } else { None };
         // A reliable writer serves readers of either kind.
-        let writer = writer(out, &reliable)?;
+        let states = if at_runtime { None } else { Some(writer(LOW_STATE, &reliable)?) };
+        let command_writer = |topic| {
+            publisher
+                .create_datawriter_no_key::<LowCmd, Raw>(&topic, Some(reliable.clone()))
+                .map_err(|e| fail(e.to_string()))
+        };
+        let command_writer = if at_runtime { Some(command_writer(topic(LOW_CMD)?)?) } else { None };
         let main = reader(main, &qos)?;
         Ok(Self {
             outlet: DdsOutlet {
-                writer,
+                states,
+                commands: command_writer,
                 senses: senses_out,
                 own: Arc::clone(&own),
                 _participant: participant,
@@ -174,20 +212,24 @@ impl DdsLink {
     }
 }
 
+/// A full queue loses a packet, as a network does; the next one comes 2 ms later.
+fn sent<T>(result: rustdds::dds::WriteResult<(), T>) -> Result<(), LinkError> {
+    match result {
+        Ok(()) | Err(rustdds::dds::WriteError::WouldBlock { .. }) => Ok(()),
+        Err(error) => Err(network("DDS write")(error.to_string())),
+    }
+}
+
 impl Outlet for DdsOutlet {
     fn send(&mut self, packet: Packet) -> Result<(), LinkError> {
         let fail = network("DDS write");
         let (writer, bytes) = match packet {
-            Packet::LowState(bytes) => (&self.writer, bytes),
+            Packet::LowState(bytes) => {
+                let Some(states) = &self.states else { return Ok(()) };
+                (states, bytes)
+            }
             Packet::LowCmd(bytes) => {
-                if let Some(crc) = bytes.last_chunk().map(|crc| u32::from_le_bytes(*crc)) {
-                    let mut own = self.own.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                    own.push_back(crc);
-                    if own.len() > OWN {
-                        own.pop_front();
-                    }
-                }
-                (&self.writer, bytes)
+                return LowCmd::from_cdr(&bytes).map_or(Ok(()), |command| self.command(&command));
             }
             Packet::OthersCommand => return Ok(()),
             other => {
@@ -198,11 +240,13 @@ impl Outlet for DdsOutlet {
                 (senses, bytes)
             }
         };
-        // A full queue loses a packet, as a network does; the next one comes 2 ms later.
-        match writer.write(bytes, None) {
-            Ok(()) | Err(rustdds::dds::WriteError::WouldBlock { .. }) => Ok(()),
-            Err(error) => Err(fail(error.to_string())),
-        }
+        sent(writer.write(bytes, None))
+    }
+
+    fn command(&mut self, command: &LowCmd) -> Result<(), LinkError> {
+        let Some(commands) = &self.commands else { return Ok(()) };
+        self.own.add(command.crc);
+        sent(commands.write(command.clone(), None))
     }
 }
 
@@ -233,9 +277,8 @@ impl Inlet for DdsInlet {
         if let Some(reader) = &mut self.commands
             && let Some(bytes) = take(reader)?
         {
-            let own = self.own.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
             let crc = LowCmd::from_cdr(&bytes).ok().map(|command| command.crc);
-            if crc.is_none_or(|crc| !own.contains(&crc)) {
+            if crc.is_none_or(|crc| !self.own.has(crc)) {
                 return Ok(Some(Packet::OthersCommand));
             }
         }
@@ -246,6 +289,9 @@ impl Inlet for DdsInlet {
 impl Outlet for DdsLink {
     fn send(&mut self, packet: Packet) -> Result<(), LinkError> {
         self.outlet.send(packet)
+    }
+    fn command(&mut self, command: &LowCmd) -> Result<(), LinkError> {
+        self.outlet.command(command)
     }
 }
 

@@ -21,10 +21,12 @@ mod check;
 #[cfg(feature = "dds")]
 mod dds;
 mod error;
+mod lateness;
 mod limits;
 mod link;
 mod live;
 pub mod log;
+mod mailbox;
 mod message;
 mod motors;
 mod player;
@@ -37,11 +39,13 @@ pub use check::{CheckReport, Checker};
 #[cfg(feature = "dds")]
 pub use dds::{DdsLink, Side};
 pub use error::DeployError;
+pub use lateness::{LATENESS_EDGES_MS, Lateness, LatenessFigures, lateness_table};
 pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
-pub use live::{Lateness, Live, LiveReport, run_live};
+pub use live::{Live, LiveReport, LiveStatus, Told, run_live};
+pub use mailbox::Mailbox;
 pub use message::{OdometryPose, Packet, Sighting};
 pub use motors::{G1_MOTORS, motors_of};
 pub use player::{Player, PlayerSpec};
-pub use runtime::{Event, Output, PolicyTrace, Reason, Runtime, State};
+pub use runtime::{Event, Output, PolicyTrace, Reason, Runtime, State, Status};
 pub use writer::Writer;

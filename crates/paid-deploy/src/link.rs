@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_cha
 use thiserror::Error;
 
 use crate::message::Packet;
+use crate::wire::LowCmd;
 
 /// Packets that wait in a channel before new ones are dropped: half a second of everything.
 const DEPTH: usize = 1024;
@@ -32,6 +33,14 @@ pub trait Outlet: Send {
     /// # Errors
     /// If the link is closed or broken.
     fn send(&mut self, packet: Packet) -> Result<(), LinkError>;
+
+    /// Sends a command; the writer's way out, which allocates nothing before the network does.
+    ///
+    /// # Errors
+    /// As [`Outlet::send`].
+    fn command(&mut self, command: &LowCmd) -> Result<(), LinkError> {
+        self.send(Packet::LowCmd(command.to_cdr()))
+    }
 }
 
 /// Where packets come in. Nothing here waits.

@@ -1,97 +1,34 @@
-//! The runtime on a real clock: one thread thinks, one writes, one logs.
+//! The runtime on a real clock: one thread thinks, one writes, one logs, one tells.
 //!
-//! The thinking thread takes in packets, checks, and lets the policy act. The writing thread sends its last command 500 times a second and
-//! sends damping once the thinking thread is silent, has panicked or has ended. The log goes through a channel that drops frames
-//! rather than wait.
+//! The thinking thread takes in packets, checks, and lets the policy act. The writing thread sends the newest command 500 times a second and
+//! sends damping once the thinking thread is silent, has panicked or has ended. Neither waits for the other, nor for whoever logs or shows:
+//! the command and the status travel in a [`Mailbox`], log and diary in channels that drop rather than wait.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::sync_channel;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+
 use crate::DeployError;
+use crate::lateness::{Lateness, Pace};
 use crate::link::Link;
 use crate::log::{Frame, LogWriter};
-use crate::message::Packet;
-use crate::runtime::{COMMAND_US, Event, Runtime, State};
+use crate::mailbox::Mailbox;
+use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
+use crate::wire::LowCmd;
 use crate::writer::Writer;
 
 /// Frames that may wait for the disk.
 const WAITING: usize = 500;
-
-/// How late a loop came, in steps of 10 microseconds.
-#[derive(Clone, Debug)]
-pub struct Lateness {
-    counts: Vec<u64>,
-}
-
-impl Default for Lateness {
-    fn default() -> Self {
-        Self { counts: vec![0; 10_000] }
-    }
-}
-
-impl Lateness {
-    fn add(&mut self, late: Duration) {
-        let at = (late.as_micros() / 10) as usize;
-        let last = self.counts.len() - 1;
-        self.counts[at.min(last)] += 1;
-    }
-
-    /// The lateness that a share of the periods stayed within `[ms]`.
-    pub fn quantile_ms(&self, share: f64) -> f64 {
-        let total: u64 = self.counts.iter().sum();
-        let wanted = (share * total as f64).ceil() as u64;
-        let mut seen = 0;
-        for (k, count) in self.counts.iter().enumerate() {
-            seen += count;
-            if seen >= wanted.max(1) {
-                return (k + 1) as f64 * 0.01;
-            }
-        }
-        f64::NAN
-    }
-
-    /// A bare loop of the command period on this machine, for comparison.
-    pub fn of_bare_timer(duration: Duration) -> Self {
-        let mut out = Self::default();
-        let mut pace = Pace::new(COMMAND_US);
-        let begin = Instant::now();
-        while begin.elapsed() < duration {
-            out.add(pace.wait());
-        }
-        out
-    }
-}
-
-/// Wakes up at whole periods.
-struct Pace {
-    next: Instant,
-    period: Duration,
-}
-
-impl Pace {
-    fn new(period_us: u64) -> Self {
-        let period = Duration::from_micros(period_us);
-        Self { next: Instant::now() + period, period }
-    }
-
-    /// Sleeps until the next period begins; how late it is. Periods that were slept through are left out.
-    fn wait(&mut self) -> Duration {
-        let now = Instant::now();
-        if now < self.next {
-            std::thread::sleep(self.next - now);
-        }
-        let now = Instant::now();
-        let late = now.saturating_duration_since(self.next);
-        self.next += self.period;
-        if self.next < now {
-            self.next = now + self.period;
-        }
-        late
-    }
-}
+/// Lines of the diary that may wait to be told.
+const UNTOLD: usize = 256;
+/// Time between two statuses.
+const STATUS_EVERY: Duration = Duration::from_millis(100);
+/// Real-time priorities of the writing and the thinking thread.
+pub(crate) const WRITER_PRIORITY: i32 = 60;
+const THINKER_PRIORITY: i32 = 50;
 
 /// What to run live.
 pub struct Live {
@@ -107,6 +44,31 @@ pub struct Live {
     pub duration: Option<Duration>,
 }
 
+/// What is told while it runs, from a thread of its own that may take its time.
+#[derive(Clone, Copy, Debug)]
+pub enum Told<'a> {
+    /// A transition or a note.
+    Event(&'a Event),
+    /// The state of things, ten times a second.
+    Status(&'a LiveStatus),
+}
+
+/// The runtime's status and the machine's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LiveStatus {
+    /// The runtime's.
+    #[serde(flatten)]
+    pub runtime: Status,
+    /// States of the robot and commands to it a second, over the last tenth.
+    pub rates_hz: [f64; 2],
+    /// The longest step of the runtime and the latest command since the last status `[us]`.
+    pub longest_step_us: u64,
+    /// See `longest_step_us`.
+    pub latest_command_us: u64,
+    /// True if the robot is told nothing.
+    pub dry_run: bool,
+}
+
 /// How it went.
 #[derive(Clone, Debug)]
 pub struct LiveReport {
@@ -118,8 +80,10 @@ pub struct LiveReport {
     pub kicks: usize,
     /// Steps of the runtime.
     pub steps: u64,
-    /// Processor time of a policy step's whole runtime step, the longest `[us]`.
+    /// The longest step of the runtime, clock time `[us]`.
     pub longest_step_us: u64,
+    /// How long steps took in which the policy acted, as a lateness: the packets' intake, tracker, observation, network and command.
+    pub policy_steps: Lateness,
     /// How late commands were.
     pub lateness: Lateness,
     /// Frames that the log had to drop.
@@ -130,8 +94,28 @@ pub struct LiveReport {
     pub died: Option<String>,
 }
 
+/// Steps of the thinking thread between two statuses: a fiftieth of a second, so that there is always a fresh one.
+const STATUS_STEPS: u64 = 10;
+
+/// Counts a second.
+#[derive(Debug, Default)]
+struct Rates {
+    before: Option<(f64, [u64; 2])>,
+}
+
+impl Rates {
+    /// Rates since the last call `[Hz]`, whose time was earlier than `now_s` `[s]`; zeros at the first one.
+    fn since_last(&mut self, now_s: f64, counts: [u64; 2]) -> [f64; 2] {
+        let before = self.before.replace((now_s, counts));
+        before.map_or([0.0; 2], |(then_s, old)| {
+            let time = (now_s - then_s).max(1e-6);
+            [0, 1].map(|k| counts[k].saturating_sub(old[k]) as f64 / time)
+        })
+    }
+}
+
 /// Asks the system for real-time priority of the calling thread; true if it was granted.
-fn ask_for_real_time(priority: i32) -> bool {
+pub(crate) fn ask_for_real_time(priority: i32) -> bool {
     // SAFETY: a plain structure of the system, for which all zeros is a value.
     let mut parameters: libc::sched_param = unsafe { std::mem::zeroed() };
     parameters.sched_priority = priority;
@@ -147,17 +131,18 @@ pub fn run_live(
     live: Live,
     link: impl Link,
     stop: &AtomicBool,
-    mut told: impl FnMut(&Event) + Send,
+    mut told: impl FnMut(Told<'_>) + Send,
 ) -> Result<LiveReport, DeployError> {
-    let Live { mut runtime, writer, dry_run, log, duration } = live;
+    let Live { mut runtime, mut writer, dry_run, log, duration } = live;
     let (mut out, mut input) = link.split();
     let begin = Instant::now();
     let micros = move || begin.elapsed().as_micros() as u64;
-    let writer = Mutex::new(writer);
     let over = AtomicBool::new(false);
     let real_time = AtomicBool::new(false);
+    let (commands, statuses) = (Mailbox::<(LowCmd, u64)>::default(), Mailbox::<Status>::default());
+    let (written, latest_us, longest_us) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
     let (to_log, frames) = sync_channel::<Frame>(WAITING);
-    let lock = || writer.lock().unwrap_or_else(PoisonError::into_inner);
+    let (to_tell, diary) = sync_channel::<Event>(UNTOLD);
 
     std::thread::scope(|scope| {
         let logging = scope.spawn(move || {
@@ -170,27 +155,58 @@ pub fn run_live(
             }
             log.finish()
         });
+        let (statuses, written, longest_us, latest_us) = (&statuses, &written, &longest_us, &latest_us);
+        let told = &mut told;
+        let telling = scope.spawn(move || {
+            let mut rates = Rates::default();
+            let mut due = Instant::now();
+            loop {
+                match diary.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                    Ok(event) => told(Told::Event(&event)),
+                    Err(RecvTimeoutError::Disconnected) => return,
+                    Err(RecvTimeoutError::Timeout) => {
+                        due = Instant::now() + STATUS_EVERY;
+                        let Some(status) = statuses.take() else { continue };
+                        let counts = [status.states, written.load(Ordering::Relaxed)];
+                        let rates_hz = rates.since_last(begin.elapsed().as_secs_f64(), counts);
+                        told(Told::Status(&LiveStatus {
+                            runtime: status,
+                            rates_hz,
+                            longest_step_us: longest_us.swap(0, Ordering::Relaxed),
+                            latest_command_us: latest_us.swap(0, Ordering::Relaxed),
+                            dry_run,
+                        }));
+                    }
+                }
+            }
+        });
         let writing = scope.spawn(|| {
-            real_time.store(ask_for_real_time(60), Ordering::Relaxed);
+            real_time.store(ask_for_real_time(WRITER_PRIORITY), Ordering::Relaxed);
             let (mut pace, mut lateness) = (Pace::new(COMMAND_US), Lateness::default());
             let mut rest = 250;
             let mut broken = Ok(());
             while rest > 0 && broken.is_ok() {
-                lateness.add(pace.wait());
+                let late = pace.wait();
+                lateness.add(late);
+                latest_us.fetch_max(late.as_micros() as u64, Ordering::Relaxed);
                 if over.load(Ordering::Acquire) {
                     rest -= 1;
                 }
-                let command = lock().write(micros());
-                if let (Some(command), false) = (command, dry_run) {
-                    broken = out.send(Packet::LowCmd(command.to_cdr()));
+                if let Some((command, given_us)) = commands.take() {
+                    writer.give(Some(command), given_us);
+                }
+                if let (Some(command), false) = (writer.write(micros()), dry_run) {
+                    broken = out.command(&command);
+                    written.fetch_add(1, Ordering::Relaxed);
                 }
             }
             (lateness, broken)
         });
         let mut events = Vec::new();
         let (mut steps, mut longest_step_us, mut dropped_frames) = (0, 0, 0);
+        let mut policy_steps = Lateness::default();
         let thinking = catch_unwind(AssertUnwindSafe(|| -> Result<(), DeployError> {
-            ask_for_real_time(50);
+            ask_for_real_time(THINKER_PRIORITY);
             let mut pace = Pace::new(COMMAND_US);
             let mut packets = Vec::with_capacity(64);
             let mut ending = 0;
@@ -202,26 +218,39 @@ pub fn run_live(
                 let now_us = micros();
                 let stopping = stop.load(Ordering::Relaxed) || duration.is_some_and(|d| begin.elapsed() >= d);
                 ending += u32::from(stopping);
-                let output = runtime.step(now_us, &packets, stopping);
-                longest_step_us = longest_step_us.max(micros() - now_us);
-                lock().give(output.command.clone(), now_us);
-                for event in &output.events {
-                    told(event);
-                    events.push(event.clone());
+                let mut output = runtime.step(now_us, &packets, stopping);
+                let took_us = micros() - now_us;
+                longest_step_us = longest_step_us.max(took_us);
+                longest_us.fetch_max(took_us, Ordering::Relaxed);
+                if output.acted {
+                    policy_steps.add(Duration::from_micros(took_us));
                 }
-                let frame = Frame::new(now_us, &packets, stopping, &output);
+                // The writer is inside for well under a microsecond: if just now, the next command is 2 ms away.
+                if let Some(command) = &output.command {
+                    commands.put((command.clone(), now_us));
+                }
+                if steps % STATUS_STEPS == 0 {
+                    statuses.put(runtime.status(now_us));
+                }
+                // Beyond this point nothing is urgent.
+                for event in &output.events {
+                    let _ = to_tell.try_send(event.clone());
+                }
+                let frame = Frame::new(now_us, &packets, stopping, &output, &runtime);
                 dropped_frames += u64::from(to_log.try_send(frame).is_err());
+                events.append(&mut output.events);
                 packets.clear();
                 steps += 1;
             }
             Ok(())
         }));
         over.store(true, Ordering::Release);
-        drop(to_log);
+        drop((to_log, to_tell));
         let (lateness, broken) =
             writing.join().map_err(|_| DeployError::Refused("the writing thread has panicked".to_owned()))?;
         let logged =
             logging.join().map_err(|_| DeployError::Refused("the logging thread has panicked".to_owned()))?;
+        telling.join().map_err(|_| DeployError::Refused("the telling thread has panicked".to_owned()))?;
         broken?;
         let died = match thinking {
             Ok(result) => {
@@ -243,10 +272,23 @@ pub fn run_live(
             kicks: runtime.kicks(),
             steps,
             longest_step_us,
+            policy_steps,
             lateness,
             dropped_frames,
             real_time: real_time.load(Ordering::Relaxed),
             died,
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_are_counts_over_time() {
+        let mut rates = Rates::default();
+        assert_eq!(rates.since_last(1.0, [100, 7]), [0.0, 0.0]);
+        assert_eq!(rates.since_last(1.5, [350, 7]), [500.0, 0.0]);
+    }
 }

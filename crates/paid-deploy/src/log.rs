@@ -53,15 +53,15 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Of a step's inputs and output.
-    pub fn new(now_us: u64, packets: &[Packet], stop: bool, output: &Output) -> Self {
+    /// Of the inputs and the output of the runtime's last step.
+    pub fn new(now_us: u64, packets: &[Packet], stop: bool, output: &Output, runtime: &Runtime) -> Self {
         Self {
             now_us,
             packets: packets.to_vec(),
             stop,
             command: output.command.as_ref().map(LowCmd::to_cdr).unwrap_or_default(),
             state: output.state,
-            trace: output.trace.clone(),
+            trace: output.acted.then(|| runtime.trace().clone()),
             events: output.events.clone(),
         }
     }
@@ -89,9 +89,9 @@ impl LogWriter {
         Ok(Self { file: file.to_owned(), out: Some(out), since_flush: 0, written: 0, failed: None })
     }
 
-    /// Writes a step.
-    pub fn step(&mut self, now_us: u64, packets: &[Packet], stop: bool, output: &Output) {
-        self.write(&Frame::new(now_us, packets, stop, output));
+    /// Writes the runtime's last step.
+    pub fn step(&mut self, now_us: u64, packets: &[Packet], stop: bool, output: &Output, runtime: &Runtime) {
+        self.write(&Frame::new(now_us, packets, stop, output, runtime));
     }
 
     /// Writes a frame. After a failure nothing more is written.
@@ -204,7 +204,7 @@ pub fn replay(log: &mut LogReader, player: &Arc<Player>) -> Result<Replay, Deplo
     let mut out = Replay { frames: 0, policy_steps: 0, difference: None };
     while let Some(frame) = log.next_frame()? {
         let output = runtime.step(frame.now_us, &frame.packets, frame.stop);
-        let again = Frame::new(frame.now_us, &frame.packets, frame.stop, &output);
+        let again = Frame::new(frame.now_us, &frame.packets, frame.stop, &output, &runtime);
         let bits = |trace: &Option<PolicyTrace>| {
             trace
                 .as_ref()

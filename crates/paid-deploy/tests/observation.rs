@@ -89,8 +89,8 @@ fn the_first_observation_of_a_kick_is_the_tasks() {
         };
         let packets = messages(&player, &state, quat, [goal[0], goal[1]], now_us, keys);
         let output = runtime.step(now_us, &packets, false);
-        if let Some(trace) = output.trace {
-            seen = Some(trace);
+        if output.acted {
+            seen = Some(runtime.trace().clone());
             break;
         }
     }

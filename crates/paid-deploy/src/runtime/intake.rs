@@ -11,6 +11,8 @@ pub(super) struct Intake {
     /// When the last state came whose tick was new.
     pub state_us: Option<u64>,
     pub tick: Option<u32>,
+    /// States so far whose tick was new.
+    pub states: u64,
     pub crc_errors: u32,
     /// The last state had a number that is not finite.
     pub not_finite: bool,
@@ -61,6 +63,7 @@ impl Runtime {
         // A state that is sent again is no news of the robot.
         if intake.tick != Some(state.tick) {
             intake.tick = Some(state.tick);
+            intake.states += 1;
             intake.state_us = Some(now_us);
         }
         intake.remote = Remote::new(&state.wireless_remote);

@@ -7,6 +7,7 @@ mod intake;
 mod monitor;
 mod reason;
 mod sight;
+mod status;
 
 use std::sync::Arc;
 
@@ -22,6 +23,7 @@ use intake::Intake;
 use sight::Sight;
 
 pub use reason::{Event, Reason, State};
+pub use status::Status;
 
 /// Time between two policy steps `[us]`.
 pub const POLICY_US: u64 = 20_000;
@@ -44,8 +46,8 @@ pub struct Output {
     pub command: Option<LowCmd>,
     /// The state after the step.
     pub state: State,
-    /// The policy's step, if there was one.
-    pub trace: Option<PolicyTrace>,
+    /// True if the policy has acted: [`Runtime::trace`] is its step.
+    pub acted: bool,
     /// What has happened.
     pub events: Vec<Event>,
 }
@@ -90,7 +92,9 @@ pub struct Runtime {
     playing: Option<Playing>,
     memory: PolicyState,
     trace: PolicyTrace,
+    /// Room for the policy's step, which must not allocate.
     joints: Vec<f64>,
+    numbers: Vec<f64>,
     next_policy_us: Option<u64>,
     late: u32,
     still_since_us: Option<u64>,
@@ -114,6 +118,7 @@ impl Runtime {
                 observation: Vec::with_capacity(player.policy.obs_dim()),
                 action: vec![0.0; joints],
             },
+            numbers: Vec::with_capacity(player.policy.obs_dim()),
             player,
             limits,
             state: State::Passive,
@@ -153,6 +158,10 @@ impl Runtime {
     pub fn kicks(&self) -> usize {
         self.kicks
     }
+    /// What the policy got and gave last.
+    pub fn trace(&self) -> &PolicyTrace {
+        &self.trace
+    }
     /// Motion of the kick that is played or was the last one.
     pub fn motion(&self) -> Option<usize> {
         self.playing.as_ref().map(|playing| playing.motion)
@@ -182,17 +191,17 @@ impl Runtime {
                 self.keys(now_us);
             }
         }
-        let mut trace = None;
+        let mut acted = false;
         if policy_due {
             self.sight.advance(now_us, POLICY_US as f64 * 1e-6, self.to_strike());
-            trace = self.think(now_us);
+            acted = self.think(now_us);
         }
         if self.state == State::StandUp {
             self.stand_up(now_us);
         }
         self.begun_us.get_or_insert(now_us);
         let command = (!self.listens(now_us)).then(|| self.command(now_us));
-        Output { command, state: self.state, trace, events: std::mem::take(&mut self.events) }
+        Output { command, state: self.state, acted, events: std::mem::take(&mut self.events) }
     }
 
     /// True where a policy step is due; counts those that came late.

@@ -163,7 +163,7 @@ impl Lockstep {
             let stop = self.fault == Some(Fault::StopSignal);
             let output = self.runtime.step(now_us, &self.packets, stop);
             if let Some(log) = &mut self.log {
-                log.step(now_us, &self.packets, stop, &output);
+                log.step(now_us, &self.packets, stop, &output, &self.runtime);
             }
             self.packets.clear();
             self.events.extend(output.events);

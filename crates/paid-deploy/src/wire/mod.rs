@@ -14,6 +14,7 @@ pub use low_cmd::{LowCmd, MotorCmd};
 pub use low_state::{ImuState, LowState, MotorState};
 pub use remote::{Key, Remote};
 pub use walk::WireError;
+pub(crate) use walk::{Layout, Message};
 
 /// Motors of a message; a G1 with 29 joints uses the first 29.
 pub const MOTORS: usize = 35;

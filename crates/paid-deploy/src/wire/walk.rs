@@ -53,16 +53,38 @@ pub(crate) trait Walk {
     }
 }
 
+/// No message is longer `[bytes]`: a state in C has 2092.
+const LONGEST: usize = 2096;
+
+/// A message's bytes.
+#[derive(Clone, Debug)]
+pub(crate) struct Packed {
+    bytes: [u8; LONGEST],
+    length: usize,
+}
+
+impl core::ops::Deref for Packed {
+    type Target = [u8];
+    fn deref(&self) -> &[u8] {
+        &self.bytes[..self.length]
+    }
+}
+
 /// A message.
 pub(crate) trait Message: Clone + Default {
     const NAME: &'static str;
     fn walk(&mut self, walk: &mut impl Walk);
 
-    /// The message's bytes.
-    fn to_bytes(&self, layout: Layout) -> Vec<u8> {
-        let mut put = Put { out: Vec::with_capacity(2200), layout };
+    /// The message's bytes, without an allocation: the writer calls it 500 times a second.
+    fn packed(&self, layout: Layout) -> Packed {
+        let mut put = Put { out: Packed { bytes: [0; LONGEST], length: 0 }, layout };
         self.clone().walk(&mut put);
         put.out
+    }
+
+    /// The message's bytes.
+    fn to_bytes(&self, layout: Layout) -> Vec<u8> {
+        self.packed(layout).to_vec()
     }
 
     /// The message in `bytes`, which must be as long as it. Up to 3 bytes of padding at the end of a CDR stream are allowed.
@@ -108,7 +130,7 @@ macro_rules! forms {
             }
             /// The checksum that the message should have.
             pub fn expected_crc(&self) -> u32 {
-                $crate::wire::crc32(&self.to_c()[..Self::C_SIZE - 4])
+                $crate::wire::crc32(&self.packed($crate::wire::walk::Layout::C)[..Self::C_SIZE - 4])
             }
             /// With its checksum.
             #[must_use]
@@ -122,19 +144,20 @@ macro_rules! forms {
 pub(crate) use forms;
 
 struct Put {
-    out: Vec<u8>,
+    out: Packed,
     layout: Layout,
 }
 
 impl Walk for Put {
     fn group(&mut self) {
         if self.layout == Layout::C {
-            self.out.resize(self.out.len().next_multiple_of(4), 0);
+            self.out.length = self.out.length.next_multiple_of(4);
         }
     }
     fn bytes<const N: usize>(&mut self, align: usize, value: [u8; N]) -> [u8; N] {
-        self.out.resize(self.out.len().next_multiple_of(align), 0);
-        self.out.extend(value);
+        let from = self.out.length.next_multiple_of(align);
+        self.out.length = from + N;
+        self.out.bytes[from..from + N].copy_from_slice(&value);
         value
     }
 }

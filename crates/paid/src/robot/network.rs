@@ -6,7 +6,10 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use paid_deploy::log::{LogHeader, LogWriter};
-use paid_deploy::{Checker, DdsLink, Inlet, Lateness, Live, Runtime, Side, Writer, run_live};
+use paid_deploy::{
+    Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Lateness, Live, Runtime, Side, Told, Writer, lateness_table,
+    run_live,
+};
 
 use super::{NetworkArgs, PlayerArgs};
 use crate::failure::Failure;
@@ -24,6 +27,12 @@ pub struct RunArgs {
     /// Write every step to this log.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
+    /// Events, status and figures as JSON, a line each.
+    #[arg(long)]
+    json: bool,
+    /// Say nothing before the end.
+    #[arg(long, conflicts_with = "json")]
+    quiet: bool,
     /// End after so many seconds [default: runs until Ctrl-C].
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -42,11 +51,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     };
     let NetworkArgs { domain, interface } = args.network;
     let link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
-    println!(
-        "domain {domain}, interface {interface}{}",
-        if args.dry_run { ", dry run: no commands" } else { "" }
-    );
-    println!("L2+Up: stand up; R1+X: kicks are allowed; L2+B: damping. Ctrl-C: damping, and the end.");
+    if !args.json && !args.quiet {
+        let dry = if args.dry_run { ", dry run: no commands" } else { "" };
+        println!("domain {domain}, interface {interface}{dry}");
+        println!("L2+Up: stand up; R1+X: kicks are allowed; L2+B: damping. Ctrl-C: damping, and the end.");
+    }
     let live = Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(player, limits),
@@ -54,24 +63,52 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         log,
         duration: args.seconds.map(Duration::from_secs_f64),
     };
-    let report = run_live(live, link, &stop, |event| {
-        println!("{:>10.3} s  {} -> {}: {}", event.at_us as f64 * 1e-6, event.from, event.to, event.reason);
+    let report = run_live(live, link, &stop, |told| match told {
+        Told::Event(event) if args.json => json_line("event", event),
+        Told::Status(status) if args.json => json_line("status", status),
+        Told::Event(event) if !args.quiet => {
+            println!(
+                "{:>10.3} s  {} -> {}: {}",
+                event.at_us as f64 * 1e-6,
+                event.from,
+                event.to,
+                event.reason
+            );
+        }
+        Told::Event(_) | Told::Status(_) => {}
     })?;
-    let late = |l: &Lateness| {
-        format!("{:.2} / {:.2} / {:.2}", l.quantile_ms(0.5), l.quantile_ms(0.99), l.quantile_ms(0.999))
-    };
-    let timer = Lateness::of_bare_timer(Duration::from_secs(2));
+    let timer = Lateness::of_bare_timer(Duration::from_secs(2)).figures();
+    let (commands, policy) = (report.lateness.figures(), report.policy_steps.figures());
+    if args.json {
+        json_line(
+            "end",
+            &serde_json::json!({
+                "kicks": report.kicks,
+                "steps": report.steps,
+                "longest_step_us": report.longest_step_us,
+                "edges_ms": LATENESS_EDGES_MS,
+                "commands_late": commands,
+                "bare_timer_late": timer,
+                "policy_steps_took": policy,
+                "real_time": report.real_time,
+                "dropped_frames": report.dropped_frames,
+                "died": report.died,
+            }),
+        );
+        return Ok(if report.died.is_none() { ExitCode::SUCCESS } else { ExitCode::from(1) });
+    }
     println!(
         "{} kicks; {} steps, the longest {:.2} ms",
         report.kicks,
         report.steps,
         report.longest_step_us as f64 * 1e-3
     );
+    let [half, most, nearly_all, all] = policy.within_ms;
     println!(
-        "commands late by {} ms (50 / 99 / 99.9%); a bare timer here by {} ms",
-        late(&report.lateness),
-        late(&timer)
+        "{} policy steps within {half:.2} / {most:.2} / {nearly_all:.2} / {all:.2} ms (50 / 99 / 99.9 / 100%)",
+        policy.periods
     );
+    print!("{}", lateness_table(&commands, &timer));
     if !report.real_time {
         println!("the system grants no real-time priority (it needs CAP_SYS_NICE): commands may come late");
     }
@@ -85,6 +122,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
             Ok(ExitCode::from(1))
         }
     }
+}
+
+/// Prints a line of JSON: what it is, and what there is to say. Infinite ages are null.
+fn json_line(kind: &str, content: &impl serde::Serialize) {
+    println!("{}", serde_json::json!({ kind: content }));
 }
 
 /// Arguments of `paid robot check`.

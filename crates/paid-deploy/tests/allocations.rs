@@ -1,0 +1,141 @@
+//! The control threads allocate nothing between transitions.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use paid_deploy::log::{LogHeader, LogReader, LogWriter};
+use paid_deploy::sim::{Lockstep, LockstepOptions};
+use paid_deploy::wire::LowCmd;
+use paid_deploy::{Limits, LinkError, Mailbox, Outlet, Packet, Player, PlayerSpec, Runtime, State, Writer};
+
+/// The system's allocator, which counts what this thread asks for while it watches.
+struct Counting;
+
+thread_local! {
+    static COUNT: Cell<Option<u64>> = const { Cell::new(None) };
+}
+
+fn count() {
+    // A thread that ends may have dropped its counter already.
+    let _ = COUNT.try_with(|count| count.set(count.get().map(|n| n + 1)));
+}
+
+// SAFETY: everything is passed on to the system's allocator as it came; counting allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(memory, layout) }
+    }
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(memory, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Allocations of this thread in `act`.
+fn allocations<R>(act: impl FnOnce() -> R) -> (R, u64) {
+    COUNT.set(Some(0));
+    let result = act();
+    (result, COUNT.replace(None).unwrap_or_default())
+}
+
+/// A way out that keeps nothing.
+struct Nowhere(u64);
+
+impl Outlet for Nowhere {
+    fn send(&mut self, _packet: Packet) -> Result<(), LinkError> {
+        Ok(())
+    }
+    fn command(&mut self, command: &LowCmd) -> Result<(), LinkError> {
+        self.0 += u64::from(command.motors[0].mode);
+        Ok(())
+    }
+}
+
+fn player() -> Arc<Player> {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(allocations(|| vec![1_u8; 100]).1, 1);
+    assert_eq!(allocations(|| 1 + 1).1, 0);
+}
+
+/// A kick in lockstep: when each step of the runtime was, and what had come.
+fn a_kick(player: &Arc<Player>, limits: &Limits) -> Vec<(u64, Vec<Packet>)> {
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("kick.log");
+    let spec = PlayerSpec { policy: PathBuf::new(), motions: None, sets: Vec::new() };
+    let header = LogHeader { player: spec, limits: limits.clone() };
+    let options = LockstepOptions { limits: limits.clone(), seed: 1 };
+    let mut sim = Lockstep::new(player, &options).expect("MuJoCo");
+    sim.set_log(LogWriter::create(&file, &header).expect("log"));
+    sim.make_ready(false).expect("ready");
+    sim.robot.place_ball([1.2, 0.0], [0.0; 2]);
+    let settled = sim.run_until(8.0, |sim| sim.runtime().state() == State::Settle).expect("run");
+    assert!(settled, "{:?} {}", sim.runtime().state(), sim.runtime().waiting());
+    sim.take_log().expect("log").finish().expect("log");
+    let mut reader = LogReader::open(&file).expect("log");
+    let mut steps = Vec::new();
+    while let Some(frame) = reader.next_frame().expect("frame") {
+        steps.push((frame.now_us, frame.packets));
+    }
+    steps
+}
+
+#[test]
+fn a_runtime_that_kicks_allocates_nothing_between_transitions() {
+    let player = player();
+    let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
+    let steps = a_kick(&player, &limits);
+    let mut runtime = Runtime::new(Arc::clone(&player), limits);
+    let (mut policy_steps, mut told, mut allocated) = (0, 0, Vec::new());
+    for (now_us, packets) in &steps {
+        let (output, count) = allocations(|| runtime.step(*now_us, packets, false));
+        policy_steps += usize::from(output.acted);
+        told += output.events.len();
+        // A transition writes its sentence. The network's buffers are filled by the first policy step.
+        if count > 0 && output.events.is_empty() && policy_steps != 1 {
+            allocated.push((*now_us, count));
+        }
+    }
+    assert!(policy_steps > 50 && told >= 4, "{policy_steps} policy steps, {told} events");
+    assert_eq!(allocated, []);
+}
+
+#[test]
+fn the_writer_and_the_handover_to_it_allocate_nothing() {
+    let mut writer = Writer::new(&Limits::default(), 29);
+    let (mailbox, mut out) = (Mailbox::default(), Nowhere(0));
+    let command = LowCmd::damping(5, 29, 3.0);
+    let (sent, count) = allocations(|| {
+        for k in 0..100_u64 {
+            // The runtime falls silent half way: the writer's own damping allocates nothing either.
+            if k < 50 {
+                mailbox.put((command.clone(), 2_000 * k));
+            }
+            if let Some((command, given_us)) = mailbox.take() {
+                writer.give(Some(command), given_us);
+            }
+            if let Some(command) = writer.write(2_000 * k) {
+                out.command(&command).expect("nowhere");
+            }
+        }
+        out.0
+    });
+    assert_eq!((sent, count), (100, 0));
+    assert!(writer.stopped());
+}
