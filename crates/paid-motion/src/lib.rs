@@ -19,10 +19,12 @@
 
 mod balance;
 pub mod check;
+pub mod clean;
 mod clip;
 mod csv;
 #[cfg(test)]
 mod csv_tests;
+pub mod edit;
 mod error;
 #[cfg(test)]
 mod file_tests;

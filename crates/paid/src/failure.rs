@@ -4,6 +4,7 @@ use core::fmt;
 use std::process::ExitCode;
 
 use paid_eval::EvalError;
+use paid_motion::clean::CleanError;
 use paid_retarget::RetargetError;
 
 /// The exit codes, as shown in the help.
@@ -82,6 +83,17 @@ impl From<RetargetError> for Failure {
         match &error {
             RetargetError::Option { option, expected, found } => Self::option(option, expected, found),
             RetargetError::Skeleton { .. } => Self::input(format!("{error}; name one with --skeleton")),
+            _ => Self::input(error),
+        }
+    }
+}
+
+impl From<CleanError> for Failure {
+    fn from(error: CleanError) -> Self {
+        match &error {
+            CleanError::Option { option, expected, found } => {
+                Self::input(format!("--{option}: expected {expected}, found {found}"))
+            }
             _ => Self::input(error),
         }
     }

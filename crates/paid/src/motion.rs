@@ -1,7 +1,9 @@
 //! `paid motion`: one module a subcommand.
 
 mod check;
+mod clean;
 mod convert;
+mod edit;
 mod generate;
 mod info;
 mod retarget;
@@ -29,6 +31,14 @@ enum Command {
     Generate(generate::Args),
     /// Retarget a human's motion (BVH, ASF/AMC) to the robot.
     Retarget(retarget::Args),
+    /// Make a clip fit for the robot: feet hold still on the floor, balance, limits, a stand at both ends.
+    Clean(clean::Args),
+    /// Write a part of a clip, its kick frame moved or found anew.
+    Cut(edit::CutArgs),
+    /// Write a clip's mirror image: a left-footed kick of a right-footed one.
+    Mirror(edit::MirrorArgs),
+    /// Write one clip after another, such as an approach and a kick.
+    Join(edit::JoinArgs),
     /// Write a motion file in another format (.npz, .csv).
     Convert(convert::Args),
 }
@@ -40,6 +50,10 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Check(args) => check::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Retarget(args) => retarget::run(&args),
+        Command::Clean(args) => clean::run(&args),
+        Command::Cut(args) => edit::run_cut(&args),
+        Command::Mirror(args) => edit::run_mirror(&args),
+        Command::Join(args) => edit::run_join(&args),
         Command::Convert(args) => convert::run(&args),
     }
 }

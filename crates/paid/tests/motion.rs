@@ -133,3 +133,32 @@ fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     let error = refuses(&paid(folder.path(), &["motion", "retarget", "bad.bvh", "--out", "a.npz"]));
     assert!(error.contains("bad.bvh:3:1: expected the name of a joint"), "{error}");
 }
+
+#[test]
+fn a_kick_is_cut_mirrored_joined_and_cleaned() {
+    let folder = tempfile::tempdir().expect("folder");
+    let run = |args: &[&str]| succeeds(&paid(folder.path(), args));
+    run(&["motion", "generate", "--out", "one", "--ball", "0.9,-0.2"]);
+    let text = run(&["motion", "mirror", "one/kick_right.npz", "--out", "left.npz"]);
+    assert!(text.contains("left foot"), "{text}");
+    let text = run(&["motion", "cut", "left.npz", "--from", "0.2", "--relabel", "--out", "part.npz"]);
+    assert!(text.contains("left foot, kick in frame"), "{text}");
+    let text = run(&["motion", "cut", "part.npz", "--shift-kick", "-2", "--out", "shifted.npz"]);
+    assert!(text.contains("left foot, kick in frame"), "{text}");
+    let error = refuses(&paid(
+        folder.path(),
+        &["motion", "cut", "part.npz", "--shift-kick", "9999", "--out", "x.npz"],
+    ));
+    assert!(error.contains("--shift-kick: expected a frame of the clip"), "{error}");
+    let error =
+        refuses(&paid(folder.path(), &["motion", "cut", "part.npz", "--to", "0.02", "--out", "x.npz"]));
+    assert!(error.contains("expected a part of at least 3 frames"), "{error}");
+    run(&["motion", "join", "one/kick_right.npz", "left.npz", "--out", "both.npz"]);
+    let reports = json(&run(&["motion", "clean", "one/kick_right.npz", "--out", "clean", "--json"]));
+    let after = reports[0]["after"]["measures"]["penetration_m"]["value"].as_f64().expect("a number");
+    assert!(after < 0.010, "{after}");
+    assert!(folder.path().join("clean/kick_right.npz").is_file());
+    run(&["motion", "cut", "left.npz", "--to", "0.1", "--out", "brief.npz"]);
+    let error = refuses(&paid(folder.path(), &["motion", "clean", "brief.npz", "--out", "clean"]));
+    assert!(error.contains("brief: expected a motion of 0.5 to 120 s"), "{error}");
+}

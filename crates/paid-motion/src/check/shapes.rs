@@ -68,7 +68,7 @@ pub fn deepest_overlap(
 }
 
 /// A shape as a segment with a radius.
-fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
+pub(crate) fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
     match *shape {
         Shape::Sphere { center, radius } => (center, center, radius),
         Shape::Capsule { ends: [a, b], radius } => (a, b, radius),

@@ -24,6 +24,11 @@ pub struct Args {
     out: PathBuf,
     #[command(flatten)]
     how: How,
+    /// Clean the clip as `paid motion clean` does before it is written.
+    #[arg(long)]
+    clean: bool,
+    #[command(flatten)]
+    clean_how: super::clean::CleanHow,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -151,6 +156,17 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let Retargeted { mut clip, report, .. } = retarget_file(&args.input, &args.how, &model, &spec)?;
     clip.name = args.out.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or(clip.name);
+    if args.clean {
+        let cleaned = paid_motion::clean::clean(&clip, &model, &spec, &args.clean_how.options())?;
+        write_motion(&args.out, &cleaned.clip, &model, &spec).map_err(Failure::input)?;
+        if args.json {
+            println!("{}", serde_json::to_string_pretty(&cleaned.report).map_err(Failure::input)?);
+        } else {
+            print(args, &report, clip.kick_leg, clip.fps);
+            super::clean::print(&args.out, &cleaned.report, cleaned.clip.fps);
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
     write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::input)?);

@@ -1,0 +1,82 @@
+//! Why a motion cannot be cleaned.
+
+use paid_robot::SpecError;
+use thiserror::Error;
+
+/// Why a motion cannot be cleaned.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum CleanError {
+    /// A length that is no kick's.
+    #[error(
+        "{name}: expected a motion of 0.5 to 120 s, found {frames} frames in {seconds:.2} s; cut the kick out with `paid motion cut`"
+    )]
+    Length {
+        /// The clip.
+        name: String,
+        /// Its frames.
+        frames: usize,
+        /// Its length `[s]`.
+        seconds: f64,
+    },
+    /// A number that is none.
+    #[error("{name}: expected finite numbers, found another in frame {frame}")]
+    Number {
+        /// The clip.
+        name: String,
+        /// The first bad frame.
+        frame: usize,
+    },
+    /// Lengths that fit no robot.
+    #[error("{name}: expected a base about {expected:.2} m above the floor, found {found:.2}{hint}")]
+    Height {
+        /// The clip.
+        name: String,
+        /// The robot's standing height `[m]`.
+        expected: f64,
+        /// Median height of the base.
+        found: f64,
+        /// What it looks like.
+        hint: &'static str,
+    },
+    /// A robot that lies.
+    #[error(
+        "{name}: expected a robot that stands, found its base more than 60 degrees off upright in {share:.0} % of the frames: it lies, or another axis points up"
+    )]
+    Lies {
+        /// The clip.
+        name: String,
+        /// `[%]`.
+        share: f64,
+    },
+    /// No feet to stand on.
+    #[error("{name}: the robot lacks the feet that its TOML names")]
+    Feet {
+        /// The clip.
+        name: String,
+    },
+    /// Feet that do not stand.
+    #[error(
+        "{name}: expected feet that stand, found both in the air in {flight} of {frames} frames: no kick from the ground"
+    )]
+    Air {
+        /// The clip.
+        name: String,
+        /// Frames in the air.
+        flight: usize,
+        /// All frames.
+        frames: usize,
+    },
+    /// An option out of range.
+    #[error("{option}: expected {expected}, found {found}")]
+    Option {
+        /// Which.
+        option: &'static str,
+        /// Its range.
+        expected: &'static str,
+        /// What was given.
+        found: f64,
+    },
+    /// The robot's TOML and MJCF do not fit together.
+    #[error(transparent)]
+    Robot(#[from] SpecError),
+}
