@@ -192,6 +192,9 @@ mod tests {
         fn next_kick(&mut self, _: usize, _: &paid_task::NextKick) -> Result<(), paid_task::TaskError> {
             Ok(())
         }
+        fn show(&mut self, _: usize, _: Option<&paid_task::Shown>) -> Result<(), paid_task::TaskError> {
+            Ok(())
+        }
         fn sample(&self, _: usize) -> Result<paid_task::EnvSample, paid_task::TaskError> {
             Err(paid_task::TaskError::Simulator("no world".into()))
         }
