@@ -99,13 +99,13 @@ impl StyleReward {
     fn parts(&mut self, shards: &[&Transitions]) -> Option<Vec<Part>> {
         let (batch, width) = (self.config.batch, self.net.input());
         let parts = PARTS.min(batch);
+        let clips = Arc::clone(&self.clips);
         let mut pair = vec![0.0; width];
         let mut all = Vec::with_capacity(parts);
         for part in 0..parts {
             let samples = batch * (part + 1) / parts - batch * part / parts;
             let mut out = Part::new(width, samples, self.params.len());
             for k in 0..samples {
-                let clips = Arc::clone(&self.clips);
                 let put = |to: &mut [f32], pair: &[f32]| {
                     for (i, x) in pair.iter().enumerate() {
                         to[i * samples + k] = *x;

@@ -207,8 +207,8 @@ impl Sight {
         }
     }
 
-    /// The torso at a time of the past.
-    fn torso_at(&self, time_s: f64) -> Option<Pose> {
+    /// The torso at a time of the past, as odometry knows it by now.
+    pub fn torso(&self, time_s: f64) -> Option<Pose> {
         match (&self.lidar, self.state) {
             (_, OdometryState::Waiting | OdometryState::Lost) => None,
             (Some(lidar), _) => {
@@ -268,9 +268,9 @@ impl Sight {
             return Ok(());
         }
         let depth = depth.filter(|_| self.fault.is_none());
-        let Some(torso) = self.torso_at(captured_s) else { return Ok(()) };
+        let Some(torso) = self.torso(captured_s) else { return Ok(()) };
         let velocity = self
-            .torso_at(captured_s - VELOCITY_S)
+            .torso(captured_s - VELOCITY_S)
             .map_or(Vec3::zero(), |before| (torso.pos - before.pos).scale(1.0 / VELOCITY_S));
         let of_ball = self.memory.own(&self.rolling).map_or([0.0; 2], |own| own.belief.ball.velocity);
         let speed = (velocity.x() - of_ball[0]).hypot(velocity.y() - of_ball[1]);
@@ -335,10 +335,5 @@ impl Sight {
             Finder::Network(detector) => detector.detect(&picture.color),
             Finder::Boxes => Ok(Vec::new()),
         }
-    }
-
-    /// The torso at a time, as odometry knows it by now: for those who compare it with the truth.
-    pub fn torso(&self, time_s: f64) -> Option<Pose> {
-        self.torso_at(time_s)
     }
 }

@@ -33,6 +33,18 @@ pub fn load_robot(robot: &str) -> Result<(RobotModel, RobotSpec), TrainError> {
     Ok((model, spec))
 }
 
+/// The clips of a run's motions, whether its task follows them or not.
+pub(crate) fn clips_of(
+    preset: &RunPreset,
+    model: &RobotModel,
+    spec: &RobotSpec,
+) -> Result<ReferenceLibrary, TrainError> {
+    let rate = 1.0 / preset.task.control_dt_s();
+    let motions = MotionLibrary::open(Path::new(&preset.run.motions), model, spec, rate)
+        .map_err(|e| TrainError::Setup(e.to_string()))?;
+    ReferenceLibrary::from_motions(&motions, model, spec).map_err(|e| TrainError::Setup(e.to_string()))
+}
+
 /// The robot and the motions of a run.
 #[derive(Clone, Debug)]
 pub struct Scene {
@@ -50,18 +62,12 @@ impl Scene {
     /// # Errors
     /// One sentence naming file, place, expected and found.
     pub fn load(preset: &RunPreset) -> Result<Self, TrainError> {
-        let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
         let (model, spec) = load_robot(&preset.robot)?;
-        let rate = 1.0 / preset.task.control_dt_s();
         let library = match preset.task.reference {
-            ReferenceSource::Motions => {
-                let motions = MotionLibrary::open(Path::new(&preset.run.motions), &model, &spec, rate)
-                    .map_err(|e| setup(&e))?;
-                ReferenceLibrary::from_motions(&motions, &model, &spec)
-            }
-            ReferenceSource::None => ReferenceLibrary::standing(&model, &spec, preset.task.control_dt_s()),
-        }
-        .map_err(|e| setup(&e))?;
+            ReferenceSource::Motions => clips_of(preset, &model, &spec)?,
+            ReferenceSource::None => ReferenceLibrary::standing(&model, &spec, preset.task.control_dt_s())
+                .map_err(|e| TrainError::Setup(e.to_string()))?,
+        };
         Ok(Self { model, spec, library: Arc::new(library) })
     }
 

@@ -1,17 +1,16 @@
 //! A style reward in a run: adversarial motion priors with the clips of the run's motions.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use paid_amp::{AmpConfig, AmpError, Clips, StyleReward};
 use paid_learn::RewardRole;
-use paid_motion::MotionLibrary;
 use paid_policy::env::STYLE_GROUP;
 use paid_task::layers::KeyError;
 use paid_task::preset::ReferenceSource;
-use paid_task::{EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskSetup, build_shard};
+use paid_task::{EpisodeRules, InitialState, ShardSetup, TaskSetup, build_shard};
 use serde::{Deserialize, Serialize};
 
+use crate::setup::clips_of;
 use crate::{RunPreset, Scene, TrainError};
 
 /// How a style reward takes part in a run. The discriminator sees `task.observations.style`; the clips are those of `run.motions`, also
@@ -99,11 +98,7 @@ impl Scene {
         let library = if preset.task.reference == ReferenceSource::Motions {
             Arc::clone(&self.library)
         } else {
-            let folder = Path::new(&preset.run.motions);
-            let motions = MotionLibrary::open(folder, &self.model, &self.spec, 1.0 / task.control_dt_s())
-                .map_err(|e| setup(&e))?;
-            let library = ReferenceLibrary::from_motions(&motions, &self.model, &self.spec);
-            Arc::new(library.map_err(|e| setup(&e))?)
+            Arc::new(clips_of(preset, &self.model, &self.spec)?)
         };
         let isa = preset.isa().map_err(TrainError::Setup)?;
         let lanes = isa.lanes();
@@ -141,6 +136,10 @@ impl Scene {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
+    use paid_motion::MotionLibrary;
+
     use super::*;
 
     #[test]

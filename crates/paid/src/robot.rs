@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Subcommand;
-use paid_deploy::{DeployError, Limits, Player, PlayerSpec};
+use paid_deploy::{DeployError, Event, Limits, Player, PlayerSpec};
 
 use crate::failure::Failure;
 
@@ -73,6 +73,11 @@ struct NetworkArgs {
     /// Address of this machine's interface to the robot, such as 192.168.123.99; 127.0.0.1 for a virtual robot on this machine.
     #[arg(long, value_name = "ADDRESS")]
     interface: std::net::IpAddr,
+}
+
+/// A transition on a line of its own.
+fn print_event(event: &Event) {
+    println!("{:>10.3} s  {} -> {}: {}", event.at_us as f64 * 1e-6, event.from, event.to, event.reason);
 }
 
 /// Runs it.

@@ -11,7 +11,7 @@ use paid_deploy::{
     run_live,
 };
 
-use super::{NetworkArgs, PlayerArgs};
+use super::{NetworkArgs, PlayerArgs, print_event};
 use crate::failure::Failure;
 
 /// Arguments of `paid robot run`.
@@ -67,13 +67,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         Told::Event(event) if args.json => json_line("event", event),
         Told::Status(status) if args.json => json_line("status", status),
         Told::Event(event) if !args.quiet => {
-            println!(
-                "{:>10.3} s  {} -> {}: {}",
-                event.at_us as f64 * 1e-6,
-                event.from,
-                event.to,
-                event.reason
-            );
+            print_event(event);
         }
         Told::Event(_) | Told::Status(_) => {}
     })?;

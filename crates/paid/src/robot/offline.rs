@@ -10,7 +10,7 @@ use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{Fault, LockstepOptions, MatchOptions, MatchResult, Order, play_match, serve};
 use paid_deploy::{DdsLink, Player, Side};
 
-use super::PlayerArgs;
+use super::{PlayerArgs, print_event};
 use crate::failure::Failure;
 
 /// Arguments of `paid robot sim`.
@@ -217,13 +217,7 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         let mut reader = LogReader::open(&args.log)?;
         while let Some(frame) = reader.next_frame()? {
             for event in frame.events {
-                println!(
-                    "{:>10.3} s  {} -> {}: {}",
-                    event.at_us as f64 * 1e-6,
-                    event.from,
-                    event.to,
-                    event.reason
-                );
+                print_event(&event);
             }
         }
     }
