@@ -2,15 +2,16 @@
 
 use paid_mujoco::SceneOptions;
 use paid_mujoco::contact::{builtin_kind, builtin_surface};
-use paid_physics::{BallParams, Combine, Material};
+use paid_physics::{BallParams, Combine, ContactKind, Material};
 use paid_task::TaskPreset;
 
-/// `task` with the kind of contacts, the friction and the damping that `scene` has, as near as the built-in engine can follow. Foot shapes,
-/// the robot's bodies against one another and the physics step stay its own.
+/// `task` with the kind of contacts, the friction and the damping that `scene` has, as near as the built-in engine can follow: the
+/// ball meets flat feet, as the vendor's are. Other shapes, the robot's bodies against one another and the physics step stay its own.
 #[must_use]
 pub fn like_mujoco(task: &TaskPreset, scene: &SceneOptions) -> TaskPreset {
     let mut task = task.clone();
-    task.contact_kind = builtin_kind(scene, task.scene.physics_dt_s);
+    let kind = builtin_kind(scene, task.scene.physics_dt_s);
+    task.contact_kind = ContactKind { foot_flatness: 1.0, ..kind };
     let even =
         |friction: f64| Material { static_friction: friction, dynamic_friction: friction, restitution: 0.0 };
     // With a ground of 1 that multiplies, the other surface decides, as with MuJoCo's priorities.
@@ -37,6 +38,7 @@ mod tests {
         let like = like_mujoco(&task, &scene);
         assert_eq!(like.scene.contact_with_ground(like.robot_material).dynamic_friction, 0.6);
         assert_eq!(like.scene.contact_with_ground(like.ball_params.material).static_friction, 0.8);
+        assert_eq!(like.contact_kind.foot_flatness, 1.0);
         assert!(like.contact_kind.compliance.ball_robot.is_soft());
         assert_eq!(like.ball_params.angular_damping, 0.0);
         like.validate().expect("values in range");

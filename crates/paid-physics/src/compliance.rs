@@ -150,6 +150,9 @@ pub struct ContactKind {
     pub cone: Cone,
     /// Shape of the soles.
     pub sole: SoleShape,
+    /// Shape of a foot as the ball meets it: 0 is the model's `collision` capsule, 1 the flat plate that its sole's points span
+    /// (the largest rectangle within them, rounded by their radius); between them every length is mixed.
+    pub foot_flatness: f64,
     /// Share of the coming step that joint controllers know of: 1 implicit (torques of the step's end), 0 explicit (of its
     /// start). Explicit control of 2 ms steps is near 0.4 at steps of 5 ms.
     pub pd_implicitness: f64,
@@ -162,6 +165,7 @@ impl Default for ContactKind {
             ball_spin_friction_m: [0.0; 2],
             cone: Cone::default(),
             sole: SoleShape::default(),
+            foot_flatness: 0.0,
             pd_implicitness: 1.0,
         }
     }

@@ -182,6 +182,25 @@ fn a_robot_stands_on_every_kind_of_sole() {
 }
 
 #[test]
+fn a_ball_at_the_height_of_the_sole_is_pushed_down_by_a_capsule_and_straight_on_by_a_plate() {
+    // In free flight: ankle at 49.27 m, capsule 4 cm and sole 6 cm below it. The capsule's normal points down by 2 of 14 cm.
+    let start = far([0.4, 0.1, 49.21], [-2.0, 0.0, 0.0], [0.0; 3]);
+    let leaves = |foot_flatness: f64| {
+        let kind = ContactKind { foot_flatness, ..ContactKind::default() };
+        let params = EnvParams { ball: ball(0.0, 0.0), kind, ..EnvParams::default() };
+        let mut e = with_ball::<F32Array<8>>(&params, &start);
+        let steps = 30;
+        (0..steps).for_each(|_| step(&mut e));
+        let v = e.state(0).ball.vel.0.map(|x| x.lane(0));
+        [v[0], v[2] + 9.81 * 0.005 * f64::from(steps)]
+    };
+    let ([x, z], [capsule_x, capsule_z]) = (leaves(1.0), leaves(0.0));
+    assert!(x > -1.5 && capsule_x > -1.5, "both meet the foot: {x} {capsule_x}");
+    assert!(z.abs() < 0.01, "{z}");
+    assert!(capsule_z < -0.1, "{capsule_z}");
+}
+
+#[test]
 fn a_hard_lane_beside_soft_ones_moves_as_if_it_were_alone() {
     let impact = far([0.0, 0.0, 0.3], [3.0, 0.5, -4.0], [2.0, -3.0, 1.0]);
     let hard = EnvParams { ball: ball(0.4, 0.6), ..EnvParams::default() };
@@ -190,6 +209,7 @@ fn a_hard_lane_beside_soft_ones_moves_as_if_it_were_alone() {
         cone: Cone { pyramid: true, convex: true },
         sole: SoleShape { length_scale: 0.9, ..SoleShape::default() },
         pd_implicitness: 0.5,
+        foot_flatness: 0.7,
         ..soft(Compliance::returning(0.02, 0.3))
     };
     let mut alone = with_ball::<F32Array<8>>(&hard, &impact);

@@ -33,6 +33,7 @@ pub(crate) fn check(kind: &ContactKind) -> Result<(), TaskError> {
         ("sole.length_scale", kind.sole.length_scale, 0.5, 1.5),
         ("sole.width_scale", kind.sole.width_scale, 0.5, 1.5),
         ("sole.rounding_m", kind.sole.rounding_m, 0.0, 0.03),
+        ("foot_flatness", kind.foot_flatness, 0.0, 1.0),
         ("pd_implicitness", kind.pd_implicitness, 0.0, 1.0),
     ];
     values.extend(others.map(|(key, value, lo, hi)| (key.to_owned(), value, lo, hi)));
@@ -81,6 +82,8 @@ pub(crate) fn draw_kind(
             rounding_m: draw(ranges.sole_rounding_m),
         },
         pd_implicitness: draw(ranges.pd_implicitness),
+        // Drawn last, and only if asked for: presets without it draw what they always drew.
+        foot_flatness: if ranges.foot_flatness == [0.0; 2] { 0.0 } else { draw(ranges.foot_flatness) },
     }
 }
 
@@ -98,6 +101,7 @@ mod tests {
             "randomization.pyramid_share=0.25",
             "randomization.sole_scale=[0.8, 1]",
             "randomization.pd_implicitness=[0.2, 1]",
+            "randomization.foot_flatness=[0.3, 1]",
         ];
         let task = TaskPreset::builtin_with("paper_stage2", &sets.map(str::to_owned)).expect("valid");
         assert!(task.randomization.kinds());
@@ -122,6 +126,7 @@ mod tests {
             }
             assert!((0.8..=1.0).contains(&k.sole.width_scale) && k.sole.rounding_m == 0.0, "{k:?}");
             assert!((0.2..=1.0).contains(&k.pd_implicitness), "{k:?}");
+            assert!((0.3..=1.0).contains(&k.foot_flatness), "{k:?}");
             assert!((0.0..=0.01).contains(&k.ball_spin_friction_m[0]) && k.ball_spin_friction_m[1] == 0.0);
         }
     }
@@ -137,6 +142,7 @@ mod tests {
                 "contact_kind.compliance.sole_ground.damping_ratio=0",
                 "sole_ground.damping_ratio is 0, expected 0.01 to 1",
             ),
+            ("contact_kind.foot_flatness=1.5", "contact_kind.foot_flatness is 1.5, expected 0 to 1"),
             ("contact_kind.pd_implicitness=1.5", "contact_kind.pd_implicitness"),
             ("contact_kind.sole.width_scale=0", "contact_kind.sole.width_scale"),
         ] {

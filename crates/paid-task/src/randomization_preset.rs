@@ -109,7 +109,7 @@ pub struct RandomizationPreset {
     pub link_mass_scale: Range,
     /// Factor of mass and inertia of the base; [1, 1] is none.
     pub base_mass_scale: Range,
-    /// Time constant of the ball's contacts with ground and robot `[s]`, up to 25 ms; below 2 ms (so also at [0, 0]) they are hard: one
+    /// Time constant of the ball's contacts with ground and robot `[s]`, up to 50 ms; below 2 ms (so also at [0, 0]) they are hard: one
     /// step long. A soft contact returns the restitution that the surfaces have, but at least 0.135.
     #[serde(default = "none")]
     pub ball_contact_time_s: Range,
@@ -134,6 +134,9 @@ pub struct RandomizationPreset {
     /// Added to the radius of the soles' points `[m]`; the lowest points stay.
     #[serde(default = "none")]
     pub sole_rounding_m: Range,
+    /// Shape of the feet as the ball meets them: 0 the model's capsule, 1 a thin plate at the height of the sole; [0, 0] is none.
+    #[serde(default = "none")]
+    pub foot_flatness: Range,
     /// Joint control between explicit (0: torques of a physics step's start) and implicit (1: of its end); [1, 1] is the engine's
     /// own. Explicit control at steps of 2 ms, as in MuJoCo's scene, is near 0.4 at steps of 5 ms.
     #[serde(default = "unit")]
@@ -165,6 +168,7 @@ impl RandomizationPreset {
             self.ball_torsional_friction_m,
             self.ball_rolling_friction_m,
             self.sole_rounding_m,
+            self.foot_flatness,
         ];
         off.iter().any(|range| *range != none())
             || [self.sole_scale, self.pd_implicitness].iter().any(|range| *range != unit())
@@ -175,7 +179,7 @@ impl RandomizationPreset {
     /// Checks what makes contacts and controllers differ in kind.
     fn check_kinds(&self) -> Result<(), TaskError> {
         for (name, range, least, most) in [
-            ("ball_contact_time_s", self.ball_contact_time_s, 0.0, 0.025),
+            ("ball_contact_time_s", self.ball_contact_time_s, 0.0, 0.05),
             ("sole_contact_time_s", self.sole_contact_time_s, 0.0, 0.025),
             ("ball_torsional_friction_m", self.ball_torsional_friction_m, 0.0, 0.1),
             ("ball_rolling_friction_m", self.ball_rolling_friction_m, 0.0, 0.1),
@@ -183,6 +187,7 @@ impl RandomizationPreset {
             ("convex_share", [self.convex_share; 2], 0.0, 1.0),
             ("sole_scale", self.sole_scale, 0.5, 1.5),
             ("sole_rounding_m", self.sole_rounding_m, 0.0, 0.03),
+            ("foot_flatness", self.foot_flatness, 0.0, 1.0),
             ("pd_implicitness", self.pd_implicitness, 0.0, 1.0),
         ] {
             let key = format!("randomization.{name}");
@@ -305,7 +310,8 @@ mod tests {
             ("randomization.action_delay_s=[0, 0.03]", "randomization.action_delay_s"),
             ("randomization.gain_scale=[0, 1]", "randomization.gain_scale"),
             ("randomization.surface_deviation=-1", "surface_deviation"),
-            ("randomization.ball_contact_time_s=[0, 0.05]", "expected 0 to 0.025"),
+            ("randomization.ball_contact_time_s=[0, 0.06]", "expected 0 to 0.05"),
+            ("randomization.foot_flatness=[0, 2]", "foot_flatness"),
             ("randomization.pd_implicitness=[-0.1, 1]", "pd_implicitness"),
             ("randomization.convex_share=2", "convex_share"),
             ("randomization.sole_scale=[1.2, 0.9]", "sole_scale"),

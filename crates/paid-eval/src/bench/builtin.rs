@@ -33,6 +33,7 @@ fn kind(lane: usize) -> ContactKind {
             rounding_m: 0.005 * share,
             ..SoleShape::default()
         },
+        foot_flatness: share,
         pd_implicitness: 1.0 - 0.6 * share,
     }
 }

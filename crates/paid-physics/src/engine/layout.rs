@@ -4,6 +4,7 @@ use paid_lanes::{Mat3, Quat, Scalar, Vec3};
 use paid_robot::{Body, RobotModel, Shape};
 
 use super::error::PhysicsError;
+use super::plate::Plate;
 use super::shapes::{Capsule, PairGroup, capsules, pair_groups};
 use super::solver::SOLVER;
 use super::spec::EngineSpec;
@@ -99,6 +100,8 @@ pub(crate) struct ModelLayout<S> {
     /// How the points of the soles move with their shape.
     pub sole_frames: Vec<[SoleFrame<S>; 2]>,
     pub capsules: Vec<Capsule<S>>,
+    /// Flat shapes of the feet, left and right.
+    pub plates: [Option<Plate<S>>; 2],
     pub pairs: Vec<PairGroup>,
     /// No shape reaches farther from the base's origin in any pose, with the ball's horizon to spare `[m]`.
     pub reach: f64,
@@ -121,7 +124,7 @@ fn frame_for_axis(axis: [f64; 3]) -> (usize, Option<Mat3<f64>>) {
     (2, Some(m))
 }
 
-fn scalars<S: Scalar, const N: usize>(x: [f64; N]) -> [S; N] {
+pub(crate) fn scalars<S: Scalar, const N: usize>(x: [f64; N]) -> [S; N] {
     x.map(S::from_f64)
 }
 
@@ -306,6 +309,8 @@ impl<S: Scalar> ModelLayout<S> {
         let frames_of = |points: &[([S; 3], S)], f: usize| sole_frames(points, &frame(feet[f]));
         let sole_frames =
             frames_of(&left, 0).into_iter().zip(frames_of(&right, 1)).map(|(l, r)| [l, r]).collect();
+        let plates = [(&left, feet[0]), (&right, feet[1])]
+            .map(|(points, f)| Plate::new(points, &capsules, ranges[f], &frame(f)));
         let reach = reach(model);
         let mut visits = Vec::new();
         walk(&chains, None, &mut visits);
@@ -322,6 +327,7 @@ impl<S: Scalar> ModelLayout<S> {
             sole_frames,
             soles: left.into_iter().zip(right).map(|(l, r)| [l, r]).collect(),
             capsules,
+            plates,
             pairs,
             reach,
         })

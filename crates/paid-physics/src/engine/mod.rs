@@ -27,6 +27,7 @@ mod outward;
 mod pairs;
 mod params;
 mod phase;
+mod plate;
 mod report;
 mod rows;
 mod shapes;

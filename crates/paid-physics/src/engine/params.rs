@@ -77,6 +77,8 @@ pub(crate) struct GroupParams<V> {
     pub cone: Option<ConeLanes<V>>,
     /// `None` while every lane has the model's soles.
     pub sole_shape: Option<SoleLanes<V>>,
+    /// Between capsule (0) and plate (1); `None` while every lane has the model's feet.
+    pub foot_flatness: Option<V>,
     pub pd_implicitness: V,
 }
 
@@ -107,6 +109,7 @@ impl<V: Real> GroupParams<V> {
             spin_friction: None,
             cone: None,
             sole_shape: None,
+            foot_flatness: None,
             pd_implicitness: V::one(),
         };
         for lane in 0..V::LANES {
@@ -179,6 +182,7 @@ impl<V: Real> GroupParams<V> {
             width: kinds(|k| k.sole.width_scale - 1.0),
             rounding: kinds(|k| k.sole.rounding_m),
         });
+        self.foot_flatness = any(|k| k.foot_flatness != 0.0).then(|| kinds(|k| k.foot_flatness));
         self.pd_implicitness.set_lane(lane, kind.pd_implicitness);
     }
 }

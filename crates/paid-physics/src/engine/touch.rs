@@ -6,6 +6,7 @@ use super::block::{Block, pyramid_tangents, tangents};
 use super::group::{Group, Work};
 use super::layout::ModelLayout;
 use super::phase::phase;
+use super::plate::Rounded;
 use super::rows::{Rows, is_body};
 use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
@@ -74,6 +75,25 @@ pub(crate) fn slot_path<S: paid_lanes::Scalar>(
     (&layout.paths[index], shapes, [chain.first + 1, chain.end + 1])
 }
 
+/// The foot of slot `slot` and its shape, if it has one and some lane's feet are not the model's.
+#[inline(always)]
+fn flat_foot<V: Real>(
+    layout: &ModelLayout<V::Scalar>,
+    g: &Group<V>,
+    w: &Work<V>,
+    slot: usize,
+) -> Option<(usize, Rounded<V>)> {
+    let flatness = g.params.foot_flatness?;
+    let chain = if slot > layout.chains.len() {
+        layout.legs[slot - 1 - layout.chains.len()]
+    } else {
+        slot.checked_sub(1)?
+    };
+    let plate = layout.plates[layout.legs.iter().position(|leg| *leg == chain)?].as_ref()?;
+    let radius = V::splat(layout.capsules[plate.capsule].radius);
+    Some((plate.capsule, plate.at(flatness, w.ends[plate.capsule], radius, &w.kin[chain].rot)))
+}
+
 /// Finds and prepares the contacts between ball and robot; true if there is one.
 #[inline(always)]
 pub(crate) fn prepare<V: Real>(
@@ -123,6 +143,7 @@ fn prepare_slot<'a, V>(
     let (path, shapes, bodies) = slot_path(layout, slot);
     let ball = &g.params.ball;
     let second = slot > layout.chains.len();
+    let flat_foot = flat_foot(layout, g, w, slot);
     let mut gap = V::c(1e3);
     let mut axis_point = Vec3::zero();
     let mut shape_radius = zero;
@@ -130,18 +151,23 @@ fn prepare_slot<'a, V>(
     for i in shapes[0]..shapes[1] {
         let capsule = &layout.capsules[i];
         let [a, b] = w.ends[i];
-        let along = b - a;
-        let t = ((center - a).dot(along) * V::splat(capsule.inv_length2)).clamp(zero, V::one());
-        let nearest = along.scale_add(t, a);
+        let (nearest, radius) = match &flat_foot {
+            Some((foot, shape)) if *foot == i => (shape.nearest(center), shape.radius),
+            _ => {
+                let along = b - a;
+                let t = ((center - a).dot(along) * V::splat(capsule.inv_length2)).clamp(zero, V::one());
+                (along.scale_add(t, a), V::splat(capsule.radius))
+            }
+        };
         let d = center - nearest;
-        let mut this = length(d) - (V::splat(capsule.radius) + ball.radius);
+        let mut this = length(d) - (radius + ball.radius);
         if second {
             this = V::select((touch.besides - V::c(capsule.body as f64)).abs().lt(V::c(0.5)), V::c(1e3), this);
         }
         let closer = this.lt(gap);
         gap = V::select(closer, this, gap);
         axis_point = Vec3::select(closer, nearest, axis_point);
-        shape_radius = V::select(closer, V::splat(capsule.radius), shape_radius);
+        shape_radius = V::select(closer, radius, shape_radius);
         body = V::select(closer, V::c(capsule.body as f64), body);
     }
     let near = gap.lt(V::c(SOLVER.ball_horizon_m));
