@@ -33,6 +33,11 @@ pub struct BallPlacement {
     pub angle_deg: f64,
     /// `arc`: half-width of the uniform radius offset `[m]`.
     pub radius_m: f64,
+    /// `workspace`: share of the episodes that draw their motion first whose ball lies within 0.3 m of the motion's own place in x
+    /// and in y, also where another motion's place is nearer. Of a motion whose neighbors leave it a sliver of the workspace the
+    /// policy learns only that sliver.
+    #[serde(default)]
+    pub own_place_share: f64,
     /// `workspace`: share of a ball's way from its motion's nominal place that it is moved at first; 1 puts it where it was
     /// drawn from the beginning. The share grows to 1 while the robot hits (below): a policy that can only follow its motion
     /// meets few balls elsewhere, and learns to avoid them.

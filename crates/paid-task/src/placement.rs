@@ -18,6 +18,9 @@ pub(crate) fn turned(xy: [f64; 2], angle: f64) -> [f64; 2] {
     [c * xy[0] - s * xy[1], s * xy[0] + c * xy[1]]
 }
 
+/// How far from a motion's own place a ball about it lies at most, in x and in y `[m]`.
+const ABOUT_M: f64 = 0.3;
+
 /// The nominal ball: the motion's anchor displacement from its start, world `[m]`.
 pub(crate) fn nominal_ball(facts: &MotionFacts) -> [f64; 2] {
     [facts.start_xy[0] + facts.displacement[0], facts.start_xy[1] + facts.displacement[1]]
@@ -97,6 +100,11 @@ pub(crate) fn draw_ball_of_motion(
         }
     }
     displacement_in_start_frame(&motions[motion])
+}
+
+/// Draws a ball about the motion's own place, start frame `[m]`.
+pub(crate) fn draw_ball_about(facts: &MotionFacts, rng: &mut Rng) -> [f64; 2] {
+    displacement_in_start_frame(facts).map(|x| x + rng.uniform(-ABOUT_M, ABOUT_M))
 }
 
 /// A ball of the workspace (start frame) moved toward its motion's nominal place until `reach` of the way between is left.
@@ -200,6 +208,7 @@ mod tests {
             left_m: [-1.25, 1.25],
             angle_deg: 20.0,
             radius_m: 0.25,
+            own_place_share: 0.0,
             spread_from: 1.0,
             spread_at: 0.25,
             spread_iterations: 300,
@@ -245,6 +254,17 @@ mod tests {
         // No place of the workspace belongs to the second of two equal motions.
         let ball = draw_ball_of_motion(&[facts(), facts()], 1, &arc(), &mut rng);
         assert!((ball[0] - 0.8).abs() < 1e-12 && ball[1].abs() < 1e-12, "{ball:?}");
+    }
+
+    #[test]
+    fn a_ball_about_a_motions_place_is_within_30_cm_also_where_another_is_nearer() {
+        // In the start frame the motions' places are 0.1 m apart.
+        let beside = MotionFacts { displacement: [0.1, -0.8], ..facts() };
+        let mut rng = Rng::new(5, 0, 0);
+        let balls: Vec<_> = (0..400).map(|_| draw_ball_about(&facts(), &mut rng)).collect();
+        assert!(balls.iter().all(|[x, y]| (x - 0.8).abs() <= 0.3 && y.abs() <= 0.3));
+        assert!(balls.iter().any(|ball| nearest_motion(&[facts(), beside.clone()], *ball) == 1));
+        assert!(balls.iter().any(|[x, y]| (x - 0.8).abs() > 0.28 || y.abs() > 0.28));
     }
 
     #[test]

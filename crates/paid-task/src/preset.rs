@@ -190,6 +190,7 @@ impl TaskPreset {
             ("sampling.first_frame_share", self.sampling.first_frame_share),
             ("ball.rolling_share", self.ball.rolling_share),
             ("ball.spread_from", self.ball.spread_from),
+            ("ball.own_place_share", self.ball.own_place_share),
             ("ball.spread_at", self.ball.spread_at),
         ];
         for (key, value) in shares {

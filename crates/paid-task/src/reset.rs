@@ -7,8 +7,8 @@ use paid_physics::{EnvParams, LaneState, Simulator};
 use crate::config::TaskConfig;
 use crate::eyes::believed;
 use crate::placement::{
-    RollingBall, clear_ball, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, from_start_frame,
-    moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
+    RollingBall, clear_ball, draw_ball_about, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in,
+    from_start_frame, moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
 use crate::rolling::roll_decay;
@@ -112,6 +112,8 @@ impl StartContext<'_> {
                 let ball = draw_from_workspace(&preset.ball, rng);
                 motion = nearest_motion(motions, self.believed(ball));
                 ball
+            } else if happens(preset.ball.own_place_share, extra) {
+                draw_ball_about(&motions[motion], rng)
             } else {
                 draw_ball_of_motion(motions, motion, &preset.ball, rng)
             };
