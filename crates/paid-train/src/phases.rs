@@ -1,5 +1,6 @@
 //! Values of a run preset that change during the run.
 
+use paid_physics::SceneConfig;
 use paid_task::layers::{KeyError, Tree};
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -73,7 +74,7 @@ impl RunPreset {
                 // The rate is where its schedule has brought it: a phase goes on from there.
                 ("learn.ppo.learning_rate", known.learn.ppo.learning_rate == self.learn.ppo.learning_rate),
                 ("task.name", known.task.name == self.task.name),
-                ("task.scene", known.task.scene == self.task.scene),
+                ("task.scene", same_but_for_the_step(&known.task.scene, &self.task.scene)),
             ];
             if let Some((key, _)) = fixed.iter().find(|(_, same)| !same) {
                 return wrong(key, "expected what holds for the whole run, found a change".to_owned());
@@ -81,6 +82,13 @@ impl RunPreset {
         }
         Ok(())
     }
+}
+
+/// True if the scenes differ by no more than how many physics steps a control step has.
+fn same_but_for_the_step(a: &SceneConfig, b: &SceneConfig) -> bool {
+    let control = |scene: &SceneConfig| scene.physics_dt_s * scene.substeps as f64;
+    let stepped = SceneConfig { physics_dt_s: b.physics_dt_s, substeps: b.substeps, ..a.clone() };
+    stepped == *b && (control(a) - control(b)).abs() < 1e-9
 }
 
 #[cfg(test)]
@@ -145,6 +153,17 @@ target_kl = 0.01
     }
 
     #[test]
+    fn a_phase_may_take_more_physics_steps_for_the_same_control_step() {
+        let finer = FILE.replace(
+            "[phases.learn.ppo]\ntarget_kl = 0.01",
+            "[phases.task.scene]\nphysics_dt_s = 0.0025\nsubsteps = 8",
+        );
+        let preset = preset(&finer, &[]).expect("20 ms, as before");
+        let steps = |share| preset.in_phase(preset.phase(share)).expect("valid").task.scene.substeps;
+        assert_eq!([0.6, 0.8].map(steps), [4, 8]);
+    }
+
+    #[test]
     fn a_phase_that_cannot_be_is_refused_before_the_run() {
         for (from, to, hint) in [
             ("from = 0.5", "from = 0.8", "phases.1.from: expected more than 0.8 and less than 1, found 0.75"),
@@ -164,6 +183,11 @@ target_kl = 0.01
             (
                 "[phases.learn.ppo]\ntarget_kl = 0.01",
                 "[phases.task.scene]\nball = true",
+                "phases.1.task.scene",
+            ),
+            (
+                "[phases.learn.ppo]\ntarget_kl = 0.01",
+                "[phases.task.scene]\nsubsteps = 8",
                 "phases.1.task.scene",
             ),
         ] {
