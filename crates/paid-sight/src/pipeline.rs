@@ -156,6 +156,15 @@ impl Sight {
         Ok(None)
     }
 
+    /// Forgets balls, poses and floor: another odometry begins a new frame, in which places of the old one mean nothing.
+    pub fn forget(&mut self) {
+        self.memory.clear();
+        self.poses = PoseBuffer::new(1.0, 0.05);
+        self.floor = None;
+        self.place.set_floor(None);
+        self.state = OdometryState::Waiting;
+    }
+
     /// The finds since the last call, with their places.
     pub fn take_sighted(&mut self) -> Vec<Sighted> {
         std::mem::take(&mut self.sighted)

@@ -234,7 +234,7 @@ pub(crate) fn believed_bytes(believed: &Believed) -> Vec<u8> {
     data.finish()
 }
 
-fn camera(stamp: u64, camera: &Intrinsics) -> CdrWriter {
+pub(crate) fn camera(stamp: u64, camera: &Intrinsics) -> CdrWriter {
     let mut data = CdrWriter::new();
     data.header(stamp, CAMERA);
     data.length(camera.height);
@@ -264,11 +264,11 @@ fn image(stamp: u64, [width, height]: [usize; 2], encoding: &str, step: usize, b
     data
 }
 
-fn color_image(stamp: u64, color: &ColorImage) -> CdrWriter {
+pub(crate) fn color_image(stamp: u64, color: &ColorImage) -> CdrWriter {
     image(stamp, [color.width, color.height], "rgb8", 3 * color.width, &color.data)
 }
 
-fn depth_image(stamp: u64, depth: &DepthImage) -> CdrWriter {
+pub(crate) fn depth_image(stamp: u64, depth: &DepthImage) -> CdrWriter {
     let bytes: Vec<u8> = depth.data.iter().flat_map(|mm| mm.to_le_bytes()).collect();
     image(stamp, [depth.width, depth.height], "16UC1", 2 * depth.width, &bytes)
 }
