@@ -9,7 +9,7 @@ use crate::LinkError;
 /// Something does not fit, or is missing.
 #[derive(Debug, Error)]
 pub enum DeployError {
-    /// The file of limits.
+    /// A file of limits or of the eyes.
     #[error("{file}: {message}")]
     Limits {
         /// The file.
@@ -20,6 +20,9 @@ pub enum DeployError {
     /// The policy, its motions or its robot.
     #[error("{0}")]
     Policy(String),
+    /// The eyes: camera, LiDAR, detector.
+    #[error("eyes: {0}")]
+    Eyes(String),
     /// The simulation.
     #[error("{0}")]
     Simulation(String),
@@ -42,6 +45,9 @@ pub enum DeployError {
 impl DeployError {
     pub(crate) fn policy(error: impl ToString) -> Self {
         Self::Policy(error.to_string())
+    }
+    pub(crate) fn eyes(error: impl ToString) -> Self {
+        Self::Eyes(error.to_string())
     }
     pub(crate) fn simulation(error: impl ToString) -> Self {
         Self::Simulation(error.to_string())

@@ -4,6 +4,7 @@
 //! - [`Link`]: how packets travel; [`ChannelLink`] within a process, and with the feature `dds` the robot's own network.
 //! - [`Runtime`]: packets in, a command out. No threads and no clock: the same packets give the same commands bit for bit.
 //! - [`Writer`]: the last hand before the robot, which damps if the runtime is silent.
+//! - [`eyes`]: the robot's camera and LiDAR; `ros` (feature `dds`): their topics.
 //! - [`sim`]: a G1 in MuJoCo behind the same packets, with its senses and its faults.
 //!
 //! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_perceive`]: the code of training and judge.
@@ -21,6 +22,7 @@ mod check;
 #[cfg(feature = "dds")]
 mod dds;
 mod error;
+pub mod eyes;
 mod lateness;
 mod limits;
 mod link;
@@ -30,6 +32,8 @@ mod mailbox;
 mod message;
 mod motors;
 mod player;
+#[cfg(feature = "dds")]
+pub mod ros;
 pub mod runtime;
 pub mod sim;
 pub mod wire;
@@ -44,8 +48,10 @@ pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
 pub use live::{Live, LiveReport, LiveStatus, Told, run_live};
 pub use mailbox::Mailbox;
-pub use message::{OdometryPose, Packet, Sighting};
+pub use message::{EyesReport, KnownBall, OdometryPose, Packet, Sighting, TorsoPose};
 pub use motors::{G1_MOTORS, motors_of};
 pub use player::{Player, PlayerSpec};
-pub use runtime::{Event, Output, PolicyTrace, Reason, Runtime, State, Status};
+pub use runtime::{
+    Event, Latency, LatencyFigures, Output, Phase, PolicyTrace, Reason, Runtime, State, Status,
+};
 pub use writer::Writer;

@@ -16,7 +16,7 @@ use crate::lateness::{Lateness, Pace};
 use crate::link::Link;
 use crate::log::{Frame, LogWriter};
 use crate::mailbox::Mailbox;
-use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
+use crate::runtime::{COMMAND_US, Event, Latency, Runtime, State, Status};
 use crate::wire::LowCmd;
 use crate::writer::Writer;
 
@@ -86,6 +86,8 @@ pub struct LiveReport {
     pub policy_steps: Lateness,
     /// How late commands were.
     pub lateness: Lateness,
+    /// From the capture of a picture of the ball to the first joint targets that it has a part in.
+    pub latency: Latency,
     /// Frames that the log had to drop.
     pub dropped_frames: u64,
     /// True where the system granted real-time priority.
@@ -274,6 +276,7 @@ pub fn run_live(
             longest_step_us,
             policy_steps,
             lateness,
+            latency: runtime.latency().clone(),
             dropped_frames,
             real_time: real_time.load(Ordering::Relaxed),
             died,

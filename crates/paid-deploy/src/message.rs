@@ -24,6 +24,55 @@ pub struct OdometryPose {
     pub quaternion: [f64; 4],
 }
 
+/// The torso by the robot's own odometry. Ages, not times: who makes it and who takes it need no common clock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TorsoPose {
+    /// How long ago the torso was there when this is handed over `[us]`.
+    pub age_us: u64,
+    /// Numbers odometry's frames: places of another one mean nothing.
+    pub frame: u32,
+    /// Origin of the torso in odometry's frame, z up `[m]`.
+    pub position: [f64; 3],
+    /// Torso in odometry's frame: w, x, y, z.
+    pub quaternion: [f64; 4],
+}
+
+/// A ball that the eyes know.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct KnownBall {
+    /// Center (x, y), odometry's frame `[m]`.
+    pub position: [f64; 2],
+    /// Its velocity `[m/s]`.
+    pub velocity: [f64; 2],
+    /// Variance of the position `[m^2]`, covariance of position and velocity `[m^2/s]`, variance of the velocity `[m^2/s^2]`, each axis.
+    pub covariance: [f64; 3],
+    /// Probability that it lies still.
+    pub rest: f64,
+    /// Time since the capture of the last picture that was believed `[s]`.
+    pub age_s: f64,
+    /// Pictures that have shown this ball, from its first on.
+    pub looks: u32,
+    /// Numbers the balls.
+    pub id: u32,
+    /// True if it is not where it should be, was not seen for long, or could be anywhere.
+    pub lost: bool,
+}
+
+/// What the eyes believe, some fifty times a second.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EyesReport {
+    /// How long ago this held when it is handed over `[us]`.
+    pub age_us: u64,
+    /// Time from the arrival of the last picture that could be trusted to when this held `[us]`; `None`: there was none.
+    pub picture_age_us: Option<u64>,
+    /// The frame of odometry that the ball is in, as in [`TorsoPose`].
+    pub frame: u32,
+    /// Height of the floor in that frame `[m]`: where the soles were when the robot became ready.
+    pub floor_m: Option<f64>,
+    /// The robot's own ball.
+    pub ball: Option<KnownBall>,
+}
+
 /// One message on the link.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Packet {
@@ -41,4 +90,10 @@ pub enum Packet {
     Goal([f64; 2]),
     /// Charge of the battery in percent.
     Battery(f64),
+    /// The torso by the robot's own odometry.
+    Torso(TorsoPose),
+    /// What the robot's own eyes believe.
+    Eyes(EyesReport),
+    /// Center of the goal ahead of the torso and to its left, by the operator's word `[m]`.
+    GoalAhead([f64; 2]),
 }

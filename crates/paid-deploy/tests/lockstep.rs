@@ -19,7 +19,7 @@ fn player() -> Arc<Player> {
 
 fn ready(player: &Arc<Player>) -> Lockstep {
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
-    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1 }).expect("MuJoCo");
+    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1, eyes: None }).expect("MuJoCo");
     step.make_ready(false).expect("ready");
     step
 }

@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Subcommand;
-use paid_deploy::{DeployError, Event, Limits, Player, PlayerSpec};
+use paid_deploy::{DeployError, Event, Latency, Limits, Player, PlayerSpec};
 
 use crate::failure::Failure;
 
@@ -78,6 +78,16 @@ struct NetworkArgs {
 /// A transition on a line of its own.
 fn print_event(event: &Event) {
     println!("{:>10.3} s  {} -> {}: {}", event.at_us as f64 * 1e-6, event.from, event.to, event.reason);
+}
+
+/// The distribution from capture to joint targets, on a line of its own.
+fn print_latency(latency: &Latency) {
+    let Some(figures) = latency.figures() else { return };
+    let [least, low, half, most, nearly_all, all] = figures.within_ms;
+    println!(
+        "from capture to joint targets: {least:.0} ms at least, then {low:.0} / {half:.0} / {most:.0} / {nearly_all:.0} / {all:.0} ms (5 / 50 / 95 / 99 / 100% of {} pictures)",
+        figures.pictures
+    );
 }
 
 /// Runs it.

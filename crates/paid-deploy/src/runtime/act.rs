@@ -75,7 +75,7 @@ impl Runtime {
             self.trace.action.fill(0.0);
         }
         self.memory.reset(0);
-        self.playing = Some(Playing { motion, step: 0, shown: None, blind: false });
+        self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
         self.switch(now_us, Controller::Policy);
         self.kicks += 1;
         let name = &self.player.library.facts()[motion].name;
@@ -157,19 +157,21 @@ impl Runtime {
         }
     }
 
-    /// Ball and goal to show. A kick whose senses fail before its strike goes on with what was shown last.
+    /// Ball and goal to show. A kick whose odometry fails before its strike goes on with what was shown last; one that no longer sees the
+    /// ball, with where it is believed in odometry's frame.
     fn scene(&mut self, now_us: u64) -> Option<SceneView<f64>> {
         let to_strike = self.to_strike();
         let playing = self.playing.as_ref()?;
         let strike = self.player.library.facts()[playing.motion].strike_frame;
         let of_motion = (strike as f64 - playing.step as f64) * POLICY_US as f64 * 1e-6;
-        let (blind, shown) = (playing.blind, playing.shown);
+        let (blind, unseen, shown) = (playing.blind, playing.unseen, playing.shown);
         if self.state == State::Kick && to_strike > 0.0 && !blind {
             let odometry = self.sight.odometry_age(now_us);
             let ball = self.sight.belief(to_strike).age_s;
-            let lost = if odometry > self.limits.odometry_age_s {
+            let without_odometry = odometry > self.limits.odometry_age_s;
+            let lost = if without_odometry {
                 Some(format!("odometry is {:.0} ms old", 1e3 * odometry))
-            } else if ball > self.limits.ball_age_s {
+            } else if ball > self.limits.ball_age_s && !unseen {
                 Some(format!("the ball was seen {ball:.1} s ago"))
             } else {
                 None
@@ -177,7 +179,8 @@ impl Runtime {
             if let Some(lost) = lost {
                 self.note(now_us, format!("finishes without looking: {lost}"));
                 if let Some(playing) = &mut self.playing {
-                    playing.blind = true;
+                    playing.blind = without_odometry;
+                    playing.unseen = true;
                 }
             }
         }

@@ -48,7 +48,14 @@ impl Runtime {
             Packet::Odometry(pose) => self.sight.odometry(*pose),
             Packet::Goal(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal = Some(*goal),
             Packet::Battery(percent) if percent.is_finite() => self.intake.battery = Some(*percent),
-            Packet::LowCmd(_) | Packet::Goal(_) | Packet::Battery(_) => {}
+            Packet::Torso(pose) => self.sight.torso_pose(now_us, pose),
+            Packet::Eyes(report) => {
+                let age = report.picture_age_us.map(|age| age.saturating_add(report.age_us));
+                self.intake.picture_us = age.map(|age| now_us.saturating_sub(age)).or(self.intake.picture_us);
+                self.sight.report(now_us, report);
+            }
+            Packet::GoalAhead(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal_ahead(*goal),
+            Packet::LowCmd(_) | Packet::Goal(_) | Packet::GoalAhead(_) | Packet::Battery(_) => {}
         }
     }
 

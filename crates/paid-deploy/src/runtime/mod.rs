@@ -4,7 +4,9 @@
 mod act;
 mod body;
 mod intake;
+mod latency;
 mod monitor;
+mod phase;
 mod reason;
 mod sight;
 mod status;
@@ -22,6 +24,8 @@ use body::Body;
 use intake::Intake;
 use sight::Sight;
 
+pub use latency::{Latency, LatencyFigures};
+pub use phase::Phase;
 pub use reason::{Event, Reason, State};
 pub use status::Status;
 
@@ -68,8 +72,10 @@ struct Playing {
     step: usize,
     /// Ball and goal as last shown.
     shown: Option<SceneView<f64>>,
-    /// True once it goes on without looking: what was shown last is shown to the end.
+    /// True once it goes on without odometry: what was shown last is shown to the end.
     blind: bool,
+    /// True once the ball was not seen for too long: it was said.
+    unseen: bool,
 }
 
 /// See the module.
@@ -102,6 +108,8 @@ pub struct Runtime {
     waiting: &'static str,
     events: Vec<Event>,
     kicks: usize,
+    phase: Arc<Phase>,
+    latency: Latency,
 }
 
 impl Runtime {
@@ -139,7 +147,18 @@ impl Runtime {
             waiting: "",
             events: Vec::new(),
             kicks: 0,
+            phase: Arc::default(),
+            latency: Latency::default(),
         }
+    }
+
+    /// When the foot strikes, for eyes in another thread: a strike may send the ball anywhere.
+    pub fn phase(&self) -> Arc<Phase> {
+        Arc::clone(&self.phase)
+    }
+    /// From the capture of each picture of the ball to the first joint targets that it has a part in.
+    pub fn latency(&self) -> &Latency {
+        &self.latency
     }
 
     /// The state.
@@ -195,6 +214,10 @@ impl Runtime {
         if policy_due {
             self.sight.advance(now_us, POLICY_US as f64 * 1e-6, self.to_strike());
             acted = self.think(now_us);
+            self.phase.set(self.to_strike());
+            if acted {
+                self.latency.acted(now_us, self.sight.belief(self.to_strike()).age_s);
+            }
         }
         if self.state == State::StandUp {
             self.stand_up(now_us);
@@ -240,6 +263,9 @@ impl Runtime {
     fn enter(&mut self, now_us: u64, state: State, reason: impl Into<String>) {
         self.events.push(Event { at_us: now_us, from: self.state, to: state, reason: reason.into() });
         self.state = state;
+        if state == State::Ready {
+            self.phase.now_ready();
+        }
         self.entered_us = now_us;
         self.still_since_us = None;
     }

@@ -1,33 +1,38 @@
-//! Where ball and goal are: pictures and odometry in, the shared tracker between, the policy's view out.
+//! Where ball and goal are: what the senses say in, the policy's view out.
+//!
+//! The robot's own eyes ([`crate::eyes`]) give the torso's pose and what they believe of the ball. Virtual senses give the pelvis's pose and
+//! single pictures, which the shared tracker fuses here.
 
-use std::collections::VecDeque;
-
-use paid_lanes::{Mat3, Vec3};
+use paid_lanes::{Mat3, Quat, Vec3};
 use paid_perceive::{
-    AfterStrike, BallTracker, Belief, Picture, Rolling, TrackerPreset, effective_time, predicted_displacement,
+    AfterStrike, BallTracker, Belief, Estimate, Picture, PoseBuffer, PoseGap, Rolling, StampedPose,
+    TrackerPreset, effective_time, predicted_displacement,
 };
 use paid_policy::{Pose, SceneView};
 use paid_task::{RollingBall, roll_decay};
 
 use super::body::Body;
-use crate::message::{OdometryPose, Sighting};
+use crate::message::{EyesReport, OdometryPose, Sighting, TorsoPose};
 use crate::player::{Player, about_z};
+use crate::sim::quaternion;
 
-/// Poses are kept for so long `[us]`: pictures may be that late.
-const KEPT_US: u64 = 400_000;
+/// Poses are kept for so long `[s]`: pictures may be that late.
+const KEPT_S: f64 = 0.4;
+/// Poses of that time, and a few.
+const ROOM: usize = 256;
+/// No runtime runs so long `[s]`.
+const NEVER_S: f64 = 1e9;
 /// A picture that shows the ball farther from where it is believed to be shows another ball, or the same one after somebody has moved it `[m]`.
 const SAME_M: f64 = 0.25;
 /// The tracker stays so far behind the present `[s]`: pictures that are later are not used.
 const HORIZON_S: f64 = 0.15;
 
-/// The robot at one time.
+/// A pose of odometry, as the runtime uses it.
 #[derive(Clone, Copy, Debug)]
-struct Past {
-    at_us: u64,
-    /// Heading of the inertial sensor `[rad]`.
-    imu_heading: f64,
-    /// Torso in odometry's frame.
-    torso: Option<Pose<f64>>,
+struct Placed {
+    stamp_us: u64,
+    /// Origin of the pelvis `[m]`.
+    position: Vec3<f64>,
 }
 
 /// Ball, goal and odometry as the robot believes them.
@@ -37,8 +42,21 @@ pub(crate) struct Sight {
     preset: TrackerPreset,
     decay: f64,
     radius: f64,
-    past: VecDeque<Past>,
-    odometry: Option<OdometryPose>,
+    /// The pelvis in the inertial sensor's world, whose origin goes with it.
+    pelvis: PoseBuffer,
+    /// The torso in the same world.
+    carried: PoseBuffer,
+    /// The torso in odometry's frame.
+    torsos: PoseBuffer,
+    torso: Option<Pose<f64>>,
+    now_us: u64,
+    odometry: Option<Placed>,
+    /// Number of the eyes' odometry frame.
+    frame: Option<u32>,
+    /// Height of the floor in odometry's frame `[m]`: 0 for virtual senses, whose frame begins on it.
+    floor: f64,
+    /// What the eyes believe, and when it held `[us]`.
+    report: Option<(u64, EyesReport)>,
     /// Velocity between the last two poses `[m/s]`.
     velocity: Vec3<f64>,
     /// Heading of odometry's frame less the inertial sensor's `[rad]`.
@@ -59,8 +77,15 @@ impl Sight {
             preset: player.task.eyes.tracker.clone(),
             decay: roll_decay(&player.task.ball_params),
             radius: player.task.ball_params.radius_m,
-            past: VecDeque::with_capacity(256),
+            pelvis: buffer(),
+            carried: buffer(),
+            torsos: buffer(),
+            torso: None,
+            now_us: 0,
             odometry: None,
+            frame: None,
+            floor: 0.0,
+            report: None,
             velocity: Vec3::zero(),
             turn: 0.0,
             pictures: Vec::with_capacity(64),
@@ -70,22 +95,66 @@ impl Sight {
         }
     }
 
-    /// Takes in a pose.
+    /// Takes in a pose of the pelvis.
     pub fn odometry(&mut self, pose: OdometryPose) {
         let finite = pose.position.iter().chain(&pose.quaternion).all(|x| x.is_finite());
         if !finite || self.odometry.is_some_and(|old| pose.stamp_us <= old.stamp_us) {
             return;
         }
+        let rot = Quat(pose.quaternion).normalize().to_mat();
+        if let Some(pelvis) = nearest(&self.pelvis, pose.stamp_us) {
+            self.turn = rot.yaw() - pelvis.rot.yaw();
+        }
+        self.place(Placed { stamp_us: pose.stamp_us, position: Vec3(pose.position) });
+    }
+
+    /// Takes in a pose of the torso: the joints of its time say where the pelvis was.
+    pub fn torso_pose(&mut self, now_us: u64, pose: &TorsoPose) {
+        let finite = pose.position.iter().chain(&pose.quaternion).all(|x| x.is_finite());
+        let stamp_us = now_us.saturating_sub(pose.age_us);
+        if !finite || self.odometry.is_some_and(|old| stamp_us <= old.stamp_us) {
+            return;
+        }
+        let Some(carried) = nearest(&self.carried, stamp_us) else { return };
+        if self.frame.replace(pose.frame).is_some_and(|old| old != pose.frame) {
+            // What was known in the old frame means nothing in the new one.
+            (self.goal, self.report, self.odometry) = (None, None, None);
+            self.velocity = Vec3::zero();
+        }
+        let rot = Quat(pose.quaternion).normalize().to_mat();
+        self.turn = rot.yaw() - carried.rot.yaw();
+        let position = Vec3(pose.position) - about_z(self.turn).mul_vec(carried.pos);
+        self.place(Placed { stamp_us, position });
+    }
+
+    fn place(&mut self, placed: Placed) {
         if let Some(old) = self.odometry {
-            let dt = (pose.stamp_us - old.stamp_us) as f64 * 1e-6;
-            self.velocity = (Vec3(pose.position) - Vec3(old.position)).scale(1.0 / dt);
+            let dt = (placed.stamp_us - old.stamp_us) as f64 * 1e-6;
+            self.velocity = (placed.position - old.position).scale(1.0 / dt);
         }
-        let rot = paid_lanes::Quat(pose.quaternion).normalize().to_mat();
-        let imu = self.past.iter().min_by_key(|past| past.at_us.abs_diff(pose.stamp_us));
-        if let Some(past) = imu {
-            self.turn = rot.yaw() - past.imu_heading;
+        self.odometry = Some(placed);
+    }
+
+    /// Takes in what the eyes believe.
+    pub fn report(&mut self, now_us: u64, report: &EyesReport) {
+        let finite = report.ball.is_none_or(|ball| {
+            let numbers = ball.position.iter().chain(&ball.velocity).chain(&ball.covariance);
+            numbers.chain([&ball.rest, &ball.age_s]).all(|x| x.is_finite())
+        });
+        if finite && self.frame == Some(report.frame) {
+            // Without the floor nobody knows how far below the robot the ball is.
+            let floor = report.floor_m.filter(|floor| floor.is_finite());
+            self.floor = floor.unwrap_or(self.floor);
+            let report = &EyesReport { ball: report.ball.filter(|_| floor.is_some()), ..*report };
+            self.report = Some((now_us.saturating_sub(report.age_us), *report));
         }
-        self.odometry = Some(pose);
+    }
+
+    /// Takes the operator's word for the goal: ahead of the torso and to its left `[m]`.
+    pub fn goal_ahead(&mut self, [ahead, left]: [f64; 2]) {
+        let Some(torso) = self.torso else { return };
+        let (s, c) = torso.rot.yaw().sin_cos();
+        self.goal = Some([torso.pos.x() + c * ahead - s * left, torso.pos.y() + s * ahead + c * left]);
     }
 
     /// Takes in a picture, to be fused at the next policy step.
@@ -103,27 +172,35 @@ impl Sight {
 
     /// The pelvis in odometry's frame: place from odometry, roll and pitch from the inertial sensor.
     pub fn base(&self, now_us: u64, body: &Body) -> Option<Pose<f64>> {
-        let pose = self.odometry?;
+        let placed = self.odometry?;
         let age = self.odometry_age(now_us).min(0.1);
         let rot: Mat3<f64> = about_z(self.turn).mul_mat(&body.base_rot);
-        Some(Pose { pos: self.velocity.scale_add(age, Vec3(pose.position)), rot })
+        Some(Pose { pos: self.velocity.scale_add(age, placed.position), rot })
     }
 
     /// Remembers where the torso is now: pictures of now come later.
     pub fn remember(&mut self, now_us: u64, body: &Body, player: &Player) {
-        let torso = self.base(now_us, body).map(|base| {
-            let torso = player.anchor_in_base(&body.joint_pos);
-            Pose { pos: base.point_in_world(torso.pos), rot: base.rot.mul_mat(&torso.rot) }
-        });
-        while self.past.front().is_some_and(|old| old.at_us + KEPT_US < now_us) {
-            self.past.pop_front();
+        self.now_us = now_us;
+        let torso = player.anchor_in_base(&body.joint_pos);
+        let stamped = |pos: Vec3<f64>, rot: &Mat3<f64>| StampedPose {
+            time_s: now_us as f64 * 1e-6,
+            quat: Quat(quaternion(rot)),
+            pos,
+        };
+        self.pelvis.push(stamped(Vec3::zero(), &body.base_rot));
+        let carried = body.base_rot.mul_mat(&torso.rot);
+        self.carried.push(stamped(body.base_rot.mul_vec(torso.pos), &carried));
+        self.torso = self
+            .base(now_us, body)
+            .map(|base| Pose { pos: base.point_in_world(torso.pos), rot: base.rot.mul_mat(&torso.rot) });
+        if let Some(torso) = &self.torso {
+            self.torsos.push(stamped(torso.pos, &torso.rot));
         }
-        self.past.push_back(Past { at_us: now_us, imu_heading: body.base_rot.yaw(), torso });
     }
 
     /// The torso now, in odometry's frame.
     pub fn torso(&self) -> Option<Pose<f64>> {
-        self.past.back().and_then(|past| past.torso)
+        self.torso
     }
 
     /// A policy step of the tracker; `to_strike_s` is the time until the motion strikes `[s]`, infinite before a kick.
@@ -132,11 +209,10 @@ impl Sight {
         self.tracker.advance(dt_s, HORIZON_S, &rolling, &self.preset);
         self.pictures.sort_by_key(|picture| picture.captured_us);
         for picture in self.pictures.drain(..) {
-            let then = self.past.iter().min_by_key(|past| past.at_us.abs_diff(picture.captured_us));
-            let (Some(torso), Some(ball)) = (then.and_then(|past| past.torso), picture.ball) else {
+            let (Some(torso), Some(ball)) = (nearest(&self.torsos, picture.captured_us), picture.ball) else {
                 continue;
             };
-            let [x, y, _] = torso.point_in_world(Vec3(ball)).0;
+            let [x, y, _] = torso.point(ball);
             let belief = self.tracker.belief(&rolling, &self.preset);
             let [bx, by] = belief.ball.position;
             let same = belief.known && (x - bx).hypot(y - by) < SAME_M;
@@ -153,12 +229,28 @@ impl Sight {
 
     /// Pictures in a row that showed the ball where it was believed to be.
     pub fn looks(&self) -> u32 {
-        self.looks
+        self.report.map_or(self.looks, |(_, report)| report.ball.map_or(0, |ball| ball.looks))
     }
 
-    /// What the tracker believes.
+    /// What is believed: by the eyes, as it goes on since they said so, or by the tracker here.
     pub fn belief(&self, to_strike_s: f64) -> Belief<f64> {
-        self.tracker.belief(&Rolling { decay: self.decay, to_strike_s }, &self.preset)
+        let ball = self.report.and_then(|(at_us, report)| report.ball.map(|ball| (at_us, ball)));
+        let Some((at_us, ball)) = ball else {
+            return self.tracker.belief(&Rolling { decay: self.decay, to_strike_s }, &self.preset);
+        };
+        let since_s = self.now_us.saturating_sub(at_us) as f64 * 1e-6;
+        let way = effective_time(since_s, self.decay);
+        let kept = 1.0 - self.decay * way;
+        Belief {
+            ball: Estimate {
+                position: [0, 1].map(|k| ball.position[k] + way * ball.velocity[k]),
+                velocity: ball.velocity.map(|v| kept * v),
+                covariance: ball.covariance,
+            },
+            rest: ball.rest,
+            age_s: ball.age_s + since_s,
+            known: !ball.lost,
+        }
     }
 
     /// The ball in the frame in which motions are chosen: origin below the torso, x along its heading.
@@ -190,7 +282,7 @@ impl Sight {
     ) -> SceneView<f64> {
         let belief = self.belief(of_ball_s);
         let ([x, y], [vx, vy]) = (belief.ball.position, belief.ball.velocity);
-        let ball = Vec3([x, y, self.radius]);
+        let ball = Vec3([x, y, self.floor + self.radius]);
         let wait = effective_time(to_strike_s, self.decay);
         let at_strike = ball + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
         let (mut ball, mut at_strike) = (ball, at_strike);
@@ -203,8 +295,28 @@ impl Sight {
         SceneView {
             ball: base.point_in_body(ball),
             ball_at_strike: base.point_in_body(at_strike),
-            goal: base.point_in_body(Vec3([gx, gy, self.radius])),
+            goal: base.point_in_body(Vec3([gx, gy, self.floor + self.radius])),
         }
+    }
+}
+
+/// A buffer that has its room from the begin, since the thread that fills it must not allocate. The poses that took the room are of a time
+/// that never comes: the first real one is older by more than is kept, and they are forgotten.
+fn buffer() -> PoseBuffer {
+    let mut buffer = PoseBuffer::new(KEPT_S, 0.0);
+    for k in 0..ROOM {
+        let time_s = NEVER_S + KEPT_S * k as f64 / ROOM as f64;
+        buffer.push(StampedPose { time_s, quat: Quat::identity(), pos: Vec3::zero() });
+    }
+    buffer
+}
+
+/// A pose at a time; the newest one for a time after it.
+fn nearest(poses: &PoseBuffer, at_us: u64) -> Option<paid_perceive::Pose> {
+    match poses.at(at_us as f64 * 1e-6) {
+        Ok(pose) => Some(pose),
+        Err(PoseGap::TooNew) => poses.last().map(StampedPose::pose),
+        Err(_) => None,
     }
 }
 
@@ -212,6 +324,7 @@ impl Sight {
 mod tests {
     use super::*;
     use crate::PlayerSpec;
+    use crate::message::KnownBall;
 
     fn player() -> Player {
         let policy =
@@ -308,5 +421,67 @@ mod tests {
         let base = sight.base(1000, &body).expect("a pose");
         assert_eq!(base.pos.0, [1.0, 0.0, 0.7]);
         assert!((sight.odometry_age(51_000) - 0.05).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
+        let player = player();
+        let mut sight = Sight::new(&player);
+        let mut body = Body::new(player.joints());
+        // The waist turns at 2 rad/s while the pelvis stands at (1, 0, 0.76), its inertial sensor's heading 0.3 rad beside odometry's.
+        let yaw = player.model.joint_index("waist_yaw_joint").expect("a waist");
+        body.base_rot = about_z(-0.3);
+        let base = Pose { pos: Vec3([1.0, 0.0, 0.76]), rot: about_z(0.0) };
+        let mut torsos = Vec::new();
+        for k in 0..60_u64 {
+            let now_us = 2000 * (k + 1);
+            body.joint_pos[yaw] = 2.0 * now_us as f64 * 1e-6;
+            let torso = player.anchor_in_base(&body.joint_pos);
+            torsos.push((base.point_in_world(torso.pos), base.rot.mul_mat(&torso.rot)));
+            sight.remember(now_us, &body, &player);
+            // A pose that is 20 ms old when it comes.
+            if k >= 10 {
+                let (pos, rot) = torsos[k as usize - 10];
+                let quaternion = quaternion(&rot);
+                sight
+                    .torso_pose(now_us, &TorsoPose { age_us: 20_000, frame: 0, position: pos.0, quaternion });
+            }
+        }
+        let found = sight.base(120_000, &body).expect("a pose");
+        assert!((found.pos - base.pos).norm() < 1e-9 && found.rot.yaw().abs() < 1e-9, "{found:?}");
+        // A ball that rolls at 1 m/s and lay at x = 2 m 30 ms ago.
+        let ball = KnownBall {
+            position: [2.0, 0.5],
+            velocity: [1.0, 0.0],
+            covariance: [1e-4, 0.0, 1e-4],
+            rest: 0.0,
+            age_s: 0.07,
+            looks: 33,
+            id: 4,
+            lost: false,
+        };
+        let report = EyesReport {
+            age_us: 30_000,
+            picture_age_us: Some(0),
+            frame: 0,
+            floor_m: Some(-1.2),
+            ball: Some(ball),
+        };
+        sight.report(120_000, &report);
+        let (belief, way) = (sight.belief(f64::INFINITY), effective_time(0.03, sight.decay));
+        assert!(belief.known && (belief.ball.position[0] - 2.0 - way).abs() < 1e-12 && way > 0.025);
+        assert!((belief.age_s - 0.1).abs() < 1e-12 && sight.looks() == 33);
+        // The floor is 1.2 m below odometry's origin.
+        let scene = sight.scene(&base, &player, f64::INFINITY, f64::INFINITY);
+        assert!((scene.ball.z() + 1.2 - sight.radius + 0.76).abs() < 1e-9, "{scene:?}");
+        sight.goal_ahead([5.0, 0.0]);
+        assert!(sight.goal.is_some() && sight.goal_bearing().expect("a goal").abs() < 1e-9);
+        // Odometry begins anew: ball and goal are gone, and a report of the old frame is not taken.
+        body.joint_pos[yaw] = 0.0;
+        sight.remember(122_000, &body, &player);
+        let pose = TorsoPose { age_us: 0, frame: 1, position: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
+        sight.torso_pose(122_000, &pose);
+        sight.report(122_000, &report);
+        assert!(sight.goal.is_none() && !sight.belief(f64::INFINITY).known && sight.looks() == 0);
     }
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use paid_policy::Pose;
 
 use super::faults::Fault;
+use super::own_eyes::{OwnEyes, OwnEyesOptions};
 use super::robot::{Mount, VirtualG1};
 use super::senses::{Senses, TrueState};
 use crate::DeployError;
@@ -24,6 +25,8 @@ pub struct LockstepOptions {
     pub limits: Limits,
     /// Seed of the senses' errors.
     pub seed: u64,
+    /// The robot's own eyes in the place of the virtual senses, which know the truth and err by chance.
+    pub eyes: Option<OwnEyesOptions>,
 }
 
 /// A virtual robot and its runtime.
@@ -31,8 +34,9 @@ pub struct Lockstep {
     player: Arc<Player>,
     /// The robot.
     pub robot: VirtualG1,
-    /// Its senses.
+    /// Its virtual senses, unless it has eyes of its own.
     pub senses: Senses,
+    eyes: Option<OwnEyes>,
     runtime: Runtime,
     writer: Writer,
     ends: (ChannelLink, ChannelLink),
@@ -53,8 +57,12 @@ impl Lockstep {
     /// If MuJoCo is missing.
     pub fn new(player: &Arc<Player>, options: &LockstepOptions) -> Result<Self, DeployError> {
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
+        let robot = VirtualG1::new(Arc::clone(player))?;
+        let eyes = options.eyes.as_ref();
+        let eyes = eyes.map(|eyes| OwnEyes::new(player, &robot, eyes, options.seed)).transpose()?;
         Ok(Self {
-            robot: VirtualG1::new(Arc::clone(player))?,
+            robot,
+            eyes,
             senses: Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, options.seed),
             runtime: Runtime::new(Arc::clone(player), options.limits.clone()),
             writer: Writer::new(&options.limits, player.joints()),
@@ -120,6 +128,9 @@ impl Lockstep {
             Fault::NoBall => self.senses.ball_visible = false,
             _ => {}
         }
+        if let Some(eyes) = &mut self.eyes {
+            (eyes.odometry, eyes.open) = (self.senses.odometry, self.senses.ball_visible);
+        }
     }
 
     /// Tells the runtime where the goal is, world (x, y) `[m]`.
@@ -127,8 +138,33 @@ impl Lockstep {
     /// # Errors
     /// If the link fails.
     pub fn place_goal(&mut self, goal: [f64; 2]) -> Result<(), DeployError> {
-        let goal = self.senses.placed(goal, &self.truth());
-        Ok(self.ends.0.send(Packet::Goal(goal))?)
+        let truth = self.truth();
+        let packet = if let Some(eyes) = &mut self.eyes {
+            // The operator's word: where it is from the torso.
+            eyes.place_goal(goal, truth.torso.rot.yaw());
+            Packet::GoalAhead(ahead(&truth, goal))
+        } else {
+            Packet::Goal(self.senses.placed(goal, &truth))
+        };
+        Ok(self.ends.0.send(packet)?)
+    }
+
+    /// Whether ball and torso come from the robot's own eyes.
+    pub fn has_own_eyes(&self) -> bool {
+        self.eyes.is_some()
+    }
+
+    /// How far off the runtime believes the ball to be, seen from its torso `[m]`; not a number while it knows of none.
+    pub fn ball_error_m(&self) -> f64 {
+        let truth = self.truth();
+        let [x, y, _] = truth.ball.0;
+        if self.eyes.is_none() {
+            let placed = self.senses.placed([x, y], &truth);
+            return self.runtime.ball().map_or(f64::NAN, |[bx, by]| (bx - placed[0]).hypot(by - placed[1]));
+        }
+        let [a, l] = ahead(&truth, [x, y]);
+        let believed = self.runtime.status(self.robot.now_us()).ball_m;
+        believed.map_or(f64::NAN, |[ba, bl]| (ba - a).hypot(bl - l))
     }
 
     /// Two milliseconds.
@@ -143,9 +179,11 @@ impl Lockstep {
         let truth = self.truth();
         let mut sent = Ok(());
         let to = &mut self.ends.0;
-        self.senses.step(now_us, &truth, |packet| {
-            sent = sent.clone().and(to.send(packet));
-        });
+        let send = |packet| sent = sent.clone().and(to.send(packet));
+        match &mut self.eyes {
+            Some(eyes) => eyes.step(&self.robot, &self.runtime.phase(), send)?,
+            None => self.senses.step(now_us, &truth, send),
+        }
         sent?;
         if self.fault == Some(Fault::Kill) {
             return Ok(());
@@ -232,6 +270,11 @@ impl Lockstep {
     pub fn make_ready(&mut self, free: bool) -> Result<(), DeployError> {
         self.place_goal([5.0, 0.0])?;
         self.run_until(0.2 + self.listen_s, |_| false)?;
+        if self.eyes.is_some() {
+            // LiDAR odometry begins from standing, and pictures come after it.
+            self.run_until(1.0, |_| false)?;
+            self.place_goal([5.0, 0.0])?;
+        }
         self.press(&[Key::L2, Key::Up])?;
         self.run_until(30.0, |s| s.runtime.state() != State::StandUp)?;
         if free {
@@ -245,4 +288,11 @@ impl Lockstep {
         let told: Vec<String> = self.events.iter().map(|e| format!("{}: {}", e.to, e.reason)).collect();
         Err(DeployError::Refused(told.join("; ")))
     }
+}
+
+/// A point of the world (x, y) ahead of the torso and to its left `[m]`.
+fn ahead(truth: &TrueState, [x, y]: [f64; 2]) -> [f64; 2] {
+    let (s, c) = truth.torso.rot.yaw().sin_cos();
+    let [dx, dy] = [x - truth.torso.pos.x(), y - truth.torso.pos.y()];
+    [c * dx + s * dy, c * dy - s * dx]
 }

@@ -7,13 +7,14 @@ use paid_eval::metrics::shooting::Goal;
 use paid_eval::shooting::robot_distance;
 use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
+use paid_perceive::CameraPreset;
 
 use super::lockstep::{Lockstep, LockstepOptions};
 use super::senses::TrueState;
 use crate::DeployError;
 use crate::log::LogWriter;
 use crate::player::Player;
-use crate::runtime::{Event, State};
+use crate::runtime::{Event, Latency, State};
 
 /// Redraws of a ball before the match ends for want of room.
 const REDRAWS: usize = 1000;
@@ -75,6 +76,8 @@ pub struct MatchResult {
     pub seconds: f64,
     /// Every transition.
     pub events: Vec<Event>,
+    /// From the capture of a picture to joint targets.
+    pub latency: Latency,
 }
 
 impl MatchResult {
@@ -99,8 +102,14 @@ pub fn play_match(
         step.set_log(log);
     }
     let mut rng = MatchBall::rng(0, options.lockstep.seed as u32);
-    let mut result =
-        MatchResult { kicks: Vec::new(), stopped: None, peak: [0.0; 4], seconds: 0.0, events: Vec::new() };
+    let mut result = MatchResult {
+        kicks: Vec::new(),
+        stopped: None,
+        peak: [0.0; 4],
+        seconds: 0.0,
+        events: Vec::new(),
+        latency: Latency::default(),
+    };
     let ready = step.make_ready(true);
     let (mut unseen, mut in_vain) = (0, 0);
     while ready.is_ok() && result.kicks.len() < options.field.kicks {
@@ -128,6 +137,7 @@ pub fn play_match(
     result.peak = step.peak();
     result.seconds = step.robot.now_us() as f64 * 1e-6;
     result.events = step.events().to_vec();
+    result.latency = step.runtime().latency().clone();
     if let Some(log) = step.take_log() {
         log.finish()?;
     }
@@ -138,7 +148,10 @@ pub fn play_match(
 fn next_ball(step: &Lockstep, field: &Field, rng: &mut Rng) -> Option<(MatchBall, usize)> {
     let player = step.player();
     let (truth, radius) = (step.truth(), player.task.ball_params.radius_m);
-    let (camera, [near, far]) = (player.task.eyes.camera.geometry(), player.task.eyes.range_m);
+    let [near, far] = player.task.eyes.range_m;
+    // A ball is told from other things by its color.
+    let camera = if step.has_own_eyes() { CameraPreset::color() } else { player.task.eyes.camera.clone() };
+    let camera = camera.geometry();
     let mut out_of_view = 0;
     for _ in 0..REDRAWS {
         let ball = field.draw_ball(rng);
@@ -192,12 +205,7 @@ fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<Kick
         if let Some(motion) = step.runtime().motion() {
             result.motion.clone_from(&step.player().library.facts()[motion].name);
         }
-        if let Some(believed) = step.runtime().ball() {
-            let truth = step.truth();
-            let [x, y, _] = truth.ball.0;
-            let placed = step.senses.placed([x, y], &truth);
-            result.ball_error_m = (believed[0] - placed[0]).hypot(believed[1] - placed[1]);
-        }
+        result.ball_error_m = step.ball_error_m();
         let (mut last, mut crossed, mut ready_us) = (at, false, None);
         let patience_us = (field.patience_s * 1e6) as u64;
         step.run_until(60.0, |s| {

@@ -287,7 +287,7 @@ impl VirtualG1 {
 }
 
 /// Unit quaternion (w, x, y, z) of a rotation.
-pub(super) fn quaternion(rot: &Mat3<f64>) -> [f64; 4] {
+pub(crate) fn quaternion(rot: &Mat3<f64>) -> [f64; 4] {
     let m = &rot.0;
     // The largest of the four is found from the diagonal; the others follow from sums and differences.
     let squares = [

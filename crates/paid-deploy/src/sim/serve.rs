@@ -114,6 +114,20 @@ pub struct Served {
     pub refused: u64,
 }
 
+/// Sees a served robot at every step: its camera and its LiDAR.
+pub trait Watcher {
+    /// 2 ms are over.
+    fn step(&mut self, robot: &VirtualG1);
+    /// The goal was placed: center (x, y) in the world `[m]`, facing along this heading `[rad]`.
+    fn goal(&mut self, center: [f64; 2], heading: f64);
+}
+
+/// Nobody.
+impl Watcher for () {
+    fn step(&mut self, _robot: &VirtualG1) {}
+    fn goal(&mut self, _center: [f64; 2], _heading: f64) {}
+}
+
 /// Serves a virtual robot until `stop` is set or the order `quit` comes. `orders` is asked every 2 ms, at simulated time `[s]`.
 ///
 /// # Errors
@@ -123,6 +137,7 @@ pub fn serve(
     mut link: impl Link,
     seed: u64,
     stop: &AtomicBool,
+    watcher: &mut impl Watcher,
     mut orders: impl FnMut(f64) -> Option<Order>,
 ) -> Result<Served, DeployError> {
     let mut robot = VirtualG1::new(Arc::clone(player))?;
@@ -144,6 +159,7 @@ pub fn serve(
         robot.receive(&mut link)?;
         robot.step();
         robot.publish(&mut link)?;
+        watcher.step(&robot);
         let truth = truth(&robot, anchor);
         let mut sent = Ok(());
         senses.step(robot.now_us(), &truth, |packet| sent = sent.clone().and(link.send(packet)));
@@ -165,7 +181,12 @@ pub fn serve(
                 released_us = Some(robot.now_us() + PRESSED_US);
             }
             Order::Ball(at, velocity) => robot.place_ball(placed(at), turned(velocity)),
-            Order::Goal(at) => link.send(Packet::Goal(senses.placed(placed(at), &truth)))?,
+            Order::Goal(at) => {
+                // For a runtime with virtual senses, and for one with eyes of its own.
+                link.send(Packet::Goal(senses.placed(placed(at), &truth)))?;
+                link.send(Packet::GoalAhead(at))?;
+                watcher.goal(placed(at), truth.torso.rot.yaw());
+            }
             Order::Free => robot.set_mount(Mount::Free),
             Order::Gantry => robot.set_mount(Mount::Gantry { pitch_rad_s: 0.0 }),
             Order::Fault(fault) => {

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use paid_deploy::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
 use paid_deploy::log::{LogHeader, LogWriter};
 use paid_deploy::{
     Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Lateness, Live, Runtime, Side, Told, Writer, lateness_table,
     run_live,
 };
 
-use super::{NetworkArgs, PlayerArgs, print_event};
+use super::{NetworkArgs, PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
 
 /// Arguments of `paid robot run`.
@@ -21,6 +23,12 @@ pub struct RunArgs {
     player: PlayerArgs,
     #[command(flatten)]
     network: NetworkArgs,
+    /// Ball and odometry from the robot's own camera and LiDAR, as this TOML file says.
+    #[arg(long, value_name = "FILE", conflicts_with = "virtual_senses")]
+    eyes: Option<PathBuf>,
+    /// Ball and odometry from the senses of `paid robot sim`, which know the truth and err by chance.
+    #[arg(long)]
+    virtual_senses: bool,
     /// Everything but commands: the robot is told nothing.
     #[arg(long)]
     dry_run: bool,
@@ -56,21 +64,45 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         println!("domain {domain}, interface {interface}{dry}");
         println!("L2+Up: stand up; R1+X: kicks are allowed; L2+B: damping. Ctrl-C: damping, and the end.");
     }
+    let writer = Writer::new(&limits, player.joints());
+    let runtime = Runtime::new(Arc::clone(&player), limits);
+    let place = EyesPlace { domain, interface };
+    let opened =
+        args.eyes.as_ref().map(|file| Eyes::open(&EyesConfig::read(file)?, &player, place, runtime.phase()));
+    let (eyes, lines) = opened.transpose()?.unzip();
+    let sensed = match &eyes {
+        Some(eyes) => eyes.sensed(),
+        None if args.virtual_senses => Sensed::Virtual,
+        None => Sensed::Nothing,
+    };
+    if matches!(sensed, Sensed::Nothing) && !args.json && !args.quiet {
+        println!("without --eyes or --virtual-senses the robot sees no ball: it does not kick");
+    }
+    let link = SensedLink::new(link, sensed);
     let live = Live {
-        writer: Writer::new(&limits, player.joints()),
-        runtime: Runtime::new(player, limits),
+        writer,
+        runtime,
         dry_run: args.dry_run,
         log,
         duration: args.seconds.map(Duration::from_secs_f64),
     };
-    let report = run_live(live, link, &stop, |told| match told {
-        Told::Event(event) if args.json => json_line("event", event),
-        Told::Status(status) if args.json => json_line("status", status),
-        Told::Event(event) if !args.quiet => {
-            print_event(event);
+    let tell_eyes = |line: &str| match (args.json, args.quiet) {
+        (true, _) => json_line("eyes", &line),
+        (false, true) => {}
+        (false, false) => println!("eyes: {line}"),
+    };
+    let report = run_live(live, link, &stop, move |told| {
+        lines.iter().flat_map(|lines| lines.try_iter()).for_each(|line| tell_eyes(&line));
+        match told {
+            Told::Event(event) if args.json => json_line("event", event),
+            Told::Status(status) if args.json => json_line("status", status),
+            Told::Event(event) if !args.quiet => {
+                print_event(event);
+            }
+            Told::Event(_) | Told::Status(_) => {}
         }
-        Told::Event(_) | Told::Status(_) => {}
     })?;
+    drop(eyes);
     let timer = Lateness::of_bare_timer(Duration::from_secs(2)).figures();
     let (commands, policy) = (report.lateness.figures(), report.policy_steps.figures());
     if args.json {
@@ -84,6 +116,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
                 "commands_late": commands,
                 "bare_timer_late": timer,
                 "policy_steps_took": policy,
+                "capture_to_targets": report.latency.figures(),
                 "real_time": report.real_time,
                 "dropped_frames": report.dropped_frames,
                 "died": report.died,
@@ -102,6 +135,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         "{} policy steps within {half:.2} / {most:.2} / {nearly_all:.2} / {all:.2} ms (50 / 99 / 99.9 / 100%)",
         policy.periods
     );
+    print_latency(&report.latency);
     print!("{}", lateness_table(&commands, &timer));
     if !report.real_time {
         println!("the system grants no real-time priority (it needs CAP_SYS_NICE): commands may come late");

@@ -7,10 +7,13 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
-use paid_deploy::sim::{Fault, LockstepOptions, MatchOptions, MatchResult, Order, play_match, serve};
+use paid_deploy::sim::{
+    Broadcast, BroadcastOptions, Fault, LockstepOptions, MatchOptions, MatchResult, Order, OwnEyesOptions,
+    TorsoSource, play_match, serve,
+};
 use paid_deploy::{DdsLink, Player, Side};
 
-use super::{PlayerArgs, print_event};
+use super::{PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
 
 /// Arguments of `paid robot sim`.
@@ -39,10 +42,49 @@ pub struct SimArgs {
     /// Address of the interface, such as 127.0.0.1.
     #[arg(long, value_name = "ADDRESS", required_unless_present = "lockstep")]
     interface: Option<std::net::IpAddr>,
+    /// In lockstep: ball and odometry from rendered pictures and a simulated LiDAR through the robot's own eyes, in the place of virtual
+    /// senses, which know the truth and err by chance.
+    #[arg(long, requires = "lockstep")]
+    eyes: bool,
+    /// With --eyes: what follows the torso. The LiDAR's odometry, or the true pose with training's drift.
+    #[arg(long, value_name = "WHICH", value_enum, default_value_t = TorsoChoice::Lidar, requires = "eyes")]
+    odometry: TorsoChoice,
+    /// Least score of a ball in the own eyes' pictures, 0 to 1 [default: the detector's].
+    #[arg(long, value_name = "P", requires = "eyes")]
+    confidence: Option<f64>,
+    /// On the network: pictures a second, rendered while somebody reads them; 0: none. In lockstep with --eyes the same [default there: 25].
+    #[arg(long, value_name = "HZ")]
+    camera_hz: Option<f64>,
+    /// On the network: send a Mid-360's packets to this address, samples to the port that is 100 higher, such as 127.0.0.1:56301.
+    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "lockstep")]
+    lidar: Option<std::net::SocketAddr>,
     /// Orders from a file, a line each: the simulated time in seconds, then the order. Orders are read from the keyboard too: keys L2+Up,
     /// ball 1.2 0.1, goal 5 0, free, gantry, fault silence, fault none, quit.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
+}
+
+/// What follows the torso.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum TorsoChoice {
+    /// LiDAR-inertial odometry.
+    Lidar,
+    /// The true pose with training's drift.
+    Modeled,
+}
+
+/// The own eyes of a lockstep.
+fn own_eyes(args: &SimArgs) -> OwnEyesOptions {
+    let usual = OwnEyesOptions::default();
+    OwnEyesOptions {
+        rate_hz: args.camera_hz.unwrap_or(usual.rate_hz),
+        torso: match args.odometry {
+            TorsoChoice::Lidar => usual.torso,
+            TorsoChoice::Modeled => TorsoSource::Modeled,
+        },
+        confidence: args.confidence,
+        ..usual
+    }
 }
 
 /// A virtual robot.
@@ -64,7 +106,8 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
             }
             None => None,
         };
-        let lockstep = LockstepOptions { limits: limits.clone(), seed };
+        let eyes = args.eyes.then(|| own_eyes(args));
+        let lockstep = LockstepOptions { limits: limits.clone(), seed, eyes };
         let mut options = MatchOptions { lockstep, ..MatchOptions::default() };
         options.field.kicks = args.kicks;
         results.push(one_match(&player, &options, log)?);
@@ -117,6 +160,7 @@ fn one_match(
         100.0 * speed,
         100.0 * torque
     );
+    print_latency(&result.latency);
     if let Some(why) = &result.stopped {
         println!("the runtime damped the robot: {why}");
     }
@@ -168,7 +212,7 @@ fn serve_network(
     let stop = crate::stop::flag()?;
     let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
     println!("a virtual G1 on domain {domain}, interface {interface}, held by a gantry");
-    let served = serve(player, link, args.seed, &stop, |now_s| {
+    let orders = |now_s: f64| {
         if script.last().is_some_and(|(when, _)| *when <= now_s) {
             return script.pop().map(|(_, order)| order);
         }
@@ -179,7 +223,24 @@ fn serve_network(
                 None
             }
         }
-    })?;
+    };
+    let served = if args.camera_hz == Some(0.0) && args.lidar.is_none() {
+        serve(player, link, args.seed, &stop, &mut (), orders)?
+    } else {
+        let usual = BroadcastOptions::default();
+        let rate_hz = args.camera_hz.unwrap_or(usual.rate_hz);
+        let options = BroadcastOptions { rate_hz, lidar: args.lidar, seed: args.seed, ..usual };
+        let mut broadcast = Broadcast::open(player, domain, interface, &options)?;
+        let served = serve(player, link, args.seed, &stop, &mut broadcast, orders)?;
+        let report = broadcast.report();
+        let [sent, dropped] = report.pictures;
+        println!(
+            "{sent} pictures sent, {dropped} dropped: {:.1} a second of {rate_hz:.1} while somebody read them; {} packets of the LiDAR",
+            report.rate_hz(),
+            report.packets
+        );
+        served
+    };
     println!("{:.1} s of simulated time; {} commands refused", served.simulated_s, served.refused);
     if served.lost_s > 0.0 {
         println!("this machine could not keep real time: {:.2} s were lost", served.lost_s);

@@ -1,0 +1,182 @@
+//! Where the torso is: LiDAR-inertial odometry, or another odometry's poses.
+
+use nalgebra::Isometry3;
+use paid_lidar::{Config, Health, ImuSample, Odometry, Scan};
+use paid_sight::{OdometryState, PoseMessage, seconds};
+
+use super::DeviceClock;
+use crate::DeployError;
+use crate::message::TorsoPose;
+
+/// Poses come so often `[s]`: ten to a picture, and a fifth of what the runtime calls old.
+const PERIOD_S: f64 = 0.01;
+
+/// The torso at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TorsoFix {
+    /// When it was there, local clock `[ns]`.
+    pub at_ns: u64,
+    /// Numbers odometry's frames.
+    pub frame: u32,
+    /// Place `[m]` and orientation w, x, y, z in odometry's frame.
+    pub pose: PoseMessage,
+}
+
+impl TorsoFix {
+    /// As the runtime gets it at `now_ns` `[ns]`.
+    pub fn handed_over(&self, now_ns: u64) -> TorsoPose {
+        TorsoPose {
+            age_us: now_ns.saturating_sub(self.at_ns) / 1000,
+            frame: self.frame,
+            position: self.pose.position,
+            quaternion: self.pose.quat,
+        }
+    }
+}
+
+/// Follows the torso.
+#[derive(Debug)]
+pub struct TorsoEyes {
+    lidar: Option<Odometry>,
+    /// From measurement to arrival of the fastest sample `[ns]`.
+    way_ns: u64,
+    clock: DeviceClock,
+    state: OdometryState,
+    frame: u32,
+    last_s: f64,
+}
+
+impl TorsoEyes {
+    /// By a Mid-360 that is mounted as this says, whose fastest sample takes `latency_s` to come `[s]`.
+    ///
+    /// # Errors
+    /// If a setting makes no sense.
+    pub fn lidar(config: Config, latency_s: f64) -> Result<Self, DeployError> {
+        let lidar = Some(Odometry::new(config).map_err(DeployError::eyes)?);
+        Ok(Self { lidar, way_ns: (latency_s * 1e9) as u64, ..Self::other() })
+    }
+
+    /// By another odometry, whose poses come by [`Self::pose`].
+    pub fn other() -> Self {
+        Self {
+            lidar: None,
+            way_ns: 0,
+            clock: DeviceClock::default(),
+            state: OdometryState::Waiting,
+            frame: 0,
+            last_s: f64::NEG_INFINITY,
+        }
+    }
+
+    /// How well the pose is known.
+    pub fn state(&self) -> OdometryState {
+        self.state
+    }
+
+    /// Takes in an inertial sample that came at `at_ns` `[ns]`; gives a pose where one is due.
+    pub fn imu(&mut self, sample: ImuSample, at_ns: u64) -> Option<TorsoFix> {
+        // Only samples set the clock: scans are longer on their way.
+        let local = |s: f64| (s.max(0.0) * 1e9).round() as u64;
+        let stamp_ns = local(sample.time_s);
+        let here_ns = self.clock.local_ns(stamp_ns, at_ns);
+        self.lidar.as_mut()?.push_imu(sample, seconds(at_ns));
+        self.poll(at_ns);
+        let lidar = self.lidar.as_ref()?;
+        if !matches!(self.state, OdometryState::Tracking | OdometryState::Degenerate(_)) {
+            return None;
+        }
+        let newest_s = lidar.newest_s()?;
+        if newest_s < self.last_s + PERIOD_S - 1e-6 && newest_s >= self.last_s {
+            return None;
+        }
+        let pose = lidar.pose_at(newest_s)?;
+        self.last_s = newest_s;
+        let at_ns = (here_ns + local(newest_s)).saturating_sub(stamp_ns + self.way_ns);
+        Some(TorsoFix { at_ns, frame: self.frame, pose: message(at_ns, &pose) })
+    }
+
+    /// Takes in a scan that came at `at_ns` `[ns]`.
+    pub fn scan(&mut self, scan: Scan, at_ns: u64) {
+        if let Some(lidar) = &mut self.lidar {
+            lidar.push_scan(scan, seconds(at_ns));
+            self.poll(at_ns);
+        }
+    }
+
+    /// Time passes: a LiDAR that is silent is noticed.
+    pub fn poll(&mut self, at_ns: u64) {
+        let Some(lidar) = &mut self.lidar else { return };
+        while let Some(estimate) = lidar.poll(seconds(at_ns)) {
+            self.frame = estimate.frame;
+            self.state = match estimate.health {
+                Health::Initializing(_) => OdometryState::Waiting,
+                Health::Tracking => OdometryState::Tracking,
+                Health::Degenerate { direction } => OdometryState::Degenerate(direction.into()),
+                Health::Lost { refused: true, .. } => {
+                    // It does not come back by itself: it waits for the robot to stand still and begins a new frame.
+                    lidar.restart();
+                    OdometryState::Lost
+                }
+                Health::Lost { refused: false, .. } => OdometryState::Lost,
+            };
+        }
+    }
+
+    /// Takes in a pose of another odometry, its stamp by the local clock.
+    pub fn pose(&mut self, pose: PoseMessage) -> TorsoFix {
+        self.state = OdometryState::Tracking;
+        TorsoFix { at_ns: pose.stamp_ns, frame: self.frame, pose }
+    }
+}
+
+fn message(stamp_ns: u64, pose: &Isometry3<f64>) -> PoseMessage {
+    let q = pose.rotation;
+    PoseMessage { stamp_ns, position: pose.translation.vector.into(), quat: [q.w, q.i, q.j, q.k] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use paid_lidar::g1_torso_from_lidar;
+    use paid_lidar::sim::{PoseList, Scene, SceneKind, SensorModel, SimulatedMid360};
+
+    #[test]
+    fn a_torso_that_moves_a_meter_is_followed_by_the_clock_of_this_machine() {
+        let config = Config::g1();
+        // It stands for a second and goes a meter along x in the next two.
+        let x = |t: f64| (0.5 * (t - 1.0)).clamp(0.0, 1.0);
+        let poses = (0..1700).map(|k| {
+            let t = f64::from(k) * 0.002;
+            (t, Isometry3::translation(x(t), 0.0, 0.8))
+        });
+        let mut sensor = SimulatedMid360::new(
+            Scene::new(SceneKind::Hall, 2),
+            PoseList::new(poses.collect()).expect("poses"),
+            SensorModel { points_per_s: 20_000.0, ..SensorModel::default() },
+            g1_torso_from_lidar(),
+            &config.imu_from_lidar,
+            2,
+        );
+        let mut eyes = TorsoEyes::lidar(config, 0.003).expect("a setup");
+        // The sensor's clock began 40 s before this one; samples take 3 ms, scans 20.
+        let (zero_ns, mut fixes) = (40_000_000_000_u64, Vec::new());
+        let at = |s: f64, ms: u64| zero_ns + (s * 1e9).round() as u64 + ms * 1_000_000;
+        for _ in 0..32 {
+            let frame = sensor.next_frame();
+            for sample in frame.imu {
+                fixes.extend(eyes.imu(sample, at(sample.time_s, 3)));
+            }
+            let end_s = frame.scan.end_s;
+            eyes.scan(frame.scan, at(end_s, 20));
+        }
+        assert_eq!(eyes.state(), OdometryState::Tracking);
+        // From the end of the first half second on a hundred times a second.
+        assert!((260..=275).contains(&fixes.len()), "{}", fixes.len());
+        let (first, last) = (fixes[0], fixes[fixes.len() - 1]);
+        let gone = last.pose.position[0] - first.pose.position[0];
+        assert!((gone - 1.0).abs() < 0.08, "{first:?} {last:?}");
+        // Of one of the last two samples, by the time at which it was taken.
+        assert!(last.at_ns.abs_diff(at(3.2, 0)) < 6_000_000, "{last:?}");
+        assert_eq!(last.handed_over(last.at_ns + 7_000_000).age_us, 7000);
+    }
+}

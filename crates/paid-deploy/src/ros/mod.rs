@@ -1,0 +1,189 @@
+//! Topics of ROS 2 on DDS, as bytes of CDR.
+//!
+//! A topic `/camera/color/image_raw` of ROS 2 is `rt/camera/color/image_raw` on DDS, and `sensor_msgs/Image` is
+//! `sensor_msgs::msg::dds_::Image_`. That is all that a subscription needs: nodes, parameters and services of ROS 2 are other topics.
+//!
+//! By `rustdds`, which the robot's own topics use already, and not by `ros2-client` (0.12), which stands on it: that crate adds what a node
+//! needs and these subscriptions do not (graph, services, actions, parameters and an executor), and reads messages field by field, a picture
+//! byte by byte. Both are maintained by the same people.
+//!
+//! Pictures have a participant of their own, and with it a thread and sockets: half a megabyte does not stand in the way of a command.
+//! A reader takes what a driver offers, reliable or not (`best effort`). The writers are reliable, which serves readers of either kind.
+
+use std::net::IpAddr;
+
+use rustdds::bytes::Bytes;
+use rustdds::no_key::{
+    DataReader, DataWriter, Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter,
+};
+use rustdds::policy::{Durability, History, Reliability};
+use rustdds::{
+    DataWriterStatus, DomainParticipant, DomainParticipantBuilder, QosPolicies, QosPolicyBuilder,
+    RepresentationIdentifier, StatusEvented, TopicKind,
+};
+
+use crate::link::LinkError;
+
+/// `sensor_msgs/Image` on DDS.
+pub const IMAGE: &str = "sensor_msgs::msg::dds_::Image_";
+/// `sensor_msgs/CameraInfo`.
+pub const CAMERA_INFO: &str = "sensor_msgs::msg::dds_::CameraInfo_";
+/// `nav_msgs/Odometry`.
+pub const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";
+
+/// The header of little-endian CDR.
+const HEADER: [u8; 4] = [0, 1, 0, 0];
+
+/// Bytes of CDR with their header.
+struct Raw;
+
+#[derive(Debug, thiserror::Error)]
+#[error("the encoding is not little-endian CDR")]
+struct RawError;
+
+impl SerializerAdapter<Vec<u8>> for Raw {
+    type Error = RawError;
+    fn output_encoding() -> RepresentationIdentifier {
+        RepresentationIdentifier::CDR_LE
+    }
+    fn to_bytes(value: &Vec<u8>) -> Result<Bytes, RawError> {
+        value.get(HEADER.len()..).map(Bytes::copy_from_slice).ok_or(RawError)
+    }
+}
+
+impl DeserializerAdapter<Vec<u8>> for Raw {
+    type Error = RawError;
+    type Decoded = Vec<u8>;
+    fn supported_encodings() -> &'static [RepresentationIdentifier] {
+        &[RepresentationIdentifier::CDR_LE]
+    }
+    fn transform_decoded(decoded: Vec<u8>) -> Vec<u8> {
+        decoded
+    }
+}
+
+#[derive(Clone)]
+struct RawDecoder;
+
+impl DefaultDecoder<Vec<u8>> for Raw {
+    type Decoder = RawDecoder;
+    const DECODER: RawDecoder = RawDecoder;
+}
+
+impl Decode<'_, Vec<u8>> for RawDecoder {
+    type Error = RawError;
+    fn decode_bytes(self, bytes: &[u8], encoding: RepresentationIdentifier) -> Result<Vec<u8>, RawError> {
+        if encoding != RepresentationIdentifier::CDR_LE {
+            return Err(RawError);
+        }
+        let mut out = Vec::with_capacity(HEADER.len() + bytes.len());
+        out.extend(HEADER);
+        out.extend(bytes);
+        Ok(out)
+    }
+}
+
+fn failed(error: impl ToString) -> LinkError {
+    LinkError::Network { what: "ROS 2 topics", message: error.to_string() }
+}
+
+/// A participant for topics of ROS 2.
+pub struct RosTopics {
+    participant: DomainParticipant,
+}
+
+/// A subscription.
+pub struct RosReader(DataReader<Vec<u8>, Raw>);
+
+/// A publication.
+pub struct RosWriter {
+    writer: DataWriter<Vec<u8>, Raw>,
+    readers: i32,
+}
+
+impl RosTopics {
+    /// Joins a domain through the interface that has this address.
+    ///
+    /// # Errors
+    /// If the network cannot be joined.
+    pub fn open(domain: u16, interface: IpAddr) -> Result<Self, LinkError> {
+        let builder = DomainParticipantBuilder::new(domain)
+            .same_host_loopback(interface.is_loopback())
+            .with_only_networks([interface]);
+        Ok(Self { participant: builder.build().map_err(failed)? })
+    }
+
+    /// Reads `name`, such as `/camera/color/image_raw`. `reliable` asks for what was lost, and hears only writers that offer that.
+    ///
+    /// # Errors
+    /// If the topic cannot be had.
+    pub fn reader(&self, name: &str, kind: &str, reliable: bool) -> Result<RosReader, LinkError> {
+        let qos = qos(reliable, 4);
+        let topic = self.topic(name, kind, &qos)?;
+        let subscriber = self.participant.create_subscriber(&qos).map_err(failed)?;
+        subscriber.create_datareader_no_key(&topic, Some(qos)).map(RosReader).map_err(failed)
+    }
+
+    /// Writes `name`.
+    ///
+    /// # Errors
+    /// If the topic cannot be had.
+    pub fn writer(&self, name: &str, kind: &str) -> Result<RosWriter, LinkError> {
+        let qos = qos(true, 2);
+        let topic = self.topic(name, kind, &qos)?;
+        let publisher = self.participant.create_publisher(&qos).map_err(failed)?;
+        let writer = publisher.create_datawriter_no_key(&topic, Some(qos)).map_err(failed)?;
+        Ok(RosWriter { writer, readers: 0 })
+    }
+
+    fn topic(&self, name: &str, kind: &str, qos: &QosPolicies) -> Result<rustdds::Topic, LinkError> {
+        let name = format!("rt{name}");
+        self.participant.create_topic(name, kind.to_owned(), qos, TopicKind::NoKey).map_err(failed)
+    }
+}
+
+fn qos(reliable: bool, depth: i32) -> QosPolicies {
+    let reliability = if reliable {
+        Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(1) }
+    } else {
+        Reliability::BestEffort
+    };
+    QosPolicyBuilder::new()
+        .reliability(reliability)
+        .durability(Durability::Volatile)
+        .history(History::KeepLast { depth })
+        .build()
+}
+
+impl RosReader {
+    /// The next message in CDR with its header, if one has come.
+    ///
+    /// # Errors
+    /// A message that cannot be read; the next ones may be.
+    pub fn take(&mut self) -> Result<Option<Vec<u8>>, LinkError> {
+        self.0.take_next_sample().map(|sample| sample.map(|sample| sample.into_value())).map_err(failed)
+    }
+}
+
+impl RosWriter {
+    /// Sends a message in CDR with its header. A full queue drops it.
+    ///
+    /// # Errors
+    /// If the network fails.
+    pub fn send(&self, bytes: Vec<u8>) -> Result<(), LinkError> {
+        match self.writer.write(bytes, None) {
+            Ok(()) | Err(rustdds::dds::WriteError::WouldBlock { .. }) => Ok(()),
+            Err(error) => Err(failed(error)),
+        }
+    }
+
+    /// Whether somebody reads it.
+    pub fn is_heard(&mut self) -> bool {
+        while let Some(status) = self.writer.try_recv_status() {
+            if let DataWriterStatus::PublicationMatched { current, .. } = status {
+                self.readers = current.count();
+            }
+        }
+        self.readers > 0
+    }
+}

@@ -1,0 +1,37 @@
+//! What the eyes need to know of the runtime.
+
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+/// What the robot is about, from the thinking thread to whoever looks at the ball. Neither waits.
+#[derive(Debug)]
+pub struct Phase {
+    to_strike: AtomicU64,
+    ready: AtomicU32,
+}
+
+impl Default for Phase {
+    /// No motion, and not ready yet.
+    fn default() -> Self {
+        Self { to_strike: AtomicU64::new(f64::INFINITY.to_bits()), ready: AtomicU32::new(0) }
+    }
+}
+
+impl Phase {
+    pub(super) fn set(&self, to_strike_s: f64) {
+        self.to_strike.store(to_strike_s.to_bits(), Ordering::Relaxed);
+    }
+
+    pub(super) fn now_ready(&self) {
+        self.ready.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Time until the motion strikes at the last policy step `[s]`; infinite while none is played, negative after the strike.
+    pub fn to_strike_s(&self) -> f64 {
+        f64::from_bits(self.to_strike.load(Ordering::Relaxed))
+    }
+
+    /// How often the robot has become ready: it stands, and the ball of its last kick is no longer its own.
+    pub fn times_ready(&self) -> u32 {
+        self.ready.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,47 @@
+//! The robot's own eyes in lockstep: rendered pictures and a simulated LiDAR, and nothing else.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, OwnEyesOptions};
+use paid_deploy::{Limits, Player, PlayerSpec, State};
+
+fn player() -> Arc<Player> {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
+}
+
+#[test]
+fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed() {
+    let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
+    let options = LockstepOptions { limits, seed: 1, eyes: Some(OwnEyesOptions::default()) };
+    let mut step = Lockstep::new(&player(), &options).expect("MuJoCo");
+    step.make_ready(false).expect("ready");
+    step.robot.place_ball([1.2, 0.0], [0.0; 2]);
+    let kicks = step.run_until(4.0, |s| s.runtime().state() == State::Kick).expect("run");
+    assert!(kicks, "waits for {}", step.runtime().waiting());
+    assert!(step.ball_error_m() < 0.05, "{} m", step.ball_error_m());
+    // Twenty pictures at 25 Hz were looked at before.
+    assert!(step.robot.now_us() > 1_500_000);
+    // Pictures are 70 ms old when they come; a policy step and a state are the least that is added.
+    step.run_until(0.3, |_| false).expect("run");
+    let latency = step.runtime().latency().figures().expect("pictures moved joints");
+    assert!(latency.within_ms[0] >= 70.0 && latency.within_ms[5] < 130.0, "{latency:?}");
+    step.inject(Fault::NoOdometry);
+    let noticed =
+        |s: &Lockstep| s.events().iter().any(|e| e.reason.starts_with("finishes without looking: odom"));
+    assert!(step.run_until(0.5, noticed).expect("run"), "{:?}", step.events().last());
+}
+
+#[test]
+fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
+    let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
+    let options = LockstepOptions { limits, seed: 1, eyes: Some(OwnEyesOptions::default()) };
+    let mut step = Lockstep::new(&player(), &options).expect("MuJoCo");
+    step.inject(Fault::NoOdometry);
+    let refused = step.make_ready(false);
+    let told: String = step.events().iter().map(|event| event.reason.clone()).collect();
+    assert!(refused.is_ok() && told.contains("refused to kick: no odometry"), "{told}");
+    // Pictures come, but none gets a place.
+    assert!(step.runtime().ball().is_none());
+}
