@@ -26,6 +26,7 @@ pub mod impacts;
 pub mod judge;
 pub mod knowledge;
 pub mod like_mujoco;
+pub mod likeness;
 pub mod metrics;
 pub mod monitor;
 pub mod panel;

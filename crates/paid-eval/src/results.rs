@@ -10,6 +10,7 @@ use crate::clips::ClipsReport;
 use crate::eyes::{EyesReport, KickLog, kick_chart};
 use crate::file::write_whole;
 use crate::gap::GapReport;
+use crate::likeness::LikenessReport;
 use crate::matches::MatchReport;
 use crate::monitor::Timing;
 use crate::panel::PanelReport;
@@ -134,6 +135,21 @@ pub fn write_clips(folder: &Path, engine: &str, report: &ClipsReport, json: &str
     let file = |extension: &str| -> PathBuf { folder.join(format!("{engine}_clips.{extension}")) };
     write_whole(&file("json"), json.as_bytes())?;
     write_whole(&file("csv"), report.csv().as_bytes())?;
+    write_whole(&file("txt"), report.table().as_bytes())
+}
+
+/// Writes a comparison with the clips as JSON and table.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_likeness(
+    folder: &Path,
+    engine: &str,
+    report: &LikenessReport,
+    json: &str,
+) -> Result<(), EvalError> {
+    let file = |extension: &str| -> PathBuf { folder.join(format!("{engine}_likeness.{extension}")) };
+    write_whole(&file("json"), json.as_bytes())?;
     write_whole(&file("txt"), report.table().as_bytes())
 }
 

@@ -6,6 +6,7 @@ mod convert;
 mod edit;
 mod generate;
 mod info;
+mod likeness;
 mod retarget;
 
 use std::process::ExitCode;
@@ -27,6 +28,8 @@ enum Command {
     Info(info::Args),
     /// Check that clips are fit to train on (feet, joints, balance, label, license): a verdict with its reasons per clip.
     Check(check::Args),
+    /// Compare the kicks of a folder with those of another: jerk, joint angles, path of the foot, swing.
+    Likeness(likeness::Args),
     /// Make kicks from scratch: the built-in library, or one kick for a ball of your choice.
     Generate(generate::Args),
     /// Retarget a human's motion (BVH, ASF/AMC) to the robot.
@@ -48,6 +51,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     match args.command {
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Likeness(args) => likeness::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Retarget(args) => retarget::run(&args),
         Command::Clean(args) => clean::run(&args),

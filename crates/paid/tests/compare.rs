@@ -18,6 +18,7 @@ const PLAN: &str = r#"
     trials = 1
     grid_step_m = 2.0
     limit_s = 0.2
+    likeness_trials = 1
 
     [[entry]]
     name = "Without clips"
@@ -42,7 +43,9 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
     fs::write(folder.path().join("plan.toml"), PLAN).expect("writes");
     let line = ["compare", "plan.toml", "--out", "out", "--threads", "1"];
     let table = succeeds(&paid(folder.path(), &line));
-    for word in ["a small comparison", "Without clips", "AMP", "Two stages", "truth", "33.0%", "46.8%"] {
+    for word in
+        ["a small comparison", "Without clips", "AMP", "Two stages", "truth", "33.0%", "46.8%", "the clips"]
+    {
         assert!(table.contains(word), "{word}: {table}");
     }
     assert_eq!(fs::read_to_string(folder.path().join("out/comparison.txt")).expect("a table"), table);

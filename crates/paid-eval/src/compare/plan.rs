@@ -85,6 +85,8 @@ pub struct JudgePlan {
     pub knowledge: Vec<KnowledgeMode>,
     /// Trials at each place with each of the ten balls and grounds of the panel, `truth`, still balls; 0 leaves it out.
     pub panel_trials: usize,
+    /// Trials at each place, `truth`, still balls, whose kicks are compared with the clips; 0 leaves it out.
+    pub likeness_trials: usize,
     /// Seed of the trials.
     pub seed: u64,
 }
@@ -98,6 +100,7 @@ impl Default for JudgePlan {
             limit_s: 12.0,
             knowledge,
             panel_trials: 0,
+            likeness_trials: 0,
             seed: 0,
         }
     }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::score::{Scores, Shots};
+use crate::likeness::Likeness;
 use crate::shooting::PAPER;
 use crate::table::{Table, number};
 
@@ -101,7 +102,27 @@ impl Comparison {
         if any {
             let _ = write!(out, "\n{panel}");
         }
+        let likeness = self.likeness();
+        if !likeness.is_empty() {
+            let _ = write!(out, "\n{}", crate::likeness::table(&likeness));
+        }
         out
+    }
+
+    /// The clips, then every policy whose kicks were compared with them.
+    fn likeness(&self) -> Vec<Likeness> {
+        let mut rows: Vec<Likeness> = Vec::new();
+        for row in &self.rows {
+            let seed = row.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
+            for (k, likeness) in row.scores.likeness.iter().enumerate() {
+                match k {
+                    0 if rows.is_empty() => rows.push(likeness.clone()),
+                    0 => {}
+                    _ => rows.push(Likeness { name: format!("{}{seed}", row.name), ..likeness.clone() }),
+                }
+            }
+        }
+        rows
     }
 
     /// The paper's figures of the methods that the plan names.
@@ -145,6 +166,16 @@ mod tests {
             accuracy: Some(0.75),
             ball_speed: None,
         };
+        let likeness = |name: &str| Likeness {
+            name: name.to_owned(),
+            takes: 63,
+            kicks: 60,
+            jerk: Some(0.0123),
+            auj: Some(0.0045),
+            joint_distance_deg: None,
+            foot_path_m: Some(0.071),
+            swing: None,
+        };
         let scores = Scores {
             judge: JudgePlan::default(),
             samples: vec![40_000_000, 160_000_000],
@@ -154,6 +185,7 @@ mod tests {
                 rolling: shots(10),
             }],
             panel: Some(PanelScore { mean: 0.4, worst: 0.1, worst_ball: "dead".into() }),
+            likeness: ["the clips", "the policy"].map(likeness).into(),
         };
         let row = Row { name: "AMP".into(), paper: Some("AMP".into()), seed: Some(1), scores };
         let table = Comparison { title: "a title".into(), rows: vec![row] }.table();
@@ -164,6 +196,12 @@ mod tests {
             assert!(ours.contains(part), "{part}: {ours}");
         }
         assert!(table.lines().any(|l| l.contains("46.8%") && l.contains("35.5%")), "{table}");
+        let ours =
+            table.lines().find(|l| l.contains("60 of 63") && l.contains("AMP, seed 1")).expect("a row");
+        for part in ["12.3", "0.0045", "7.1"] {
+            assert!(ours.contains(part), "{part}: {ours}");
+        }
+        assert!(table.contains("the clips") && !table.contains("the policy"));
         assert!(line("AMP").contains("truth") && table.contains("40.0%  10.0%   dead"), "{table}");
     }
 }

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::JudgePlan;
 use crate::EvalError;
 use crate::ablation::Count;
+use crate::likeness::{self, Likeness, load_clips};
 use crate::monitor::Monitor;
 use crate::panel::{self, PanelOptions};
 use crate::scene::Engines;
@@ -92,6 +93,9 @@ pub struct Scores {
     pub judgments: Vec<Judgment>,
     /// If the plan asks for it.
     pub panel: Option<PanelScore>,
+    /// How the kicks compare with the clips: the clips themselves, then the policy; empty unless the plan asks for it.
+    #[serde(default)]
+    pub likeness: Vec<Likeness>,
 }
 
 impl Scores {
@@ -140,17 +144,18 @@ impl Scores {
             subject.setup.monitor = monitor.clone();
             Ok(subject)
         };
+        let shots = |trials, rolling| ShootingOptions {
+            grid: judge.grid(),
+            trials,
+            limit_s: judge.limit_s,
+            rolling,
+            ..ShootingOptions::default()
+        };
         let mut judgments = Vec::new();
         for &knowledge in &judge.knowledge {
             let subject = load(knowledge)?;
             let run = |rolling| -> Result<Shots, EvalError> {
-                let options = ShootingOptions {
-                    grid: judge.grid(),
-                    trials: judge.trials,
-                    limit_s: judge.limit_s,
-                    rolling,
-                    ..ShootingOptions::default()
-                };
+                let options = shots(judge.trials, rolling);
                 let report = shooting::evaluate(&subject.setup, &*subject.maker, &options)?;
                 Ok(Shots::of(&report.total))
             };
@@ -168,9 +173,18 @@ impl Scores {
                 .and_then(|part| Some((part.mean?, part.worst?)))
                 .map(|(mean, (worst, ball))| PanelScore { mean, worst, worst_ball: ball.to_owned() });
         }
+        let mut likeness = Vec::new();
+        if judge.likeness_trials > 0 {
+            let subject = load(KnowledgeMode::Truth)?;
+            let folder = spec.motions.clone().unwrap_or_default();
+            let clips = load_clips(&folder, &subject.setup)?;
+            let options = shots(judge.likeness_trials, None);
+            let report = likeness::evaluate(&subject.setup, &*subject.maker, &clips, "the policy", &options)?;
+            likeness = report.rows;
+        }
         if monitor.stopped() {
             return Ok(None);
         }
-        Ok(Some(Self { judge: judge.clone(), samples: samples.to_vec(), judgments, panel }))
+        Ok(Some(Self { judge: judge.clone(), samples: samples.to_vec(), judgments, panel, likeness }))
     }
 }

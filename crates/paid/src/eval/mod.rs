@@ -8,6 +8,7 @@ mod eyes;
 mod film;
 mod gap;
 mod impacts;
+mod likeness;
 mod matches;
 mod panel;
 mod progress;
@@ -42,6 +43,8 @@ enum Command {
     Gap(Box<gap::Args>),
     /// Kick ball after ball without a reset: kicks until the first fall, goals, drift.
     Match(Box<matches::Args>),
+    /// Compare the kicks with the clips: jerk, joint angles, path of the foot, swing of arms, hips and leg.
+    Likeness(Box<likeness::Args>),
     /// Shoot with every clip at balls near its own place.
     Clips(Box<clips::Args>),
     /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
@@ -63,6 +66,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Gap(args) => gap::run(&args),
         Command::Match(args) => matches::run(&args),
         Command::Clips(args) => clips::run(&args),
+        Command::Likeness(args) => likeness::run(&args),
         Command::Panel(args) => panel::run(&args),
         Command::Impacts(args) => impacts::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
