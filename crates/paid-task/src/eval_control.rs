@@ -3,7 +3,7 @@
 use paid_policy::{Pose, SceneView};
 use serde::{Deserialize, Serialize};
 
-use crate::{EpisodeRules, TaskError};
+use crate::{Disturbance, EpisodeRules, TaskError};
 
 /// How an environment's next episodes begin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -158,6 +158,16 @@ pub trait EvalControl {
     /// # Errors
     /// If the environment does not exist.
     fn show(&mut self, env: usize, shown: Option<&Shown>) -> Result<(), TaskError>;
+    /// Lets a bystander meddle with environment `env` between two control steps. Its episode and its reference go on.
+    ///
+    /// # Errors
+    /// If the environment does not exist, or a number is not finite.
+    fn disturb(&mut self, env: usize, disturbance: &Disturbance) -> Result<(), TaskError>;
+    /// Angular velocity of the ball of environment `env`, world axes `[rad/s]`.
+    ///
+    /// # Errors
+    /// If the environment does not exist.
+    fn ball_spin(&self, env: usize) -> Result<[f64; 3], TaskError>;
     /// The state of an environment.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ mod config;
 mod contact_kind;
 mod curriculum;
 mod delay;
+mod disturb;
 mod draw_params;
 mod episode_preset;
 mod episode_rules;
@@ -56,6 +57,7 @@ mod tracking;
 
 pub use agent::{Agent, AgentReport, TermStatistics, observe_agent, run_agent};
 pub use curriculum::BallCurriculum;
+pub use disturb::Disturbance;
 pub use episode_rules::{
     AfterEnd, AfterKick, AtMotionEnd, Disturbances, EpisodeRules, OnFailure, RewardTermsInSamples,
     SamplingStatistics, TimeLimit,

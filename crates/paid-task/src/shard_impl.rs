@@ -10,9 +10,9 @@ use crate::shown::ShownScene;
 use crate::stance::heading_of;
 use crate::task::EnvTask;
 use crate::{
-    BallCurriculum, BodySample, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, REWARD_TERMS,
-    RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task, TaskError, TaskMetrics, TaskShard,
-    TrainShard,
+    BallCurriculum, BodySample, Disturbance, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick,
+    REWARD_TERMS, RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task, TaskError, TaskMetrics,
+    TaskShard, TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
@@ -166,6 +166,16 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
                 Ok(())
             }
         }
+    }
+
+    fn disturb(&mut self, env: usize, disturbance: &Disturbance) -> Result<(), TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        self.take(env, [group, lane], disturbance)
+    }
+
+    fn ball_spin(&self, env: usize) -> Result<[f64; 3], TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        Ok(self.sim.state(group).ball.ang_vel.lane(lane))
     }
 
     fn sample(&self, env: usize) -> Result<EnvSample, TaskError> {

@@ -195,6 +195,12 @@ mod tests {
         fn show(&mut self, _: usize, _: Option<&paid_task::Shown>) -> Result<(), paid_task::TaskError> {
             Ok(())
         }
+        fn disturb(&mut self, _: usize, _: &paid_task::Disturbance) -> Result<(), paid_task::TaskError> {
+            Ok(())
+        }
+        fn ball_spin(&self, _: usize) -> Result<[f64; 3], paid_task::TaskError> {
+            Ok([0.0; 3])
+        }
         fn sample(&self, _: usize) -> Result<paid_task::EnvSample, paid_task::TaskError> {
             Err(paid_task::TaskError::Simulator("no world".into()))
         }

@@ -1,6 +1,7 @@
 //! The task over a simulator that plays the reference back: what a perfect robot is paid, and how episodes end.
 
 mod after_strike;
+mod disturb;
 mod episodes;
 mod new_term;
 mod next_kick;

@@ -106,6 +106,7 @@ impl Playback {
         self.state.joint_vel.copy_from_slice(&clip.joint_vel[t * joints..][..joints]);
         self.state.ball.pos = Vec3(self.ball.ball_pos);
         self.state.ball.vel = Vec3(self.ball.ball_vel);
+        self.state.ball.ang_vel = Vec3(self.ball.ball_ang_vel);
     }
 }
 
