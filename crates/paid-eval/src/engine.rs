@@ -140,7 +140,7 @@ fn surfaces(scene: &SceneOptions, preset: &TaskPreset) -> String {
 
 impl EvalSetup {
     /// Environments that step together: batches are a multiple of it.
-    pub(crate) fn lanes(&self) -> usize {
+    pub fn lanes(&self) -> usize {
         match self.engine {
             EngineChoice::Builtin => self.isa.lanes(),
             EngineChoice::Mujoco(_) => 1,
@@ -148,7 +148,7 @@ impl EvalSetup {
     }
 
     /// The ball as the engine moves it: MuJoCo's rolls undamped unless its scene says otherwise.
-    pub(crate) fn ball(&self) -> BallParams {
+    pub fn ball(&self) -> BallParams {
         let params = self.preset.ball_params;
         match &self.engine {
             EngineChoice::Mujoco(scene) if !scene.ball.unwrap_or_default().damped => {
@@ -158,8 +158,12 @@ impl EvalSetup {
         }
     }
 
-    /// Environments `first_env..first_env + num_envs` of the task on the setup's engine.
-    pub(crate) fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
+    /// Environments `first_env..first_env + num_envs` of the task on the setup's engine; `num_envs` is a multiple of
+    /// [`EvalSetup::lanes`].
+    ///
+    /// # Errors
+    /// If preset, robot and library do not fit together, or the engine cannot be had.
+    pub fn build(&self, num_envs: usize, first_env: usize) -> Result<Box<dyn TaskShard>, EvalError> {
         let task = TaskSetup {
             robot: &self.robot,
             spec: &self.spec,
