@@ -1,0 +1,34 @@
+//! The page where anyone can play with the kick.
+//!
+//! [`play`] serves one page on this machine and simulates one robot in real time, by 50 control steps a second. Visitors take the
+//! ball, flick it, move the goal, push the robot; several can look on. [`Server`] carries bytes and knows no robot, so that a
+//! training can show its present policy on the same page; [`Frame`] and [`Command`] are the bytes.
+//!
+//! ```
+//! use paid_live::{Command, Frame, ServeOptions, Server};
+//!
+//! // A page without a simulation: port 0 is any free one.
+//! let (server, _commands) = Server::start(&ServeOptions { port: Some(0), listen: None }, "{}".to_owned())?;
+//! assert!(server.url().starts_with("http://127.0.0.1:"));
+//! server.show(Frame::default().encode());
+//! assert_eq!(Command::decode(&[1, 7]), Ok(Command::Step));
+//! # Ok::<(), paid_live::LiveError>(())
+//! ```
+
+mod arena;
+mod board;
+mod error;
+mod game;
+mod live;
+mod pace;
+mod pose2;
+mod scene;
+mod server;
+mod wire;
+
+pub use board::{Board, Cell, Outcome, Shot};
+pub use error::LiveError;
+pub use live::{PlayOptions, Summary, play};
+pub use pose2::Pose2;
+pub use server::{Counts, ServeOptions, Server, USUAL_PORT};
+pub use wire::{Body, Command, CommandError, Flags, Force, Frame, LONGEST_COMMAND, VERSION};

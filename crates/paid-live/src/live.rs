@@ -1,0 +1,160 @@
+//! The scene in real time: steps when they are due, does what visitors want, shows every step.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
+
+use paid_eval::subject::Subject;
+
+use crate::game::Game;
+use crate::pace::Pace;
+use crate::scene::Scene;
+use crate::{Command, LiveError, ServeOptions, Server};
+
+/// How often a scene that stands still looks whether it should stop.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// How a session begins.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PlayOptions {
+    /// Where the page is served.
+    pub serve: ServeOptions,
+    /// Balls come by themselves until a visitor takes one.
+    pub auto: bool,
+    /// The clip that every ball is kicked with; `None`: the one that suits the ball.
+    pub clip: Option<u16>,
+}
+
+impl Default for PlayOptions {
+    /// On this machine alone, playing by itself.
+    fn default() -> Self {
+        Self { serve: ServeOptions::default(), auto: true, clip: None }
+    }
+}
+
+/// What came of a session.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Control steps.
+    pub steps: u64,
+    /// Shots, and goals of these.
+    pub shots: usize,
+    /// Goals.
+    pub goals: usize,
+    /// Messages that were dropped.
+    pub dropped: u64,
+    /// Requests that were refused.
+    pub refused: u64,
+}
+
+/// Serves the page and plays until `stop` is set. `ready` is told the address first. Time passes only while somebody looks on.
+///
+/// ```no_run
+/// use std::sync::atomic::AtomicBool;
+///
+/// use paid_eval::subject::{Subject, SubjectSpec};
+/// use paid_live::{PlayOptions, play};
+///
+/// let subject = Subject::load(&SubjectSpec::new("policies/demo/stage2.safetensors"))?;
+/// let stop = AtomicBool::new(false);
+/// play(&subject, &PlayOptions::default(), &stop, |url| println!("{url}"))?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// If the address cannot be had, or policy, task and engine do not fit together.
+pub fn play(
+    subject: &Subject,
+    options: &PlayOptions,
+    stop: &AtomicBool,
+    ready: impl FnOnce(&str),
+) -> Result<Summary, LiveError> {
+    let mut game = Game::new(subject, options.auto, options.clip)?;
+    let scene = serde_json::to_string(&Scene::new(subject))?;
+    let (server, commands) = Server::start(&options.serve, scene)?;
+    let mut live = Live { pace: Pace::new(Instant::now()), rate: 1.0, paused: false, server };
+    live.show(&game);
+    live.server.tell(serde_json::to_string(&game.board)?);
+    ready(&live.server.url());
+    let dt_s = game.dt_s();
+    let (mut steps, mut told, mut watched) = (0, game.board.revision, 0);
+    while !stop.load(Ordering::Relaxed) {
+        let viewers = live.server.viewers();
+        if watched == 0 && viewers > 0 {
+            live.pace.resume(Instant::now(), live.rate);
+        }
+        watched = viewers;
+        let runs = !live.paused && viewers > 0;
+        let wait = if runs { live.pace.due().saturating_duration_since(Instant::now()) } else { PATIENCE };
+        let mut changed = false;
+        match commands.recv_timeout(wait.min(PATIENCE)) {
+            Ok(first) => {
+                for command in std::iter::once(first).chain(commands.try_iter()) {
+                    steps += u64::from(live.obey(command, &mut game)?);
+                }
+                changed = true;
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if runs && !live.paused && Instant::now() >= live.pace.due() {
+            game.step()?;
+            steps += 1;
+            live.pace.stepped(Instant::now(), dt_s, live.rate);
+            changed = true;
+        }
+        // The board first: who sees that a shot is over can read what came of it.
+        if told != game.board.revision {
+            told = game.board.revision;
+            live.server.tell(serde_json::to_string(&game.board)?);
+        }
+        if changed {
+            live.show(&game);
+        }
+    }
+    let counts = live.server.counts();
+    Ok(Summary {
+        steps,
+        shots: game.board.shots,
+        goals: game.board.goals,
+        dropped: counts.dropped.load(Ordering::Relaxed),
+        refused: counts.refused.load(Ordering::Relaxed),
+    })
+}
+
+/// The course of time, and who looks on.
+struct Live {
+    pace: Pace,
+    rate: f32,
+    paused: bool,
+    server: Server,
+}
+
+impl Live {
+    /// Does what a visitor wants; true if that was a control step.
+    fn obey(&mut self, command: Command, game: &mut Game<'_>) -> Result<bool, LiveError> {
+        match command {
+            Command::Pause(on) => {
+                self.paused = on;
+                self.pace.resume(Instant::now(), self.rate);
+            }
+            Command::Step => {
+                self.paused = true;
+                game.step()?;
+                return Ok(true);
+            }
+            Command::Rate(rate) => {
+                self.rate = rate;
+                self.pace.resume(Instant::now(), rate);
+            }
+            other => game.command(other)?,
+        }
+        Ok(false)
+    }
+
+    fn show(&self, game: &Game<'_>) {
+        let rate = [self.rate, if self.paused { 0.0 } else { self.pace.kept() }];
+        let frame = game.frame(rate, self.paused, self.pace.late(), self.server.viewers());
+        self.server.show(frame.encode());
+    }
+}

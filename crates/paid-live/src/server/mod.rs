@@ -1,0 +1,183 @@
+//! The server: the page over http, the scene over a WebSocket. It runs in a thread of its own and never waits for the simulation, nor
+//! the simulation for it.
+
+mod guard;
+mod page;
+mod viewer;
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::{self, JoinHandle};
+
+use axum::Router;
+use axum::body::Bytes;
+use axum::extract::ws::Utf8Bytes;
+use axum::routing::{any, get};
+use tokio::net::TcpListener as AsyncListener;
+use tokio::sync::{oneshot, watch};
+
+use crate::{Command, LiveError};
+
+/// The port that is tried first.
+pub const USUAL_PORT: u16 = 4747;
+/// Commands that wait for the simulation; more are dropped.
+const WAITING: usize = 256;
+
+/// Where the page is served.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ServeOptions {
+    /// Port; `None`: [`USUAL_PORT`], or a free one if that is taken. 0: a free one.
+    pub port: Option<u16>,
+    /// An address that other machines reach, which then takes a token. `None`: this machine alone.
+    pub listen: Option<SocketAddr>,
+}
+
+/// What the server counts.
+#[derive(Debug, Default)]
+pub struct Counts {
+    /// Pages that look on.
+    pub viewers: AtomicUsize,
+    /// Messages that were dropped: malformed, hostile, or too many.
+    pub dropped: AtomicU64,
+    /// Requests that were refused: another origin, a foreign host name, no token.
+    pub refused: AtomicU64,
+    /// Frames that slow viewers did not get.
+    pub skipped: AtomicU64,
+}
+
+/// What the server's tasks share.
+pub(crate) struct Shared {
+    address: SocketAddr,
+    /// Asked for where other machines reach the address.
+    token: Option<String>,
+    scene: Utf8Bytes,
+    frames: watch::Receiver<Bytes>,
+    board: watch::Receiver<Utf8Bytes>,
+    commands: SyncSender<Command>,
+    counts: Arc<Counts>,
+}
+
+/// A running server. Dropping it ends it.
+pub struct Server {
+    address: SocketAddr,
+    token: Option<String>,
+    frames: watch::Sender<Bytes>,
+    board: watch::Sender<Utf8Bytes>,
+    counts: Arc<Counts>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// The address that the options ask for.
+fn bind(options: &ServeOptions) -> Result<TcpListener, LiveError> {
+    let home = |port| SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port);
+    let open = |address| TcpListener::bind(address).map_err(|reason| LiveError::Bind { address, reason });
+    match (options.listen, options.port) {
+        (Some(address), _) => open(address),
+        (None, Some(port)) => open(home(port)),
+        (None, None) => open(home(USUAL_PORT)).or_else(|_| open(home(0))),
+    }
+}
+
+/// 128 random bits in hexadecimal digits.
+fn token() -> Result<String, LiveError> {
+    let mut bytes = [0; 16];
+    getrandom::fill(&mut bytes).map_err(LiveError::Token)?;
+    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
+}
+
+impl Server {
+    /// Serves the page and the scene (JSON) from now on; what visitors command comes out of the receiver.
+    ///
+    /// # Errors
+    /// If the address cannot be had, or the system gives no thread or no random numbers.
+    pub fn start(options: &ServeOptions, scene: String) -> Result<(Self, Receiver<Command>), LiveError> {
+        let listener = bind(options)?;
+        let address = listener.local_addr().map_err(LiveError::Server)?;
+        listener.set_nonblocking(true).map_err(LiveError::Server)?;
+        let token = if address.ip().is_loopback() { None } else { Some(token()?) };
+        let (frames, see_frames) = watch::channel(Bytes::new());
+        let (board, see_board) = watch::channel(Utf8Bytes::from_static(""));
+        let (commands, receiver) = sync_channel(WAITING);
+        let counts = Arc::new(Counts::default());
+        let shared = Arc::new(Shared {
+            address,
+            token: token.clone(),
+            scene: scene.into(),
+            frames: see_frames,
+            board: see_board,
+            commands,
+            counts: Arc::clone(&counts),
+        });
+        let (stop, stopped) = oneshot::channel();
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_io()
+            .enable_time()
+            .build()
+            .map_err(LiveError::Server)?;
+        let work = move || {
+            runtime.block_on(async {
+                let routes = Router::new()
+                    .route("/ws", any(viewer::connect))
+                    .fallback(get(page::file))
+                    .with_state(shared);
+                match AsyncListener::from_std(listener) {
+                    Ok(listener) => tokio::select! {
+                        _ = axum::serve(listener, routes) => {}
+                        _ = stopped => {}
+                    },
+                    Err(error) => eprintln!("page: the server does not start: {error}"),
+                }
+            });
+        };
+        let thread = thread::Builder::new().name("page".to_owned()).spawn(work).map_err(LiveError::Server)?;
+        let server = Self { address, token, frames, board, counts, stop: Some(stop), thread: Some(thread) };
+        Ok((server, receiver))
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// What to open in a browser: `http://127.0.0.1:4747/`, with the token where one is needed.
+    pub fn url(&self) -> String {
+        // After the number sign: a browser does not send it, so that it is in no log.
+        let token = self.token.as_ref().map_or_else(String::new, |t| format!("#token={t}"));
+        format!("http://{}/{token}", self.address)
+    }
+
+    /// What was counted so far.
+    pub fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// Number of pages that look on.
+    pub fn viewers(&self) -> usize {
+        self.counts.viewers.load(Ordering::Relaxed)
+    }
+
+    /// Shows a frame; a viewer that is not through with its last one will get the newest.
+    pub fn show(&self, frame: Vec<u8>) {
+        self.frames.send_replace(frame.into());
+    }
+
+    /// Shows the board (JSON).
+    pub fn tell(&self, board: String) {
+        self.board.send_replace(board.into());
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        // The receiver may have gone with a server that failed to start.
+        if let Some(stop) = self.stop.take() {
+            let _ = stop.send(());
+        }
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
