@@ -13,6 +13,7 @@ mod curves;
 mod eval;
 mod export;
 mod failure;
+mod live;
 mod motion;
 mod perceive;
 mod play;

@@ -14,6 +14,7 @@ use paid_robot::{RobotModel, RobotSpec};
 use crate::eval::episode::ShotArgs;
 use crate::eval::subject::Setting;
 use crate::failure::Failure;
+use crate::live::LiveArgs;
 use crate::motion::{How, retarget_file};
 use crate::viewer::Target;
 
@@ -28,7 +29,7 @@ pub struct Args {
     #[arg(long, value_name = "CLIP")]
     clip: Option<String>,
     /// File or folder to write: .gif, .png (animated), or a name without an extension for numbered pictures.
-    #[arg(long, value_name = "OUT", required_unless_present = "rerun")]
+    #[arg(long, value_name = "OUT", required_unless_present_any = ["rerun", "live"])]
     record: Option<PathBuf>,
     /// Show it in Rerun: FILE.rrd, live (this machine's viewer, started if none runs), or a viewer's address. Needs a program built
     /// with --features rerun.
@@ -47,6 +48,8 @@ pub struct Args {
     how: How,
     #[command(flatten)]
     policy: EpisodeArgs,
+    #[command(flatten)]
+    live: LiveArgs,
 }
 
 /// The policy whose episode is shown.
@@ -80,6 +83,9 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if !(2.0..=50.0).contains(&args.pictures) {
         return Err(Failure::input(format!("--pictures: expected 2 to 50 Hz, found {}", args.pictures)));
+    }
+    if args.live.live {
+        return live(args);
     }
     // Refusals come before work.
     let target = args.rerun.as_deref().map(Target::new).transpose()?;
@@ -119,6 +125,21 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The policy in the browser.
+fn live(args: &Args) -> Result<ExitCode, Failure> {
+    let EpisodeArgs { policy, setting, .. } = &args.policy;
+    let policy = policy.as_ref().ok_or_else(|| Failure::input("--live: expected --policy, found none"))?;
+    if args.record.is_some() || args.rerun.is_some() {
+        return Err(Failure::input("--live: expected no --record and no --rerun beside it, found one"));
+    }
+    setting.one_engine()?;
+    let subject = Subject::load(&setting.spec(policy, "paper_stage2")?)?;
+    subject.require_ball()?;
+    let names: Vec<&str> = subject.setup.library.facts().iter().map(|f| f.name.as_str()).collect();
+    let clip = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;
+    args.live.serve(&subject, clip.and_then(|clip| u16::try_from(clip).ok()))
 }
 
 /// An episode of the policy.

@@ -1,5 +1,5 @@
 //! `paid demo`: a policy shoots at the goal from random places, is scored, and is filmed. Without `--policy` it is the one in
-//! `policies/demo`, which was trained on the built-in kicks and is part of the program.
+//! `policies/demo`, which was trained on the built-in kicks and is part of the program. With `--live` anyone plays with it in a browser.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -17,6 +17,7 @@ use paid_train::policy_weights::WEIGHTS_FILE;
 use super::ended;
 use super::progress::Progress;
 use crate::failure::Failure;
+use crate::live::LiveArgs;
 use crate::threads::thread_count;
 
 /// The policy that plays when none is given.
@@ -56,6 +57,8 @@ pub struct Args {
     /// Folder for tables, pictures, recording and report.
     #[arg(long, value_name = "DIR", default_value = "demo")]
     out: PathBuf,
+    #[command(flatten)]
+    live: LiveArgs,
 }
 
 /// Shoots, prints the score, writes the pictures.
@@ -71,6 +74,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ..SubjectSpec::new(policy)
     })?;
     subject.require_ball()?;
+    if args.live.live {
+        return args.live.serve(&subject, None);
+    }
     let options = ShootingOptions {
         grid: Grid::EFFECTIVE,
         trials: args.trials,

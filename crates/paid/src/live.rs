@@ -1,0 +1,45 @@
+//! `--live`: the page in the browser.
+
+use std::net::SocketAddr;
+use std::process::ExitCode;
+
+use paid_eval::subject::Subject;
+use paid_live::{PlayOptions, ServeOptions, play};
+
+use crate::failure::Failure;
+use crate::stop::flag;
+
+/// Arguments of the page.
+#[derive(Debug, clap::Args)]
+#[command(next_help_heading = "The page in the browser")]
+pub struct LiveArgs {
+    /// Play with it in a browser: serves a page on this machine until Ctrl-C, and prints its address.
+    #[arg(long)]
+    pub live: bool,
+    /// Port of the page; 0 is a free one [default: 4747, or a free one if that is taken].
+    #[arg(long, value_name = "PORT", requires = "live")]
+    port: Option<u16>,
+    /// Serve other machines too, a phone for example, at this address of this machine, such as 192.168.1.5:4747. The printed address
+    /// holds a token.
+    #[arg(long, value_name = "IP:PORT", requires = "live", conflicts_with = "port")]
+    listen: Option<SocketAddr>,
+}
+
+impl LiveArgs {
+    /// Serves the page until the program is stopped, and prints what came of it.
+    pub fn serve(&self, subject: &Subject, clip: Option<u16>) -> Result<ExitCode, Failure> {
+        let stop = flag()?;
+        let serve = ServeOptions { port: self.port, listen: self.listen };
+        let options = PlayOptions { serve, clip, ..PlayOptions::default() };
+        let ready = |url: &str| {
+            println!("{url}  <- open this in a browser, then drag the ball");
+            println!("{} in {}; Ctrl-C ends it", subject.name, subject.setup.engine.name());
+        };
+        let summary = play(subject, &options, &stop, ready).map_err(Failure::input)?;
+        println!(
+            "{} goals of {} shots in {} control steps; {} messages dropped, {} requests refused",
+            summary.goals, summary.shots, summary.steps, summary.dropped, summary.refused
+        );
+        Ok(ExitCode::SUCCESS)
+    }
+}
