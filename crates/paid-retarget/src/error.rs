@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use paid_motion::MotionError;
 use paid_robot::SpecError;
 use thiserror::Error;
 
@@ -30,14 +31,44 @@ pub enum RetargetError {
         /// What is there.
         found: String,
     },
+    /// A description of a skeleton that does not fit its points.
+    #[error("{path}: {place}: expected {expected}, found {found}")]
+    Points {
+        /// The description, or the points.
+        path: PathBuf,
+        /// Key or part.
+        place: String,
+        /// What is needed.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// Points that cannot be read.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+    /// A player who does not stand.
+    #[error(
+        "{path}: expected a player on the feet, found a trunk that is {degrees:.0} degrees off upright on average: lying, or \
+             the file's up axis is another"
+    )]
+    Lying {
+        /// The file.
+        path: PathBuf,
+        /// Mean angle of the trunk from upright.
+        degrees: f64,
+    },
     /// A file name that no format goes with.
-    #[error("{path}: expected human motion: a name that ends in .bvh or .amc")]
+    #[error(
+        "{path}: expected human motion: a name that ends in .bvh or .amc, or an .npz with the key 'positions'"
+    )]
     Extension {
         /// The file.
         path: PathBuf,
     },
     /// AMC holds angles only; the bones are in another file.
-    #[error("{path}: expected the skeleton of this motion (.asf) beside it or named, found {found}")]
+    #[error(
+        "{path}: expected the skeleton of this motion (.asf of an .amc, .toml of points) beside it or named, found {found}"
+    )]
     Skeleton {
         /// The motion.
         path: PathBuf,

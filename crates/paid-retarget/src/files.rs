@@ -4,17 +4,20 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use paid_motion::{is_points_file, read_points};
+
+use crate::points::{motion_of_points, parse_skeleton};
 use crate::text::LARGEST;
 use crate::{HumanMotion, RetargetError, parse_amc, parse_asf, parse_bvh};
 
 /// What files of human motion leave open.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HumanOptions {
-    /// Meters of a unit of length of a BVH file [default: 0.01].
+    /// Meters of a unit of length of a BVH file [default: 0.01] or of points [default: what the TOML says, else recognized].
     pub unit_m: Option<f64>,
-    /// Frames a second of an AMC file [default: 120].
+    /// Frames a second of an AMC file [default: 120] or of points [default: what the files say].
     pub fps: Option<f64>,
-    /// The ASF file of an AMC file [default: the one beside it, see [`read_human`]].
+    /// The ASF file of an AMC file, or the TOML file of points [default: the one beside it, see [`read_human`]].
     pub skeleton: Option<PathBuf>,
 }
 
@@ -24,7 +27,7 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 
 /// Whether a file is taken for human motion, by its name or its first word.
 pub fn is_human_file(path: &Path) -> bool {
-    has_extension(path, "bvh") || has_extension(path, "amc") || begins_as_bvh(path)
+    has_extension(path, "bvh") || has_extension(path, "amc") || begins_as_bvh(path) || is_points_file(path)
 }
 
 fn begins_as_bvh(path: &Path) -> bool {
@@ -34,8 +37,9 @@ fn begins_as_bvh(path: &Path) -> bool {
     String::from_utf8_lossy(&head).trim_start().starts_with("HIERARCHY")
 }
 
-/// Reads a file of human motion: BVH, or AMC with its ASF. The skeleton of `10_01.amc` is `10_01.asf` or `10.asf` in the same folder,
-/// or the only ASF file there.
+/// Reads a file of human motion: BVH, AMC with its ASF, or an NPZ archive with positions of points ([`paid_motion::read_points`]) and
+/// the TOML file that describes them ([`parse_skeleton`]). The skeleton of `10_01.amc` is `10_01.asf` or `10.asf` in the same folder,
+/// or the only ASF file there; that of points is found likewise.
 ///
 /// # Errors
 /// File, line, column, what was expected and what was found.
@@ -53,10 +57,17 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
     if has_extension(path, "amc") {
         let asf = match &options.skeleton {
             Some(asf) => asf.clone(),
-            None => skeleton_beside(path)?,
+            None => skeleton_beside(path, "asf")?,
         };
         let skeleton = parse_asf(&text(&asf)?, &asf)?;
         parse_amc(&text(path)?, path, &skeleton, options.fps.unwrap_or(120.0))
+    } else if is_points_file(path) {
+        let file = match &options.skeleton {
+            Some(file) => file.clone(),
+            None => skeleton_beside(path, "toml")?,
+        };
+        let skeleton = parse_skeleton(&text(&file)?, &file)?;
+        motion_of_points(path, &read_points(path)?, &skeleton, options)
     } else if is_human_file(path) {
         parse_bvh(&text(path)?, path, options.unit_m.unwrap_or(0.01))
     } else {
@@ -79,11 +90,11 @@ fn text(path: &Path) -> Result<String, RetargetError> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-fn skeleton_beside(path: &Path) -> Result<PathBuf, RetargetError> {
+fn skeleton_beside(path: &Path, extension: &str) -> Result<PathBuf, RetargetError> {
     let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
     let subject = stem.split('_').next().unwrap_or_default().to_owned();
     for name in [&stem, &subject] {
-        let asf = path.with_file_name(format!("{name}.asf"));
+        let asf = path.with_file_name(format!("{name}.{extension}"));
         if asf.is_file() {
             return Ok(asf);
         }
@@ -92,7 +103,7 @@ fn skeleton_beside(path: &Path) -> Result<PathBuf, RetargetError> {
     let mut all: Vec<PathBuf> = fs::read_dir(folder)
         .map_err(|source| RetargetError::Io { path: folder.to_owned(), source })?
         .filter_map(|entry| entry.ok().map(|e| e.path()))
-        .filter(|p| has_extension(p, "asf"))
+        .filter(|p| has_extension(p, extension))
         .collect();
     match (all.pop(), all.len()) {
         (Some(asf), 0) => Ok(asf),

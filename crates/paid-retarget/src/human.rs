@@ -25,6 +25,8 @@ pub struct HumanMotion {
     pub pos: Vec<[f64; 3]>,
     /// Orientations of the bones `[T, N]`, unit, w, x, y, z.
     pub quat: Vec<[f64; 4]>,
+    /// What the reader concluded because nothing states it: one plain sentence each.
+    pub notes: Vec<String>,
 }
 
 impl HumanMotion {
@@ -48,6 +50,7 @@ impl HumanMotion {
             pos: Vec::with_capacity(frames * skeleton.bones.len()),
             quat: Vec::with_capacity(frames * skeleton.bones.len()),
             skeleton: Skeleton::default(),
+            notes: Vec::new(),
         };
         for t in 0..frames {
             for pose in skeleton.forward(&values[t * skeleton.channels..(t + 1) * skeleton.channels]) {
@@ -104,6 +107,7 @@ impl HumanMotion {
             skeleton: self.skeleton.clone(),
             name: self.name.clone(),
             path: self.path.clone(),
+            notes: self.notes.clone(),
         };
         for t in 0..frames {
             let time = (t as f64 * step).min(last as f64);

@@ -1,6 +1,6 @@
 //! Human motion onto the robot.
 //!
-//! A file of human motion ([`read_human`]: BVH, or ASF with AMC) gives a [`Skeleton`] and its angles; forward kinematics makes a
+//! A file of human motion ([`read_human`]: BVH, ASF with AMC, or positions of points with a description of the skeleton) gives a [`Skeleton`] and its angles; forward kinematics makes a
 //! [`HumanMotion`] of them: positions and orientations of all bones, world, meters, z up. [`retarget`] scales it, turns it into
 //! goals for bodies of the robot (a [`Table`]) and finds the joint angles that meet them best, frame by frame, within the joints'
 //! ranges and speeds. The result is a [`paid_motion::Clip`].
@@ -51,6 +51,7 @@ mod goals;
 mod human;
 mod ik;
 mod local;
+mod points;
 mod retarget;
 mod roles;
 mod skeleton;
@@ -70,6 +71,7 @@ pub use goals::{Goal, Goals};
 pub use human::HumanMotion;
 pub use ik::{Pose, SolveLimits, Solved, Solver};
 pub use local::TEXT_UNIT_M;
+pub use points::parse_skeleton;
 pub use retarget::{Report, RetargetOptions, Retargeted, TimeScale, retarget};
 pub use roles::{Naming, Role, RoleSource};
 pub use skeleton::{Bone, BonePose, Skeleton};

@@ -8,7 +8,7 @@ use paid_motion::{Clip, KickLabel, KickLeg, fastest_kick};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Serialize;
 
-use crate::{Goals, HumanMotion, Naming, Pose, RetargetError, SolveLimits, Solver};
+use crate::{Goals, HumanMotion, Naming, Pose, RetargetError, Role, SolveLimits, Solver};
 
 /// How fast the human's time runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -105,6 +105,10 @@ pub struct Retargeted {
 
 /// Samples this near to an end of the range are at it `[rad]`.
 const AT_END: f64 = 1e-6;
+/// Longest part that is retargeted: a kick takes seconds `[s]`.
+const LONGEST_S: f64 = 300.0;
+/// A trunk farther off upright on average lies `[rad]`.
+const MOST_TILT: f64 = 1.05;
 /// Stage one only leads the way.
 const LEAD: SolveLimits = SolveLimits { steps: 11, share: 1e-2 };
 
@@ -127,12 +131,36 @@ pub fn retarget(
             format!("{} to {} s of {:.2} s", options.span_s[0], options.span_s[1], motion.duration_s());
         return Err(RetargetError::Option { option: "part of the motion", expected, found });
     }
+    if cut.duration_s() > LONGEST_S {
+        let expected = "a part of the motion of at most 300 s; name the seconds around the kick";
+        let found = format!("{:.0} s", cut.duration_s());
+        return Err(RetargetError::Option { option: "part of the motion", expected, found });
+    }
+    upright(&cut, &naming)?;
     let run = Run { motion: &cut, naming, model, limit: spec.resolve(model)?.velocity_limit, options };
     let (scale, tracked) = match options.time_scale {
         TimeScale::Fixed(scale) => (scale, run.track(scale, options.speed_share)?),
         TimeScale::Auto => run.slow_down()?,
     };
     run.finish(scale, tracked, spec)
+}
+
+/// The trunk must be upright on average, or nothing that follows makes sense.
+fn upright(motion: &HumanMotion, naming: &Naming) -> Result<(), RetargetError> {
+    let bone = |role: Role| {
+        let source = naming.sources.iter().find(|s| s.role == role)?;
+        motion.skeleton.find(source.position)
+    };
+    let (Some(hips), Some(torso)) = (bone(Role::Hips), bone(Role::Torso)) else { return Ok(()) };
+    let tilt = |t: usize| {
+        let trunk = Vec3(motion.pos(t)[torso]) - Vec3(motion.pos(t)[hips]);
+        trunk.x().hypot(trunk.y()).atan2(trunk.z())
+    };
+    let mean = (0..motion.frames).map(tilt).sum::<f64>() / motion.frames as f64;
+    if mean > MOST_TILT {
+        return Err(RetargetError::Lying { path: motion.path.clone(), degrees: mean.to_degrees() });
+    }
+    Ok(())
 }
 
 fn check(options: &RetargetOptions) -> Result<(), RetargetError> {

@@ -138,6 +138,32 @@ impl Naming {
         }
     }
 
+    /// The names of the segments that points make ([`crate::parse_skeleton`]), in the axes of the robot's bodies.
+    pub fn points() -> Self {
+        use Role::*;
+        let own = |role, name| (role, name, name, Quat::identity());
+        Self {
+            name: "points",
+            table: Table::points_to_g1,
+            sources: sources([
+                own(Hips, "hips"),
+                own(Torso, "torso"),
+                own(LeftThigh, "left_thigh"),
+                own(LeftShin, "left_shin"),
+                own(LeftFoot, "left_foot"),
+                own(RightThigh, "right_thigh"),
+                own(RightShin, "right_shin"),
+                own(RightFoot, "right_foot"),
+                own(LeftUpperArm, "left_upper_arm"),
+                own(LeftForearm, "left_forearm"),
+                own(LeftHand, "left_hand"),
+                own(RightUpperArm, "right_upper_arm"),
+                own(RightForearm, "right_forearm"),
+                own(RightHand, "right_hand"),
+            ]),
+        }
+    }
+
     /// The naming that fits a motion's bones.
     ///
     /// # Errors
@@ -148,7 +174,7 @@ impl Naming {
             let names = naming.sources.iter().flat_map(|s| [s.orientation, s.position]);
             names.filter(|name| bones.find(name).is_none()).collect()
         };
-        let mut all = [Self::lafan(), Self::cmu(), Self::bandai()].map(|n| (missing(&n), n));
+        let mut all = [Self::lafan(), Self::cmu(), Self::bandai(), Self::points()].map(|n| (missing(&n), n));
         all.sort_by_key(|(missing, _)| missing.len());
         let [(missing, nearest), ..] = all;
         match missing.first() {

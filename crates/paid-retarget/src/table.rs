@@ -99,6 +99,13 @@ impl Table {
         table
     }
 
+    /// As [`Table::lafan_to_g1`], for segments that have the axes of the robot's bodies.
+    pub fn points_to_g1() -> Self {
+        let mut table = Self::lafan_to_g1();
+        table.tasks.iter_mut().for_each(|task| task.turn = [1.0, 0.0, 0.0, 0.0]);
+        table
+    }
+
     /// SMPL-X-like axes (those of the world in a T-pose: x left, y up, z forward) to the Unitree G1.
     pub fn smplx_to_g1() -> Self {
         use Role::*;

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 /// Arguments of `paid motion retarget`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Human motion: .bvh, or .amc with its .asf beside it.
+    /// Human motion: .bvh, .amc with its .asf beside it, or .npz with positions of points and the .toml that describes them.
     input: PathBuf,
     /// The robot.
     #[arg(long, value_enum, default_value_t = Robot::G1)]
@@ -37,10 +37,10 @@ pub struct Args {
 /// What `paid play` of a human motion shares.
 #[derive(Debug, clap::Args)]
 pub struct How {
-    /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
+    /// Skeleton of an AMC file (.asf) or of points (.toml) [default: that of the same name beside it, or the only one there].
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Meters of a unit of length in a BVH file [default: 0.01].
+    /// Meters of a unit of length in a BVH file [default: 0.01] or of points [default: what the TOML says, else recognized].
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
     /// Frame rate of a file that does not state it [Hz]: AMC [default: 120], CSV.
@@ -137,6 +137,9 @@ pub fn retarget_file(
 ) -> Result<Retargeted, Failure> {
     let human = HumanOptions { unit_m: how.unit, fps: how.fps, skeleton: how.skeleton.clone() };
     let motion = read_human(input, &human)?;
+    for note in &motion.notes {
+        eprintln!("note: {}: {note}", input.display());
+    }
     let options = RetargetOptions {
         fps: how.rate,
         height_m: how.height,
