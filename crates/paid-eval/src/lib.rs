@@ -12,6 +12,7 @@ pub mod bench;
 pub mod clips;
 pub mod compare;
 pub mod curves;
+pub mod dataset;
 pub mod divergence;
 pub mod engine;
 pub mod episodes;

@@ -7,6 +7,7 @@ mod edit;
 mod generate;
 mod info;
 mod likeness;
+mod plot;
 mod retarget;
 
 use std::process::ExitCode;
@@ -30,9 +31,11 @@ enum Command {
     Check(check::Args),
     /// Compare the kicks of a folder with those of another: jerk, joint angles, path of the foot, swing.
     Likeness(likeness::Args),
+    /// Draw a set of kicks (ways, placement, foot speed, coverage) and say which kick to record next.
+    Plot(plot::Args),
     /// Make kicks from scratch: the built-in library, or one kick for a ball of your choice.
     Generate(generate::Args),
-    /// Retarget a human's motion (BVH, ASF/AMC) to the robot.
+    /// Retarget a human's motion (BVH, ASF/AMC, positions of points) to the robot.
     Retarget(retarget::Args),
     /// Make a clip fit for the robot: feet hold still on the floor, balance, limits, a stand at both ends.
     Clean(clean::Args),
@@ -52,6 +55,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Info(args) => info::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Likeness(args) => likeness::run(&args),
+        Command::Plot(args) => plot::run(&args),
         Command::Generate(args) => generate::run(&args),
         Command::Retarget(args) => retarget::run(&args),
         Command::Clean(args) => clean::run(&args),

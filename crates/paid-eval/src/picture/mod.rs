@@ -5,6 +5,7 @@ mod bars;
 mod canvas;
 mod chart;
 mod figure;
+mod floor;
 mod font;
 mod heatmap;
 pub mod identification;
@@ -17,6 +18,7 @@ pub use bars::Bars;
 pub use canvas::{Canvas, Rgb};
 pub use chart::{Chart, Series};
 pub use figure::{Anchor, Figure, escape};
+pub use floor::Floor;
 pub use heatmap::{HeatMap, color_of};
 pub use paths::{Path, plot_paths};
 pub use robot::{

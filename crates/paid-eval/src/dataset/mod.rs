@@ -1,0 +1,144 @@
+//! What a set of kicks covers: the paper's figures of its data (appendix A), and which kick to record next.
+//!
+//! The *place* of a kick is where its robot's torso ends, seen from where it begins (x ahead, y left): the task puts the ball
+//! there, and an evaluation gives each ball to the kick whose place is nearest.
+
+mod coverage;
+mod draw;
+
+use std::path::Path;
+
+use paid_lanes::Vec3;
+use paid_motion::{Clip, KickLeg, displacement_in_heading, kick_facts};
+use paid_robot::{RobotModel, RobotSpec};
+use paid_task::TaskPreset;
+use serde::Serialize;
+
+use crate::EvalError;
+use crate::shooting::Grid;
+
+pub use coverage::{Cell, Coverage, Hole, NextKick, REACH_M};
+
+/// One kick of the set.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Kick {
+    /// Name.
+    pub name: String,
+    /// The leg that kicks.
+    pub leg: KickLeg,
+    /// Its place `[m]`.
+    pub place: [f64; 2],
+    /// The strike as a share of the clip, 0 to 1: the stated frame, or the fastest one of the kicking foot.
+    pub strike_phase: f64,
+    /// Largest speed of the kicking foot's center of mass `[m/s]`.
+    pub peak_foot_speed: f64,
+    /// The base's way over the floor `[T]`, from where the torso begins, in its heading `[m]`.
+    #[serde(skip)]
+    pub path: Vec<[f64; 2]>,
+    /// Speed of the kicking foot's center of mass `[T]` `[m/s]`.
+    #[serde(skip)]
+    pub foot_speed: Vec<f64>,
+}
+
+impl Kick {
+    fn of(clip: &Clip, robot: &RobotModel, spec: &RobotSpec) -> Option<Self> {
+        let facts = kick_facts(clip, robot, spec)?;
+        let anchor = robot.body_index(&spec.anchor_body)?;
+        let foot = robot.body_index(&spec.feet[clip.kick_leg.index()])?;
+        let (heading, origin) = (clip.body_quat(0)[anchor], clip.body_pos(0)[anchor]);
+        let strike = clip.kick_frame.unwrap_or(facts.kick_frame);
+        Some(Self {
+            name: clip.name.clone(),
+            leg: clip.kick_leg,
+            place: facts.anchor_displacement,
+            strike_phase: strike as f64 / (clip.frames - 1).max(1) as f64,
+            peak_foot_speed: facts.peak_foot_speed,
+            path: (0..clip.frames)
+                .map(|t| displacement_in_heading(heading, origin, clip.body_pos(t)[0]))
+                .collect(),
+            foot_speed: (0..clip.frames).map(|t| Vec3(clip.body_lin_vel(t)[foot]).norm()).collect(),
+        })
+    }
+}
+
+/// The region of balls that the paper's task draws for a kick: angle and distance of its place, each with a half-width.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Sector {
+    /// Half-width of the angle `[degrees]`.
+    pub angle_deg: f64,
+    /// Half-width of the distance `[m]`.
+    pub radius_m: f64,
+}
+
+/// A set of kicks and what it covers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Dataset {
+    /// The kicks.
+    pub kicks: Vec<Kick>,
+    /// The regions of balls around their places.
+    pub sector: Sector,
+    /// What they cover.
+    pub coverage: Coverage,
+}
+
+impl Dataset {
+    /// Looks at clips and at how they cover a grid of ball places.
+    ///
+    /// # Errors
+    /// If there is no clip, or the robot lacks a body that its TOML names.
+    pub fn new(clips: &[Clip], robot: &RobotModel, spec: &RobotSpec, grid: Grid) -> Result<Self, EvalError> {
+        let kicks: Option<Vec<Kick>> = clips.iter().map(|clip| Kick::of(clip, robot, spec)).collect();
+        let kicks = kicks.filter(|kicks| !kicks.is_empty()).ok_or_else(|| EvalError::Option {
+            option: "motions",
+            expected: "at least one clip of a robot with the bodies that its TOML names".to_owned(),
+            found: format!("{} clips of '{}'", clips.len(), robot.name),
+        })?;
+        let ball = TaskPreset::builtin("paper_stage2")?.ball;
+        let sector = Sector { angle_deg: ball.angle_deg, radius_m: ball.radius_m };
+        let coverage = Coverage::of(&kicks, grid);
+        Ok(Self { kicks, sector, coverage })
+    }
+
+    /// Writes `trajectories`, `placement`, `foot_speed` and `coverage` as PNG and SVG into a folder.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self, folder: &Path) -> Result<(), EvalError> {
+        for (name, figure) in [
+            ("trajectories", draw::trajectories(self)),
+            ("placement", draw::placement(self)),
+            ("foot_speed", draw::foot_speed(self)),
+            ("coverage", draw::coverage(self)),
+        ] {
+            figure.save(&folder.join(name))?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use paid_motion::MotionLibrary;
+
+    #[test]
+    fn the_generators_kicks_give_four_pictures_and_a_kick_to_record() {
+        let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+        let clips = MotionLibrary::builtin(&robot, &spec, 50.0).expect("built in").clips;
+        let set = Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE).expect("a robot");
+        assert_eq!((set.kicks.len(), set.coverage.cells.len()), (13, 63));
+        let kick = &set.kicks[0];
+        assert_eq!((kick.path.len(), kick.foot_speed.len()), (clips[0].frames, clips[0].frames));
+        let peak = kick.foot_speed.iter().copied().fold(0.0, f64::max);
+        assert!((peak - kick.peak_foot_speed).abs() < 1e-12 && (0.1..0.95).contains(&kick.strike_phase));
+        let folder = tempfile::tempdir().expect("a folder");
+        set.write(folder.path()).expect("writes");
+        for name in ["trajectories", "placement", "foot_speed", "coverage"] {
+            let svg = std::fs::read_to_string(folder.path().join(format!("{name}.svg"))).expect("written");
+            assert!(svg.contains(&kick.name), "{name}: every picture has the legend");
+            assert!(folder.path().join(format!("{name}.png")).is_file(), "{name}");
+        }
+        let error = Dataset::new(&[], &robot, &spec, Grid::EFFECTIVE).expect_err("none").to_string();
+        assert!(error.starts_with("motions: expected at least one clip"), "{error}");
+    }
+}

@@ -1,0 +1,73 @@
+//! `paid motion plot`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use paid_eval::dataset::Dataset;
+use paid_eval::shooting::Grid;
+use paid_motion::MotionLibrary;
+use paid_robot::{RobotModel, RobotSpec};
+
+use crate::failure::Failure;
+
+/// Arguments of `paid motion plot`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Folder with motion files (.npz, .csv, .pkl) [default: the built-in kicks].
+    dir: Option<PathBuf>,
+    /// Folder for the pictures: trajectories, placement, foot_speed and coverage, each as .png and .svg.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Balls that the kicks should cover.
+    #[arg(long, value_enum, default_value_t = Workspace::Effective)]
+    workspace: Workspace,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Workspace {
+    /// 0.5 to 2 m ahead, 1 m to either side.
+    Effective,
+    /// 0.5 to 3 m ahead, 1.5 m to either side.
+    Whole,
+}
+
+/// Draws the pictures and prints what the kicks cover and which one to record next.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let folder = args.dir.clone().unwrap_or_default();
+    let library =
+        MotionLibrary::open(&folder, &model, &spec, paid_motion::generate::FPS).map_err(Failure::input)?;
+    let grid = match args.workspace {
+        Workspace::Effective => Grid::EFFECTIVE,
+        Workspace::Whole => Grid::WHOLE,
+    };
+    let set = Dataset::new(&library.clips, &model, &spec, grid)?;
+    set.write(&args.out)?;
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&set).map_err(Failure::input)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let coverage = &set.coverage;
+    println!(
+        "{}: trajectories, placement, foot_speed and coverage (.png, .svg) of {} kicks",
+        args.out.display(),
+        set.kicks.len()
+    );
+    println!(
+        "{:.0}% of the balls {} to {} m ahead and {} m to either side are within {:.0} cm of a kick's place; {} holes",
+        100.0 * coverage.covered,
+        grid.x[0],
+        grid.x[1],
+        grid.y[1],
+        100.0 * coverage.reach_m,
+        coverage.holes.len()
+    );
+    match &coverage.next {
+        Some(next) => println!("record next: {next}"),
+        None => println!("record next: nothing; the workspace has no hole"),
+    }
+    Ok(ExitCode::SUCCESS)
+}
