@@ -48,6 +48,15 @@ pub fn skipped(test: &str, reason: &str) {
     Settings::from_env().skipped(test, reason, &mut std::io::stderr());
 }
 
+/// Records that `test` does not run because the machine lacks `program`, which no package of Cargo or pip brings, such as a browser. A
+/// skip that is seen, and never a failure.
+///
+/// # Panics
+/// If the file that `PAID_SKIP_LOG` names cannot be written.
+pub fn without_program(test: &str, program: &str) {
+    Settings { skips_fail: false, ..Settings::from_env() }.skipped(test, program, &mut std::io::stderr());
+}
+
 /// What the environment says about data and skips.
 struct Settings {
     shared: PathBuf,

@@ -44,9 +44,9 @@ fn screenshot(browser: &mut Browser, name: &str) {
 #[test]
 fn a_visitor_plays_in_a_browser() {
     let Some(program) = devtools::find() else {
-        paid_testing::skipped(
+        paid_testing::without_program(
             "a_visitor_plays_in_a_browser",
-            "no Chromium (Debian: apt-get install chromium)",
+            "Chromium (Debian: apt-get install chromium)",
         );
         return;
     };
