@@ -93,7 +93,8 @@ fn the_skeleton_of_an_amc_is_found_or_asked_for() {
     std::fs::copy(&path, &alone).expect("copies");
     let error = read_human(&alone, &HumanOptions::default()).expect_err("no skeleton").to_string();
     assert!(
-        error.contains("expected the skeleton of this motion (.asf)") && error.ends_with("found none"),
+        error.contains("expected the skeleton of this motion (.asf of an .amc")
+            && error.ends_with("found none"),
         "{error}"
     );
     let asf = path.with_file_name("10.asf");

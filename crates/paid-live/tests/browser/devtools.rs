@@ -11,17 +11,12 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::{Message, WebSocket};
 
-const NAMES: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 /// How long the browser may take to start.
 const START: Duration = Duration::from_secs(60);
 
-/// The browser's program; `None` if there is none.
+/// The browser's program, as `PAID_CHROMIUM` names it.
 pub fn find() -> Option<PathBuf> {
-    if let Some(program) = std::env::var_os("PAID_CHROMIUM") {
-        return Some(program.into());
-    }
-    let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
-    NAMES.iter().flat_map(|name| folders.iter().map(move |folder| folder.join(name))).find(|p| p.is_file())
+    std::env::var_os("PAID_CHROMIUM").map(PathBuf::from)
 }
 
 /// A browser with one page.

@@ -1,7 +1,7 @@
 //! The page in a real browser: headless Chromium, driven over its DevTools protocol.
 //!
-//! `PAID_CHROMIUM` names the program, else `chromium`, `chromium-browser` or `google-chrome` is looked for. `PAID_LIVE_SHOTS` names a
-//! folder for the screenshots.
+//! `PAID_CHROMIUM` names the program; without it the test is skipped, for it takes minutes where a software renderer draws two pictures a
+//! second. `PAID_LIVE_SHOTS` names a folder for the screenshots.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -46,7 +46,7 @@ fn a_visitor_plays_in_a_browser() {
     let Some(program) = devtools::find() else {
         paid_testing::without_program(
             "a_visitor_plays_in_a_browser",
-            "Chromium (Debian: apt-get install chromium)",
+            "PAID_CHROMIUM, the program of a Chromium (minutes with a software renderer)",
         );
         return;
     };
