@@ -8,18 +8,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rustdds::bytes::Bytes;
-use rustdds::no_key::{
-    DataReader, DataWriter, Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter,
-};
+use rustdds::no_key::{DataReader, DataWriter, SerializerAdapter};
 use rustdds::policy::{History, Reliability};
-use rustdds::{
-    DomainParticipant, DomainParticipantBuilder, QosPolicies, QosPolicyBuilder, RepresentationIdentifier,
-    TopicKind,
-};
+use rustdds::{DomainParticipant, QosPolicies, QosPolicyBuilder, RepresentationIdentifier, TopicKind};
 use serde::{Deserialize, Serialize};
 
 use crate::link::{Inlet, Link, LinkError, Outlet};
 use crate::message::Packet;
+use crate::raw::{Raw, RawError, participant, sent};
 use crate::wire::{Layout, LowCmd, Message};
 
 /// Topics and types of the robot, and the one of this project beside them.
@@ -38,24 +34,7 @@ pub enum Side {
     Runtime,
 }
 
-/// Bytes of CDR, unread.
-struct Raw;
-
-#[derive(Debug, thiserror::Error)]
-#[error("the encoding is not CDR_LE")]
-struct RawError;
-
-impl SerializerAdapter<Vec<u8>> for Raw {
-    type Error = RawError;
-    fn output_encoding() -> RepresentationIdentifier {
-        RepresentationIdentifier::CDR_LE
-    }
-    fn to_bytes(value: &Vec<u8>) -> Result<Bytes, RawError> {
-        Ok(Bytes::copy_from_slice(value))
-    }
-}
-
-impl SerializerAdapter<LowCmd> for Raw {
+impl SerializerAdapter<LowCmd> for Raw<0> {
     type Error = RawError;
     fn output_encoding() -> RepresentationIdentifier {
         RepresentationIdentifier::CDR_LE
@@ -65,39 +44,13 @@ impl SerializerAdapter<LowCmd> for Raw {
     }
 }
 
-impl DeserializerAdapter<Vec<u8>> for Raw {
-    type Error = RawError;
-    type Decoded = Vec<u8>;
-    fn supported_encodings() -> &'static [RepresentationIdentifier] {
-        &[RepresentationIdentifier::CDR_LE]
-    }
-    fn transform_decoded(decoded: Vec<u8>) -> Vec<u8> {
-        decoded
-    }
-}
-
-#[derive(Clone)]
-struct RawDecoder;
-
-impl DefaultDecoder<Vec<u8>> for Raw {
-    type Decoder = RawDecoder;
-    const DECODER: RawDecoder = RawDecoder;
-}
-
-impl Decode<'_, Vec<u8>> for RawDecoder {
-    type Error = RawError;
-    fn decode_bytes(self, bytes: &[u8], encoding: RepresentationIdentifier) -> Result<Vec<u8>, RawError> {
-        if encoding == RepresentationIdentifier::CDR_LE { Ok(bytes.to_vec()) } else { Err(RawError) }
-    }
-}
-
 /// What travels on the project's own topic: a CDR sequence of bytes with a packet in postcard.
 #[derive(Serialize, Deserialize)]
 struct Senses(Packet);
 
-type RawWriter = DataWriter<Vec<u8>, Raw>;
-type CommandWriter = DataWriter<LowCmd, Raw>;
-type RawReader = DataReader<Vec<u8>, Raw>;
+type RawWriter = DataWriter<Vec<u8>, Raw<0>>;
+type CommandWriter = DataWriter<LowCmd, Raw<0>>;
+type RawReader = DataReader<Vec<u8>, Raw<0>>;
 
 /// An end of the link on the network.
 pub struct DdsLink {
@@ -152,10 +105,7 @@ impl DdsLink {
     /// If the network cannot be joined.
     pub fn open(domain: u16, interface: IpAddr, side: Side) -> Result<Self, LinkError> {
         let fail = network("DDS");
-        let builder = DomainParticipantBuilder::new(domain)
-            .same_host_loopback(interface.is_loopback())
-            .with_only_networks([interface]);
-        let participant = builder.build().map_err(|e| fail(e.to_string()))?;
+        let participant = participant(domain, interface).map_err(|e| fail(e.to_string()))?;
         let qos: QosPolicies = QosPolicyBuilder::new()
             .reliability(Reliability::BestEffort)
             .history(History::KeepLast { depth: 1 })
@@ -174,12 +124,12 @@ impl DdsLink {
             .build();
         let writer = |name: [&str; 2], qos: &QosPolicies| {
             publisher
-                .create_datawriter_no_key::<Vec<u8>, Raw>(&topic(name)?, Some(qos.clone()))
+                .create_datawriter_no_key::<Vec<u8>, Raw<0>>(&topic(name)?, Some(qos.clone()))
                 .map_err(|e| fail(e.to_string()))
         };
         let reader = |name: [&str; 2], qos: &QosPolicies| {
             subscriber
-                .create_datareader_no_key::<Vec<u8>, Raw>(&topic(name)?, Some(qos.clone()))
+                .create_datareader_no_key::<Vec<u8>, Raw<0>>(&topic(name)?, Some(qos.clone()))
                 .map_err(|e| fail(e.to_string()))
         };
         let main = match side {
@@ -194,7 +144,7 @@ impl DdsLink {
         let states = if at_runtime { None } else { Some(writer(LOW_STATE, &reliable)?) };
         let command_writer = |topic| {
             publisher
-                .create_datawriter_no_key::<LowCmd, Raw>(&topic, Some(reliable.clone()))
+                .create_datawriter_no_key::<LowCmd, Raw<0>>(&topic, Some(reliable.clone()))
                 .map_err(|e| fail(e.to_string()))
         };
         let command_writer = if at_runtime { Some(command_writer(topic(LOW_CMD)?)?) } else { None };
@@ -209,14 +159,6 @@ impl DdsLink {
             },
             inlet: DdsInlet { side, main, senses: senses_in, commands, own },
         })
-    }
-}
-
-/// A full queue loses a packet, as a network does; the next one comes 2 ms later.
-fn sent<T>(result: rustdds::dds::WriteResult<(), T>) -> Result<(), LinkError> {
-    match result {
-        Ok(()) | Err(rustdds::dds::WriteError::WouldBlock { .. }) => Ok(()),
-        Err(error) => Err(network("DDS write")(error.to_string())),
     }
 }
 
@@ -240,13 +182,13 @@ impl Outlet for DdsOutlet {
                 (senses, bytes)
             }
         };
-        sent(writer.write(bytes, None))
+        sent(writer.write(bytes, None)).map_err(|e| fail(e.to_string()))
     }
 
     fn command(&mut self, command: &LowCmd) -> Result<(), LinkError> {
         let Some(commands) = &self.commands else { return Ok(()) };
         self.own.add(command.crc);
-        sent(commands.write(command.clone(), None))
+        sent(commands.write(command.clone(), None)).map_err(|e| network("DDS write")(e.to_string()))
     }
 }
 

@@ -19,6 +19,17 @@ impl Default for Lateness {
     }
 }
 
+/// The first bin of a histogram up to which there is this share of all; `None` while nothing is counted.
+pub(crate) fn quantile(counts: &[u64], share: f64) -> Option<usize> {
+    let all: u64 = counts.iter().sum();
+    let wanted = ((share * all as f64).ceil() as u64).max(1);
+    let mut seen = 0;
+    counts.iter().position(|count| {
+        seen += count;
+        seen >= wanted
+    })
+}
+
 /// Upper edges of the bins of [`Lateness::shares`] `[ms]`; the last bin has none.
 pub const LATENESS_EDGES_MS: [f64; 9] = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 20.0];
 
@@ -47,15 +58,7 @@ impl Lateness {
 
     /// The lateness that a share of the periods stayed within `[ms]`.
     pub fn quantile_ms(&self, share: f64) -> f64 {
-        let wanted = (share * self.periods() as f64).ceil() as u64;
-        let mut seen = 0;
-        for (k, count) in self.counts.iter().enumerate() {
-            seen += count;
-            if seen >= wanted.max(1) {
-                return (k + 1) as f64 * 0.01;
-            }
-        }
-        f64::NAN
+        quantile(&self.counts, share).map_or(f64::NAN, |bin| (bin + 1) as f64 * 0.01)
     }
 
     /// Share of the periods in each bin of [`LATENESS_EDGES_MS`], and beyond the last edge.

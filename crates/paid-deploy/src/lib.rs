@@ -33,6 +33,8 @@ mod message;
 mod motors;
 mod player;
 #[cfg(feature = "dds")]
+mod raw;
+#[cfg(feature = "dds")]
 pub mod ros;
 pub mod runtime;
 pub mod sim;

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use paid_lanes::rng::Rng;
-use paid_task::MotionFacts;
+use paid_task::own_place;
 use serde::Serialize;
 
 use crate::EvalError;
@@ -90,12 +90,6 @@ pub fn evaluate(
     });
     let rows = rows.collect();
     Ok(ClipsReport { engine: setup.engine.facts(&setup.preset), options: options.clone(), rows })
-}
-
-/// Where a clip's own ball lies, in its start frame `[m]`.
-fn own_place(facts: &MotionFacts) -> [f64; 2] {
-    let ([x, y], (s, c)) = (facts.displacement, facts.heading.sin_cos());
-    [c * x + s * y, c * y - s * x]
 }
 
 fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<Vec<Trial>, EvalError> {
@@ -197,23 +191,6 @@ mod tests {
     use crate::engine::EngineChoice;
     use crate::metrics::statistics::Share;
     use paid_task::TaskPreset;
-
-    #[test]
-    fn a_clips_own_place_is_where_its_robot_ends_seen_from_where_it_starts() {
-        let facts = MotionFacts {
-            name: "kick".into(),
-            frames: 2,
-            kick_foot: 0,
-            strike_frame: 1,
-            strike_speed: 0.0,
-            start_xy: [3.0, 4.0],
-            base_xy: [3.0, 4.0],
-            heading: std::f64::consts::FRAC_PI_2,
-            displacement: [-0.5, 2.0],
-        };
-        let [x, y] = own_place(&facts);
-        assert!((x - 2.0).abs() < 1e-12 && (y - 0.5).abs() < 1e-12, "{x} {y}");
-    }
 
     #[test]
     fn the_worst_clip_is_named_in_every_form() {

@@ -115,16 +115,29 @@ pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Re
     write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())
 }
 
+/// Writes `name` as JSON and table, and as CSV where there is one.
+fn write_forms(
+    folder: &Path,
+    name: &str,
+    json: &str,
+    csv: Option<String>,
+    table: &str,
+) -> Result<(), EvalError> {
+    let file = |extension: &str| -> PathBuf { folder.join(format!("{name}.{extension}")) };
+    write_whole(&file("json"), json.as_bytes())?;
+    if let Some(csv) = csv {
+        write_whole(&file("csv"), csv.as_bytes())?;
+    }
+    write_whole(&file("txt"), table.as_bytes())
+}
+
 /// Writes matches in `engine` (`builtin` or `mujoco`) as JSON, CSV and table.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_match(folder: &Path, engine: &str, report: &MatchReport, json: &str) -> Result<(), EvalError> {
     let name = format!("{engine}_match_{}", report.ball());
-    let file = |extension: &str| -> PathBuf { folder.join(format!("{name}.{extension}")) };
-    write_whole(&file("json"), json.as_bytes())?;
-    write_whole(&file("csv"), report.csv().as_bytes())?;
-    write_whole(&file("txt"), report.table().as_bytes())
+    write_forms(folder, &name, json, Some(report.csv()), &report.table())
 }
 
 /// Writes the scores of the clips in an engine as JSON, CSV and table.
@@ -132,10 +145,7 @@ pub fn write_match(folder: &Path, engine: &str, report: &MatchReport, json: &str
 /// # Errors
 /// If a file cannot be written.
 pub fn write_clips(folder: &Path, engine: &str, report: &ClipsReport, json: &str) -> Result<(), EvalError> {
-    let file = |extension: &str| -> PathBuf { folder.join(format!("{engine}_clips.{extension}")) };
-    write_whole(&file("json"), json.as_bytes())?;
-    write_whole(&file("csv"), report.csv().as_bytes())?;
-    write_whole(&file("txt"), report.table().as_bytes())
+    write_forms(folder, &format!("{engine}_clips"), json, Some(report.csv()), &report.table())
 }
 
 /// Writes a comparison with the clips as JSON and table.
@@ -148,9 +158,7 @@ pub fn write_likeness(
     report: &LikenessReport,
     json: &str,
 ) -> Result<(), EvalError> {
-    let file = |extension: &str| -> PathBuf { folder.join(format!("{engine}_likeness.{extension}")) };
-    write_whole(&file("json"), json.as_bytes())?;
-    write_whole(&file("txt"), report.table().as_bytes())
+    write_forms(folder, &format!("{engine}_likeness"), json, None, &report.table())
 }
 
 /// Writes a panel as JSON, CSV and table.
@@ -159,10 +167,7 @@ pub fn write_likeness(
 /// If a file cannot be written.
 pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<(), EvalError> {
     let name = if report.options.held_out { "panel_held_out" } else { "panel" };
-    let file = |extension: &str| -> PathBuf { folder.join(format!("{name}.{extension}")) };
-    write_whole(&file("json"), json.as_bytes())?;
-    write_whole(&file("csv"), report.csv().as_bytes())?;
-    write_whole(&file("txt"), report.table().as_bytes())
+    write_forms(folder, name, json, Some(report.csv()), &report.table())
 }
 
 /// Writes the gap between the engines for a kind of ball (`static` or `rolling`) as JSON, CSV and table.
@@ -170,10 +175,7 @@ pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<()
 /// # Errors
 /// If a file cannot be written.
 pub fn write_gap(folder: &Path, ball: &str, report: &GapReport, json: &str) -> Result<(), EvalError> {
-    let file = |extension: &str| -> PathBuf { folder.join(format!("gap_{ball}.{extension}")) };
-    write_whole(&file("json"), json.as_bytes())?;
-    write_whole(&file("csv"), report.csv().as_bytes())?;
-    write_whole(&file("txt"), report.table().as_bytes())
+    write_forms(folder, &format!("gap_{ball}"), json, Some(report.csv()), &report.table())
 }
 
 /// Writes an evaluation with the robot's own eyes: the files of [`write_shooting`] under the name `eyes`, the finds as CSV, and the

@@ -225,6 +225,32 @@ impl<V: Real> Mat3<V> {
     }
 }
 
+impl Mat3<f64> {
+    /// The unit quaternion of a rotation matrix; its largest component is positive.
+    pub fn to_quat(&self) -> Quat<f64> {
+        let m = &self.0;
+        // The largest of the four is found from the diagonal, so that nothing is divided by a small number.
+        let squares = [
+            1.0 + m[0][0] + m[1][1] + m[2][2],
+            1.0 + m[0][0] - m[1][1] - m[2][2],
+            1.0 - m[0][0] + m[1][1] - m[2][2],
+            1.0 - m[0][0] - m[1][1] + m[2][2],
+        ];
+        let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
+        let (dx, dy, dz) = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]);
+        let (xy, xz, yz) = (m[1][0] + m[0][1], m[0][2] + m[2][0], m[2][1] + m[1][2]);
+        let s = squares[largest];
+        let q = match largest {
+            0 => [s, dx, dy, dz],
+            1 => [dx, s, xy, xz],
+            2 => [dy, xy, s, yz],
+            _ => [dz, xz, yz, s],
+        };
+        let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
+        Quat(q.map(|x| x / norm))
+    }
+}
+
 impl<V: Real> Quat<V> {
     /// No rotation.
     #[inline(always)]

@@ -90,6 +90,19 @@ proptest! {
 }
 
 #[test]
+fn a_rotation_matrix_gives_its_quaternion_whichever_axis_it_turns_about() {
+    // Half turns about x, y, z and a small turn: each takes another of the four branches.
+    for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8]] {
+        for angle in [0.2, std::f64::consts::PI - 0.01] {
+            let q: Quat<f64> = Quat::from_axis_angle(Vec3(axis), angle);
+            let found = q.to_mat().to_quat();
+            let dot: f64 = q.0.iter().zip(found.0).map(|(a, b)| a * b).sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-9, "{axis:?} {angle}: {found:?}");
+        }
+    }
+}
+
+#[test]
 fn masks_round_trip_through_bits() {
     type V = F32Array<8>;
     let m = <V as Real>::Mask::from_bits(0b1010_0110);

@@ -96,11 +96,8 @@ function picture(now) {
   hand.flush();
   if (!course.replay) hand.track(moment, passed);
   const held = hand.ball !== null || carried !== null;
-  if (!held && moment.kicking && !(before && before.kicking)) {
-    const anchor = moment.bodies[view.scene.anchor];
-    stance = [anchor.pos[0], anchor.pos[1], heading(anchor.quat)];
-  }
-  if (held) {
+  const begins = moment.kicking && !(before && before.kicking);
+  if (held || begins) {
     const anchor = moment.bodies[view.scene.anchor];
     stance = [anchor.pos[0], anchor.pos[1], heading(anchor.quat)];
   }

@@ -56,28 +56,9 @@ pub(crate) struct Arena {
     pub cost: Duration,
 }
 
-fn array(v: [f32; 2]) -> [f64; 2] {
+/// In double precision.
+pub(crate) fn array(v: [f32; 2]) -> [f64; 2] {
     v.map(f64::from)
-}
-
-/// Heading of a body's x axis `[rad]`.
-fn heading(rot: &[[f64; 3]; 3]) -> f64 {
-    rot[1][0].atan2(rot[0][0])
-}
-
-/// The quaternion w, x, y, z of a rotation matrix.
-fn quat_of(rot: &[[f64; 3]; 3]) -> Quat<f64> {
-    let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = *rot;
-    // The largest of the four is found first, so that nothing is divided by a small number.
-    let squares = [1.0 + xx + yy + zz, 1.0 + xx - yy - zz, 1.0 - xx + yy - zz, 1.0 - xx - yy + zz];
-    let largest = (1..4).fold(0, |a, b| if squares[b] > squares[a] { b } else { a });
-    let q = match largest {
-        0 => [squares[0], zy - yz, xz - zx, yx - xy],
-        1 => [zy - yz, squares[1], yx + xy, xz + zx],
-        2 => [xz - zx, yx + xy, squares[2], zy + yz],
-        _ => [yx - xy, xz + zx, zy + yz, squares[3]],
-    };
-    Quat(q).normalize()
 }
 
 impl Arena {
@@ -225,7 +206,7 @@ impl Arena {
 
     fn anchor_in_world(&self) -> Pose2 {
         let body = &self.sample.bodies[self.anchor];
-        Pose2 { xy: [body.pos[0], body.pos[1]], heading: heading(&body.rot) }
+        Pose2 { xy: [body.pos[0], body.pos[1]], heading: Mat3(body.rot).yaw() }
     }
 
     /// The robot's anchor on the pitch.
@@ -259,8 +240,10 @@ impl Arena {
     /// The robot, model order.
     pub fn bodies(&self) -> Vec<Body> {
         let yaw: Quat<f64> = Quat::from_roll_pitch_yaw(0.0, 0.0, self.axes.heading);
-        let body =
-            |b: &paid_task::BodySample| Body { pos: self.place(b.pos), quat: yaw.mul(quat_of(&b.rot)).0 };
+        let body = |b: &paid_task::BodySample| Body {
+            pos: self.place(b.pos),
+            quat: yaw.mul(Mat3(b.rot).to_quat()).0,
+        };
         self.sample.bodies.iter().map(body).collect()
     }
 
@@ -272,7 +255,7 @@ impl Arena {
         let (pos, quat) = (&clip.body_pos[rows.clone()], &clip.body_quat[rows]);
         let anchor_rot: Mat3<f64> = Quat(quat[self.anchor]).to_mat();
         let [x, y, _] = pos[self.anchor];
-        let in_clip = Pose2 { xy: [x, y], heading: heading(&anchor_rot.0) };
+        let in_clip = Pose2 { xy: [x, y], heading: anchor_rot.yaw() };
         let (xy, heading) = sample.reference_anchor;
         let axes = self.axes.pose(&Pose2 { xy, heading }.over(&in_clip));
         let yaw: Quat<f64> = Quat::from_roll_pitch_yaw(0.0, 0.0, axes.heading);
@@ -294,23 +277,5 @@ impl Arena {
             forces.push(Force { body: None, newton: self.vector(self.sample.ball_force) });
         }
         forces
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_rotation_matrix_gives_its_quaternion_whichever_axis_it_turns_about() {
-        // Half turns about x, y, z and a small turn: each takes another of the four branches.
-        for axis in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.0, 0.8]] {
-            for angle in [0.2, std::f64::consts::PI - 0.01] {
-                let q: Quat<f64> = Quat::from_axis_angle(Vec3(axis), angle);
-                let found = quat_of(&q.to_mat().0);
-                let dot: f64 = q.0.iter().zip(found.0).map(|(a, b)| a * b).sum();
-                assert!((dot.abs() - 1.0).abs() < 1e-9, "{axis:?} {angle}: {found:?}");
-            }
-        }
     }
 }

@@ -10,7 +10,7 @@ use paid_eval::shooting::{Grid, Placement};
 use paid_eval::subject::Subject;
 use paid_lanes::rng::Rng;
 
-use crate::arena::{Arena, KickPlan};
+use crate::arena::{Arena, KickPlan, array};
 use crate::board::Board;
 use crate::wire::{Flags, Frame};
 use crate::{Command, LiveError, Pose2};
@@ -74,10 +74,6 @@ pub(crate) struct Game<'a> {
     /// The ball is in the net.
     netted: bool,
     before: [f64; 3],
-}
-
-fn array(v: [f32; 2]) -> [f64; 2] {
-    v.map(f64::from)
 }
 
 impl<'a> Game<'a> {

@@ -6,24 +6,14 @@ use paid_robot::{RobotModel, RobotSpec};
 use crate::generate::{Biped, GenerateError, Pose, mirrored};
 use crate::{Clip, KickLeg, fastest_kick};
 
-fn poses(clip: &Clip) -> impl Iterator<Item = Pose> {
-    (0..clip.frames).map(|t| Pose {
-        base_pos: clip.body_pos(t)[0],
-        base_quat: clip.body_quat(t)[0],
-        joints: clip.joint_pos(t).to_vec(),
-    })
-}
-
 fn rebuilt(clip: &Clip, model: &RobotModel, poses: &[Pose]) -> Clip {
-    let base: Vec<_> = poses.iter().map(|p| (p.base_pos, p.base_quat)).collect();
-    let joints: Vec<f64> = poses.iter().flat_map(|p| p.joints.iter().copied()).collect();
     Clip {
         name: clip.name.clone(),
         path: clip.path.clone(),
         license: clip.license.clone(),
         kick_leg: clip.kick_leg,
         kick_frame: clip.kick_frame,
-        ..Clip::from_poses(model, clip.fps, &base, &joints)
+        ..Clip::of_poses(model, clip.fps, poses)
     }
 }
 
@@ -34,7 +24,7 @@ pub fn cut(clip: &Clip, model: &RobotModel, from_s: f64, to_s: f64) -> Option<Cl
     if b < a + 3 {
         return None;
     }
-    let part: Vec<Pose> = poses(clip).skip(a).take(b - a).collect();
+    let part: Vec<Pose> = clip.poses().skip(a).take(b - a).collect();
     let kick_frame = clip.kick_frame.filter(|k| (a..b).contains(k)).map(|k| k - a);
     Some(Clip { kick_frame, ..rebuilt(clip, model, &part) })
 }
@@ -45,7 +35,7 @@ pub fn cut(clip: &Clip, model: &RobotModel, from_s: f64, to_s: f64) -> Option<Cl
 /// A robot whose left and right are no images of each other.
 pub fn mirror(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Clip, GenerateError> {
     let figure = Biped::new(model, spec)?;
-    let image: Vec<Pose> = poses(clip).map(|pose| mirrored(&figure, &pose)).collect();
+    let image: Vec<Pose> = clip.poses().map(|pose| mirrored(&figure, &pose)).collect();
     let kick_leg = match clip.kick_leg {
         KickLeg::Left => KickLeg::Right,
         KickLeg::Right => KickLeg::Left,
@@ -64,7 +54,7 @@ pub fn join(first: &Clip, second: &Clip, model: &RobotModel) -> Option<Clip> {
     let (from, to) = (Quat(second.body_quat(0)[0]), Quat(first.body_quat(last)[0]));
     let turn = Quat::from_axis_angle(Vec3([0.0, 0.0, 1.0]), to.to_mat().yaw() - from.to_mat().yaw());
     let (start, end) = (Vec3(second.body_pos(0)[0]), Vec3(first.body_pos(last)[0]));
-    let moved = poses(second).skip(1).map(|pose| {
+    let moved = second.poses().skip(1).map(|pose| {
         let way = turn.rotate(Vec3(pose.base_pos) - start);
         Pose {
             base_pos: [end.x() + way.x(), end.y() + way.y(), pose.base_pos[2]],
@@ -72,7 +62,7 @@ pub fn join(first: &Clip, second: &Clip, model: &RobotModel) -> Option<Clip> {
             joints: pose.joints,
         }
     });
-    let all: Vec<Pose> = poses(first).chain(moved).collect();
+    let all: Vec<Pose> = first.poses().chain(moved).collect();
     let license = match (&first.license, &second.license) {
         (Some(a), Some(b)) if a != b => Some(format!("{a}; {b}")),
         (a, b) => b.clone().or_else(|| a.clone()),

@@ -5,10 +5,27 @@ use std::path::PathBuf;
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, kinematics};
 
+use crate::generate::Pose;
 use crate::resample::differentiate;
 use crate::{Clip, KickLeg};
 
 impl Clip {
+    /// The poses of its frames.
+    pub(crate) fn poses(&self) -> impl Iterator<Item = Pose> {
+        (0..self.frames).map(|t| Pose {
+            base_pos: self.body_pos(t)[0],
+            base_quat: self.body_quat(t)[0],
+            joints: self.joint_pos(t).to_vec(),
+        })
+    }
+
+    /// As [`Clip::from_poses`], of poses.
+    pub(crate) fn of_poses(model: &RobotModel, fps: f64, poses: &[Pose]) -> Self {
+        let base: Vec<_> = poses.iter().map(|p| (p.base_pos, p.base_quat)).collect();
+        let joints: Vec<f64> = poses.iter().flat_map(|p| p.joints.iter().copied()).collect();
+        Self::from_poses(model, fps, &base, &joints)
+    }
+
     /// A clip of `base` (world position `[m]`, unit quaternion w, x, y, z) `[T]` and joint angles `[T, J]` `[rad]`, model order. Body poses
     /// come from forward kinematics, velocities from central differences; name, path and labels are for the caller to fill in.
     ///

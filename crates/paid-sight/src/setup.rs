@@ -19,6 +19,17 @@ pub enum Finder {
     Boxes,
 }
 
+impl Finder {
+    /// With another least score of a find, 0 to 1, where a network finds.
+    #[must_use]
+    pub fn with_confidence(self, least: f64) -> Self {
+        match self {
+            Self::Network(detector) => Self::Network(Box::new(detector.with_confidence(least))),
+            Self::Boxes => Self::Boxes,
+        }
+    }
+}
+
 /// Everything that differs from robot to robot.
 #[derive(Debug)]
 pub struct SightSetup {

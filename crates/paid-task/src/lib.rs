@@ -68,7 +68,7 @@ pub use eyes::first_look;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use parameters::{ParameterInfo, Requirement};
-pub use placement::{RollingBall, motion_for, nearest_motion};
+pub use placement::{RollingBall, motion_for, nearest_motion, own_place};
 pub use preset::TaskPreset;
 pub use rewards::{BodyKernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset};
 pub use rolling::roll_decay;

@@ -26,8 +26,8 @@ pub(crate) fn nominal_ball(facts: &MotionFacts) -> [f64; 2] {
     [facts.start_xy[0] + facts.displacement[0], facts.start_xy[1] + facts.displacement[1]]
 }
 
-/// A motion's anchor displacement in its start frame `[m]`.
-fn displacement_in_start_frame(facts: &MotionFacts) -> [f64; 2] {
+/// A motion's own place: its anchor displacement in its start frame (x ahead, y left) `[m]`.
+pub fn own_place(facts: &MotionFacts) -> [f64; 2] {
     turned(facts.displacement, -facts.heading)
 }
 
@@ -71,7 +71,7 @@ pub fn motion_for(motions: &[MotionFacts], ball: &RollingBall, dt_s: f64) -> usi
 
 fn nearest(motions: &[MotionFacts], place: impl Fn(&MotionFacts) -> [f64; 2]) -> usize {
     let distance = |facts: &MotionFacts| {
-        let ([x, y], [to_x, to_y]) = (displacement_in_start_frame(facts), place(facts));
+        let ([x, y], [to_x, to_y]) = (own_place(facts), place(facts));
         (x - to_x).hypot(y - to_y)
     };
     (1..motions.len())
@@ -99,18 +99,18 @@ pub(crate) fn draw_ball_of_motion(
             return ball;
         }
     }
-    displacement_in_start_frame(&motions[motion])
+    own_place(&motions[motion])
 }
 
 /// Draws a ball about the motion's own place, start frame `[m]`.
 pub(crate) fn draw_ball_about(facts: &MotionFacts, rng: &mut Rng) -> [f64; 2] {
-    displacement_in_start_frame(facts).map(|x| x + rng.uniform(-ABOUT_M, ABOUT_M))
+    own_place(facts).map(|x| x + rng.uniform(-ABOUT_M, ABOUT_M))
 }
 
 /// A ball of the workspace (start frame) moved toward its motion's nominal place until `reach` of the way between is left.
 /// Its nearest motion stays the same.
 pub(crate) fn drawn_in(ball: [f64; 2], facts: &MotionFacts, reach: f64) -> [f64; 2] {
-    let nominal = displacement_in_start_frame(facts);
+    let nominal = own_place(facts);
     [nominal[0] + reach * (ball[0] - nominal[0]), nominal[1] + reach * (ball[1] - nominal[1])]
 }
 
@@ -254,6 +254,23 @@ mod tests {
         // No place of the workspace belongs to the second of two equal motions.
         let ball = draw_ball_of_motion(&[facts(), facts()], 1, &arc(), &mut rng);
         assert!((ball[0] - 0.8).abs() < 1e-12 && ball[1].abs() < 1e-12, "{ball:?}");
+    }
+
+    #[test]
+    fn a_motions_own_place_is_where_its_robot_ends_seen_from_where_it_starts() {
+        let facts = MotionFacts {
+            name: "kick".into(),
+            frames: 2,
+            kick_foot: 0,
+            strike_frame: 1,
+            strike_speed: 0.0,
+            start_xy: [3.0, 4.0],
+            base_xy: [3.0, 4.0],
+            heading: std::f64::consts::FRAC_PI_2,
+            displacement: [-0.5, 2.0],
+        };
+        let [x, y] = own_place(&facts);
+        assert!((x - 2.0).abs() < 1e-12 && (y - 0.5).abs() < 1e-12, "{x} {y}");
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod info;
 mod likeness;
 mod plot;
 mod retarget;
+mod robot_file;
 
 use std::process::ExitCode;
 

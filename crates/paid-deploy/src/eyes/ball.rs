@@ -35,7 +35,6 @@ impl BallEyes {
             decay: paid_task::roll_decay(&player.task.ball_params),
             noise: player.task.eyes.noise(),
             tracker: player.task.eyes.tracker.clone(),
-            lidar: None,
             ..base
         })
     }

@@ -87,10 +87,7 @@ impl Eyes {
             setup.finder = Finder::Network(Box::new(detector));
         }
         if let Some(least) = config.confidence {
-            setup.finder = match setup.finder {
-                Finder::Network(detector) => Finder::Network(Box::new(detector.with_confidence(least))),
-                Finder::Boxes => Finder::Boxes,
-            };
+            setup.finder = setup.finder.with_confidence(least);
         }
         let topics = RosTopics::open(
             config.domain.unwrap_or(place.domain),

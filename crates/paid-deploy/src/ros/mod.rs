@@ -12,17 +12,12 @@
 
 use std::net::IpAddr;
 
-use rustdds::bytes::Bytes;
-use rustdds::no_key::{
-    DataReader, DataWriter, Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter,
-};
+use rustdds::no_key::{DataReader, DataWriter};
 use rustdds::policy::{Durability, History, Reliability};
-use rustdds::{
-    DataWriterStatus, DomainParticipant, DomainParticipantBuilder, QosPolicies, QosPolicyBuilder,
-    RepresentationIdentifier, StatusEvented, TopicKind,
-};
+use rustdds::{DataWriterStatus, DomainParticipant, QosPolicies, QosPolicyBuilder, StatusEvented, TopicKind};
 
 use crate::link::LinkError;
+use crate::raw::{Raw, participant, sent};
 
 /// `sensor_msgs/Image` on DDS.
 pub const IMAGE: &str = "sensor_msgs::msg::dds_::Image_";
@@ -30,58 +25,6 @@ pub const IMAGE: &str = "sensor_msgs::msg::dds_::Image_";
 pub const CAMERA_INFO: &str = "sensor_msgs::msg::dds_::CameraInfo_";
 /// `nav_msgs/Odometry`.
 pub const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";
-
-/// The header of little-endian CDR.
-const HEADER: [u8; 4] = [0, 1, 0, 0];
-
-/// Bytes of CDR with their header.
-struct Raw;
-
-#[derive(Debug, thiserror::Error)]
-#[error("the encoding is not little-endian CDR")]
-struct RawError;
-
-impl SerializerAdapter<Vec<u8>> for Raw {
-    type Error = RawError;
-    fn output_encoding() -> RepresentationIdentifier {
-        RepresentationIdentifier::CDR_LE
-    }
-    fn to_bytes(value: &Vec<u8>) -> Result<Bytes, RawError> {
-        value.get(HEADER.len()..).map(Bytes::copy_from_slice).ok_or(RawError)
-    }
-}
-
-impl DeserializerAdapter<Vec<u8>> for Raw {
-    type Error = RawError;
-    type Decoded = Vec<u8>;
-    fn supported_encodings() -> &'static [RepresentationIdentifier] {
-        &[RepresentationIdentifier::CDR_LE]
-    }
-    fn transform_decoded(decoded: Vec<u8>) -> Vec<u8> {
-        decoded
-    }
-}
-
-#[derive(Clone)]
-struct RawDecoder;
-
-impl DefaultDecoder<Vec<u8>> for Raw {
-    type Decoder = RawDecoder;
-    const DECODER: RawDecoder = RawDecoder;
-}
-
-impl Decode<'_, Vec<u8>> for RawDecoder {
-    type Error = RawError;
-    fn decode_bytes(self, bytes: &[u8], encoding: RepresentationIdentifier) -> Result<Vec<u8>, RawError> {
-        if encoding != RepresentationIdentifier::CDR_LE {
-            return Err(RawError);
-        }
-        let mut out = Vec::with_capacity(HEADER.len() + bytes.len());
-        out.extend(HEADER);
-        out.extend(bytes);
-        Ok(out)
-    }
-}
 
 fn failed(error: impl ToString) -> LinkError {
     LinkError::Network { what: "ROS 2 topics", message: error.to_string() }
@@ -93,11 +36,11 @@ pub struct RosTopics {
 }
 
 /// A subscription.
-pub struct RosReader(DataReader<Vec<u8>, Raw>);
+pub struct RosReader(DataReader<Vec<u8>, Raw<4>>);
 
 /// A publication.
 pub struct RosWriter {
-    writer: DataWriter<Vec<u8>, Raw>,
+    writer: DataWriter<Vec<u8>, Raw<4>>,
     readers: i32,
 }
 
@@ -107,10 +50,7 @@ impl RosTopics {
     /// # Errors
     /// If the network cannot be joined.
     pub fn open(domain: u16, interface: IpAddr) -> Result<Self, LinkError> {
-        let builder = DomainParticipantBuilder::new(domain)
-            .same_host_loopback(interface.is_loopback())
-            .with_only_networks([interface]);
-        Ok(Self { participant: builder.build().map_err(failed)? })
+        Ok(Self { participant: participant(domain, interface).map_err(failed)? })
     }
 
     /// Reads `name`, such as `/camera/color/image_raw`. `reliable` asks for what was lost, and hears only writers that offer that.
@@ -171,10 +111,7 @@ impl RosWriter {
     /// # Errors
     /// If the network fails.
     pub fn send(&self, bytes: Vec<u8>) -> Result<(), LinkError> {
-        match self.writer.write(bytes, None) {
-            Ok(()) | Err(rustdds::dds::WriteError::WouldBlock { .. }) => Ok(()),
-            Err(error) => Err(failed(error)),
-        }
+        sent(self.writer.write(bytes, None)).map_err(failed)
     }
 
     /// Whether somebody reads it.

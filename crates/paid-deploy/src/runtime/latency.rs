@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::lateness::quantile;
+
 /// Bins of a millisecond.
 const BINS: usize = 512;
 /// Two captures closer than this are one picture `[us]`: the age of a belief is a sum of steps.
@@ -55,15 +57,7 @@ impl Latency {
     /// The distribution; `None` before the first picture.
     pub fn figures(&self) -> Option<LatencyFigures> {
         let pictures: u64 = self.counts.iter().sum();
-        let within = |share: f64| {
-            let wanted = ((share * pictures as f64).ceil() as u64).max(1);
-            let mut seen = 0;
-            let bin = self.counts.iter().position(|count| {
-                seen += count;
-                seen >= wanted
-            });
-            bin.unwrap_or(BINS - 1) as f64
-        };
+        let within = |share: f64| quantile(&self.counts, share).unwrap_or(BINS - 1) as f64;
         (pictures > 0)
             .then(|| LatencyFigures { pictures, within_ms: [0.0, 0.05, 0.5, 0.95, 0.99, 1.0].map(within) })
     }

@@ -1,12 +1,11 @@
 //! The virtual robot's Mid-360, which follows the torso through a scene.
 
-use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
-use paid_lanes::Vec3;
+use nalgebra::Vector3;
 use paid_lanes::rng::Rng;
 use paid_lidar::sim::{
     Frame, PacketWriter, Pattern, PoseList, Scene, SceneKind, SensorModel, SimulatedMid360, Trajectory,
 };
-use paid_lidar::{Config, ImuSample, Point, Scan, g1_torso_from_lidar};
+use paid_lidar::{ImuSample, Point, Scan, g1_torso_from_lidar};
 use paid_perceive::Pose;
 
 use crate::DeployError;
@@ -43,20 +42,17 @@ impl SimLidar {
         torso: &Pose,
         seed: u64,
     ) -> Result<Self, DeployError> {
-        let here = isometry(torso);
-        let still = PoseList::new(vec![(-0.1, here), (0.0, here)]).map_err(DeployError::simulation)?;
         let scene = Scene::new(surroundings, seed).moved(&Vector3::new(-start_m[0], -start_m[1], 0.0));
         let model = SensorModel { points_per_s, ..SensorModel::default() };
-        let imu_from_lidar = Config::g1().imu_from_lidar;
-        let mount = g1_torso_from_lidar();
-        let sensor = SimulatedMid360::new(scene.clone(), still, model, mount, &imu_from_lidar, seed);
+        let sensor =
+            SimulatedMid360::on_g1(scene.clone(), model, torso, seed).map_err(DeployError::simulation)?;
         let (writer, noise) = (PacketWriter::default(), Rng::new(seed, 0, 0x0B03));
         Ok(Self { sensor, writer, scene, model, noise, rays: 0 })
     }
 
     /// The torso at a time of the sensor's clock `[s]`, every 2 ms.
     pub fn torso(&mut self, at_s: f64, torso: &Pose) {
-        self.sensor.trajectory_mut().push(at_s, isometry(torso));
+        self.sensor.torso_at(at_s, torso);
     }
 
     /// Samples and the scan that are ready at `now_s` `[s]`, 5 ms after they were measured.
@@ -105,18 +101,12 @@ impl SimLidar {
     }
 }
 
-/// A pose as the LiDAR's simulation takes it.
-fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let Vec3([x, y, z]) = pose.pos;
-    let matrix = nalgebra::Matrix3::from_fn(|i, k| pose.rot.0[i][k]);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
-    Isometry3::from_parts(Translation3::new(x, y, z), rotation)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::eyes::TorsoEyes;
+    use paid_lanes::Vec3;
+    use paid_lidar::Config;
     use paid_lidar::packet::{Assembler, Data};
     use paid_sight::OdometryState;
 

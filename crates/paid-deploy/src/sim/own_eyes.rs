@@ -3,16 +3,16 @@
 
 use std::collections::VecDeque;
 
-use paid_lanes::rng::Rng;
 use paid_lidar::sim::SceneKind;
 use paid_lidar::{Config, Scan};
-use paid_perceive::{EyesPreset, Odometry, Pose};
+use paid_perceive::Pose;
 use paid_sight::{PictureMessage, PoseMessage, SightSetup};
 use paid_vision::Intrinsics;
 
 use super::camera::{Moment, SimCamera};
 use super::lidar::SimLidar;
-use super::robot::{STEP_US, VirtualG1, quaternion};
+use super::robot::{VirtualG1, quaternion};
+use super::senses::DriftingOdometry;
 use crate::DeployError;
 use crate::eyes::{BallEyes, TorsoEyes, TorsoFix};
 use crate::message::Packet;
@@ -80,7 +80,7 @@ pub struct OwnEyes {
 
 enum TorsoSide {
     Lidar { sensor: Box<SimLidar>, eyes: Box<TorsoEyes>, scans: VecDeque<(u64, Scan)> },
-    Modeled { odometry: Odometry<f64>, preset: Box<EyesPreset>, rng: Rng, way: Option<[[f64; 2]; 2]> },
+    Modeled(Box<DriftingOdometry>),
 }
 
 impl OwnEyes {
@@ -96,10 +96,8 @@ impl OwnEyes {
     ) -> Result<Self, DeployError> {
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         let mut setup = SightSetup { intrinsics: options.intrinsics, ..BallEyes::setup(player)? };
-        if let (Some(least), paid_sight::Finder::Network(detector)) = (options.confidence, &mut setup.finder)
-        {
-            **detector =
-                paid_vision::detect::Detector::own().map_err(DeployError::eyes)?.with_confidence(least);
+        if let Some(least) = options.confidence {
+            setup.finder = setup.finder.with_confidence(least);
         }
         let here = Moment::of(robot, anchor).torso;
         let torso = match options.torso {
@@ -109,10 +107,7 @@ impl OwnEyes {
                 scans: VecDeque::new(),
             },
             TorsoSource::Modeled => {
-                let mut rng = Rng::new(seed, 0, 0x0B02);
-                let mut odometry = Odometry::new();
-                odometry.begin_lane(0, 0.0, &player.task.eyes.odometry, &mut rng);
-                TorsoSide::Modeled { odometry, preset: Box::new(player.task.eyes.clone()), rng, way: None }
+                TorsoSide::Modeled(Box::new(DriftingOdometry::new(&player.task.eyes, seed)))
             }
         };
         Ok(Self {
@@ -200,20 +195,11 @@ impl TorsoSide {
                 }
                 fix
             }
-            Self::Modeled { odometry, preset, rng, way } => {
-                if !now_us.is_multiple_of(5 * STEP_US) {
+            Self::Modeled(odometry) => {
+                if !now_us.is_multiple_of(DriftingOdometry::PERIOD_US) {
                     return None;
                 }
-                let numbers = [(); 3].map(|()| rng.normal());
-                odometry.advance(0.01, numbers, &preset.odometry);
-                // It sums up its own steps, as every odometry does.
-                let [x, y, z] = torso.pos.0;
-                let [from, led] = way.unwrap_or([[x, y]; 2]);
-                let (s, c) = odometry.error(0)[2].sin_cos();
-                let (dx, dy) = (x - from[0], y - from[1]);
-                let led = [led[0] + c * dx - s * dy, led[1] + s * dx + c * dy];
-                *way = Some([[x, y], led]);
-                let (pos, rot) = odometry.pose(paid_lanes::Vec3([led[0], led[1], z]), &torso.rot);
+                let (pos, rot) = odometry.advance(torso.pos, &torso.rot);
                 let stamp_ns = 1000 * now_us;
                 let pose = PoseMessage { stamp_ns, position: pos.0, quat: quaternion(&rot) };
                 Some(TorsoFix { at_ns: stamp_ns, frame: 0, pose })

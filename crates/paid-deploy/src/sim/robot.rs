@@ -286,29 +286,10 @@ impl VirtualG1 {
     }
 }
 
-/// Unit quaternion (w, x, y, z) of a rotation.
+/// Unit quaternion (w, x, y, z) of a rotation, w not negative: as the robot sends it.
 pub(crate) fn quaternion(rot: &Mat3<f64>) -> [f64; 4] {
-    let m = &rot.0;
-    // The largest of the four is found from the diagonal; the others follow from sums and differences.
-    let squares = [
-        1.0 + m[0][0] + m[1][1] + m[2][2],
-        1.0 + m[0][0] - m[1][1] - m[2][2],
-        1.0 - m[0][0] + m[1][1] - m[2][2],
-        1.0 - m[0][0] - m[1][1] + m[2][2],
-    ];
-    let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-    let (dx, dy, dz) = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]);
-    let (xy, xz, yz) = (m[1][0] + m[0][1], m[0][2] + m[2][0], m[2][1] + m[1][2]);
-    let s = squares[largest];
-    let q = match largest {
-        0 => [s, dx, dy, dz],
-        1 => [dx, s, xy, xz],
-        2 => [dy, xy, s, yz],
-        _ => [dz, xz, yz, s],
-    };
-    let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
-    let norm = sign * q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    q.map(|x| x / norm)
+    let q = rot.to_quat().0;
+    if q[0] < 0.0 { q.map(|x| -x) } else { q }
 }
 
 #[cfg(test)]

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
+use paid_lanes::{Mat3, Vec3};
 use paid_perceive::{Camera, EyesDraw, EyesPreset, Odometry};
 use paid_policy::Pose;
 
@@ -119,12 +119,13 @@ pub struct DriftingOdometry {
     odometry: Odometry<f64>,
     rng: Rng,
     next_us: u64,
-    /// Where the base truly was, and where its turned steps have led (x, y) `[m]`.
+    /// Where the body truly was, and where its turned steps have led (x, y) `[m]`.
     way: Option<[[f64; 2]; 2]>,
 }
 
 impl DriftingOdometry {
-    const PERIOD_US: u64 = 10_000;
+    /// Time between two poses `[us]`.
+    pub(super) const PERIOD_US: u64 = 10_000;
 
     /// Odometry whose errors are drawn from `preset`.
     pub fn new(preset: &EyesPreset, seed: u64) -> Self {
@@ -143,6 +144,14 @@ impl DriftingOdometry {
         self.way = Some([place, led]);
         led
     }
+
+    /// A period later: where it believes the body to be that truly is at `pos` `[m]`, turned by `rot`.
+    pub(super) fn advance(&mut self, pos: Vec3<f64>, rot: &Mat3<f64>) -> (Vec3<f64>, Mat3<f64>) {
+        let numbers = [(); 3].map(|()| self.rng.normal());
+        self.odometry.advance(Self::PERIOD_US as f64 * 1e-6, numbers, &self.preset.odometry);
+        let [x, y] = self.walk([pos.x(), pos.y()]);
+        self.odometry.pose(Vec3([x, y, pos.z()]), rot)
+    }
 }
 
 impl PoseSource for DriftingOdometry {
@@ -151,11 +160,7 @@ impl PoseSource for DriftingOdometry {
             return None;
         }
         self.next_us = now_us + Self::PERIOD_US;
-        let numbers = [(); 3].map(|()| self.rng.normal());
-        self.odometry.advance(Self::PERIOD_US as f64 * 1e-6, numbers, &self.preset.odometry);
-        let [x, y, z] = truth.base.pos.0;
-        let [x, y] = self.walk([x, y]);
-        let (pos, rot) = self.odometry.pose(Vec3([x, y, z]), &truth.base.rot);
+        let (pos, rot) = self.advance(truth.base.pos, &truth.base.rot);
         Some(OdometryPose { stamp_us: now_us, position: pos.0, quaternion: quaternion(&rot) })
     }
 

@@ -2,19 +2,17 @@
 
 use std::collections::VecDeque;
 
-use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion};
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_lidar::sim::{PoseList, Scene as LidarScene, SensorModel, SimulatedMid360};
-use paid_lidar::{Config, g1_torso_from_lidar};
 use paid_perceive::{EyesPreset, Odometry, Pose};
 use paid_robot::BodyPose;
 use paid_sight::{
     Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,
 };
 use paid_vision::Intrinsics;
-use paid_vision::render::{ColorSensor, DepthSensor, Form, Paint, Scene, Solid, View, render};
-use paid_vision::scatter::{Place, Robot};
+use paid_vision::scatter::{GoalFrame, KickCamera, KickPicture, KickScene, Place, Robot};
 
 use super::{DetectorChoice, EyesOptions, OdometryChoice};
 use crate::EvalError;
@@ -25,6 +23,8 @@ const IMU_NS: u64 = 5_000_000;
 const SCAN_NS: u64 = 20_000_000;
 /// Poses of another odometry come so often `[ns]`.
 const POSE_NS: u64 = 20_000_000;
+/// Height of the goal's bar in the pictures `[m]`.
+const GOAL_HEIGHT_M: f64 = 1.8;
 /// Fewest pixels that a box is drawn around.
 const FEWEST_PIXELS: usize = 30;
 
@@ -52,12 +52,7 @@ pub(super) struct Showed {
 
 /// The sensors of a trial.
 pub(super) struct Senses {
-    robot: Robot,
-    place: Place,
-    radius: f64,
-    goal: [f64; 2],
-    goal_half_width: f64,
-    intrinsics: Intrinsics,
+    camera: KickCamera,
     exact_box: bool,
     period_ns: f64,
     latency_ns: u64,
@@ -67,8 +62,6 @@ pub(super) struct Senses {
     lidar: Option<SimulatedMid360<PoseList>>,
     modeled: Option<(Odometry<f64>, EyesPreset, Rng)>,
     next_pose_ns: u64,
-    seed: u32,
-    number: u32,
     /// Truth of every picture, for the judge.
     pub showed: Vec<Showed>,
 }
@@ -94,20 +87,10 @@ impl Senses {
         let lidar = match setup.options.odometry {
             OdometryChoice::Modeled => None,
             OdometryChoice::Lidar => {
-                let here = isometry(torso);
-                let still = PoseList::new(vec![(-0.1, here), (0.0, here)]).map_err(eyes_error)?;
                 let model =
                     SensorModel { points_per_s: setup.options.points_per_s, ..SensorModel::default() };
                 let surroundings = LidarScene::new(setup.options.surroundings, seed);
-                let imu_from_lidar = Config::g1().imu_from_lidar;
-                Some(SimulatedMid360::new(
-                    surroundings,
-                    still,
-                    model,
-                    g1_torso_from_lidar(),
-                    &imu_from_lidar,
-                    seed,
-                ))
+                Some(SimulatedMid360::on_g1(surroundings, model, torso, seed).map_err(eyes_error)?)
             }
         };
         let modeled = (setup.options.odometry == OdometryChoice::Modeled).then(|| {
@@ -116,13 +99,16 @@ impl Senses {
             odometry.begin_lane(0, 0.0, &setup.preset.odometry, &mut rng);
             (odometry, setup.preset.clone(), rng)
         });
+        let intrinsics = Intrinsics::g1_color();
+        let mut camera = KickCamera::new(setup.robot, setup.place, intrinsics, setup.radius, seed);
+        camera.goal = Some(GoalFrame {
+            center: setup.goal,
+            heading: 0.0,
+            half_width: setup.goal_half_width,
+            height: GOAL_HEIGHT_M,
+        });
         Ok(Self {
-            robot: setup.robot,
-            place: setup.place,
-            radius: setup.radius,
-            goal: setup.goal,
-            goal_half_width: setup.goal_half_width,
-            intrinsics: Intrinsics::g1_color(),
+            camera,
             exact_box: setup.options.detector == DetectorChoice::ExactBox,
             period_ns: 1e9 / setup.rate_hz,
             latency_ns: (1e9 * setup.latency_s).round() as u64,
@@ -132,8 +118,6 @@ impl Senses {
             lidar,
             modeled,
             next_pose_ns: 0,
-            seed: seed as u32 ^ (seed >> 32) as u32,
-            number: 0,
             showed: Vec::new(),
         })
     }
@@ -141,7 +125,7 @@ impl Senses {
     /// The torso at a physics step, before [`Self::step`] of the control step that it is in.
     pub fn torso(&mut self, at_ns: u64, torso: &Pose) {
         if let Some(lidar) = &mut self.lidar {
-            lidar.trajectory_mut().push(seconds(at_ns), isometry(torso));
+            lidar.torso_at(seconds(at_ns), torso);
         }
     }
 
@@ -211,29 +195,16 @@ impl Senses {
 
     /// Renders what the camera sees.
     fn picture(&mut self, moment: &Moment) -> PictureMessage {
-        let place = &self.place;
-        let mut solids = self.robot.solids(&moment.bodies, place.robot_colors);
-        solids.extend(self.goal_frame());
-        solids.push(Solid {
-            form: Form::Sphere { center: moment.ball.map(|v| v as f32), radius: self.radius as f32 },
-            paint: Paint::Ball(place.ball),
-            velocity: moment.ball_vel.map(|v| v as f32),
+        let KickPicture { color, depth, rendered, camera } = self.camera.take(&KickScene {
+            bodies: &moment.bodies,
+            torso: &moment.torso,
+            torso_rate: moment.torso_rate,
+            ball: moment.ball,
+            ball_vel: moment.ball_vel,
         });
-        let camera = moment.torso.compose(&Pose::g1_camera());
-        // Pixels that the picture moves by while the camera turns.
-        let rate = camera.rot.tr_mul_vec(moment.torso_rate);
-        let way = place.exposure_s * self.intrinsics.focal[0];
-        let shake_px = [(-rate.y() * way) as f32, (rate.x() * way) as f32];
-        let scene =
-            Scene { ground: place.ground.clone(), solids, light: place.light, background: place.background };
-        let view = View { intrinsics: self.intrinsics, pose: camera, exposure_s: place.exposure_s };
-        let rendered = render(&scene, &view);
-        self.number += 1;
-        let seed = self.seed.wrapping_add(self.number.wrapping_mul(0x85eb_ca6b));
-        let color = rendered.color(&ColorSensor { shake_px, seed, ..place.color });
-        let depth = rendered.depth(&DepthSensor { seed: seed ^ 0x5bd1_e995, ..place.depth });
+        let intrinsics = self.camera.intrinsics;
         let visible = rendered.ball_box();
-        let outline = self.intrinsics.sphere_box(camera.inverse_point(moment.ball), self.radius);
+        let outline = intrinsics.sphere_box(camera.inverse_point(moment.ball), self.camera.radius);
         let shown = match (&visible, outline) {
             (Some((_, pixels)), Some(outline)) => {
                 (*pixels as f64 / (core::f64::consts::FRAC_PI_4 * outline.area()).max(1.0)).min(1.0)
@@ -248,45 +219,13 @@ impl Senses {
                 .into_iter()
                 .collect()
         });
-        PictureMessage {
-            captured_ns: moment.at_ns,
-            color,
-            depth: Some(depth),
-            intrinsics: self.intrinsics,
-            boxes,
-        }
-    }
-
-    /// Two posts and a bar, white.
-    fn goal_frame(&self) -> impl Iterator<Item = Solid> + use<> {
-        let [x, y] = self.goal.map(|v| v as f32);
-        let half = self.goal_half_width as f32;
-        let (left, right) = (y + half, y - half);
-        let ends = [
-            [[x, left, 0.0], [x, left, 1.8]],
-            [[x, right, 0.0], [x, right, 1.8]],
-            [[x, left, 1.8], [x, right, 1.8]],
-        ];
-        ends.into_iter().map(|ends| Solid {
-            form: Form::Capsule { ends, radius: 0.05 },
-            paint: Paint::Plain { color: [0.8; 3], gloss: 0.2 },
-            velocity: [0.0; 3],
-        })
+        PictureMessage { captured_ns: moment.at_ns, color, depth: Some(depth), intrinsics, boxes }
     }
 }
 
 /// An error of the eyes as one of the evaluation.
 pub(super) fn eyes_error(error: impl std::fmt::Display) -> EvalError {
     EvalError::Eyes(error.to_string())
-}
-
-/// A pose as the LiDAR's simulation takes it.
-fn isometry(pose: &Pose) -> Isometry3<f64> {
-    let Vec3([x, y, z]) = pose.pos;
-    let r = &pose.rot.0;
-    let matrix = nalgebra::Matrix3::from_fn(|i, k| r[i][k]);
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
-    Isometry3::from_parts(Translation3::from(Vector3::new(x, y, z)), rotation)
 }
 
 /// The unit quaternion of a rotation.

@@ -1,5 +1,6 @@
 //! One kick of a person or of a policy, and what can be measured of it.
 
+use paid_lanes::{Mat3, Quat};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{EnvSample, MotionFacts, ReferenceClip};
 
@@ -78,10 +79,7 @@ impl Take {
     /// A clip.
     pub(super) fn of_clip(clip: &ReferenceClip, facts: &MotionFacts) -> Self {
         let bodies = clip.body_pos.len() / clip.frames;
-        let heading = |t: usize| {
-            let [w, x, y, z] = clip.body_quat[t * bodies];
-            (2.0 * (x * y + w * z)).atan2(1.0 - 2.0 * (y * y + z * z))
-        };
+        let heading = |t: usize| Quat(clip.body_quat[t * bodies]).to_mat().yaw();
         Self {
             dt_s: 1.0 / clip.fps,
             joints: clip.joint_pos.len() / clip.frames,
@@ -97,8 +95,7 @@ impl Take {
     pub(super) fn push(&mut self, sample: &EnvSample) {
         self.joint_pos.extend_from_slice(&sample.joint_pos);
         self.body_pos.extend(sample.bodies.iter().map(|body| body.pos));
-        let rot = &sample.bodies[0].rot;
-        self.heading.push(rot[1][0].atan2(rot[0][0]));
+        self.heading.push(Mat3(sample.bodies[0].rot).yaw());
     }
 
     pub(super) fn frames(&self) -> usize {

@@ -1,12 +1,17 @@
 //! The simulated Mid-360: scans and IMU samples from a motion through a scene.
 
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3};
+use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
+use paid_perceive::Pose;
 
+use crate::config::{Config, g1_torso_from_lidar};
+use crate::error::LidarError;
 use crate::imu::ImuSample;
 use crate::scan::{Point, Scan};
 use crate::sim::body::limbs;
 use crate::sim::pattern::Pattern;
+use crate::sim::pose_list::PoseList;
 use crate::sim::scene::Scene;
 use crate::sim::walk::Trajectory;
 use crate::so3::log;
@@ -89,6 +94,31 @@ pub struct SimulatedMid360<T> {
     rays: u64,
     samples: u64,
     frames: u64,
+}
+
+/// A pose as the sensor's motion takes it.
+fn isometry(pose: &Pose) -> Isometry3<f64> {
+    let Vec3([x, y, z]) = pose.pos;
+    let matrix = nalgebra::Matrix3::from_fn(|i, k| pose.rot.0[i][k]);
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
+    Isometry3::from_parts(Translation3::new(x, y, z), rotation)
+}
+
+impl SimulatedMid360<PoseList> {
+    /// The sensor in the head of a G1 whose torso has stood at `torso`; how it goes on is told by [`Self::torso_at`].
+    ///
+    /// # Errors
+    /// If the pose is none.
+    pub fn on_g1(scene: Scene, model: SensorModel, torso: &Pose, seed: u64) -> Result<Self, LidarError> {
+        let here = isometry(torso);
+        let still = PoseList::new(vec![(-0.1, here), (0.0, here)])?;
+        Ok(Self::new(scene, still, model, g1_torso_from_lidar(), &Config::g1().imu_from_lidar, seed))
+    }
+
+    /// The torso at a time of the sensor's clock `[s]`.
+    pub fn torso_at(&mut self, time_s: f64, torso: &Pose) {
+        self.trajectory.push(time_s, isometry(torso));
+    }
 }
 
 impl<T: Trajectory> SimulatedMid360<T> {

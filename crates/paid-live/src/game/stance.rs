@@ -3,6 +3,7 @@
 use paid_eval::episodes::EvalSetup;
 use paid_eval::metrics::shooting::Goal;
 use paid_eval::shooting::{Grid, Placement};
+use paid_perceive::effective_time;
 use paid_task::roll_decay;
 
 use crate::Pose2;
@@ -38,9 +39,7 @@ pub(super) fn at_strike(
     }
     let motion = clip.unwrap_or_else(|| Placement::new(setup).motion(0, 0, place, velocity));
     let wait_s = setup.library.facts()[motion].strike_frame as f64 * setup.preset.control_dt_s();
-    let decay = roll_decay(&setup.ball());
-    // The way of a ball whose speed decays exponentially.
-    let time_s = if decay > 1e-6 { (1.0 - (-decay * wait_s).exp()) / decay } else { wait_s };
+    let time_s = effective_time(wait_s, roll_decay(&setup.ball()));
     [0, 1].map(|k| place[k] + time_s * velocity[k])
 }
 

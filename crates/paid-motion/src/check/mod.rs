@@ -14,6 +14,6 @@ mod verdict;
 pub use contact::{FootContact, foot_contacts};
 pub use limits::{CheckLimits, Limit};
 pub use measure::{Measures, Worst, measure};
-pub(crate) use shapes::rod;
 pub use shapes::{Overlap, collision_pairs, deepest_overlap};
+pub(crate) use shapes::{nearest_points, rod};
 pub use verdict::{Aspect, ClipReport, Finding, Verdict, check_clip};

@@ -57,7 +57,8 @@ pub fn deepest_overlap(
     for &(a, b) in pairs {
         for &(p, q, r) in &rods[a] {
             for &(u, v, s) in &rods[b] {
-                let depth = r + s - segment_distance([p, q], [u, v]);
+                let [x, y] = nearest_points([p, q], [u, v]);
+                let depth = r + s - (x - y).norm();
                 if depth > worst.map_or(0.0, |w| w.depth) {
                     worst = Some(Overlap { bodies: [a, b], depth });
                 }
@@ -83,34 +84,18 @@ pub(crate) fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
     }
 }
 
-/// Distance of two segments (closest points by clamping, Ericson, Real-Time Collision Detection, 5.1.9) `[m]`.
-fn segment_distance([p, q]: [Vec3<f64>; 2], [u, v]: [Vec3<f64>; 2]) -> f64 {
-    let (d, e, r) = (q - p, v - u, p - u);
-    let (dd, ee, f) = (d.norm2(), e.norm2(), e.dot(r));
-    let tiny = 1e-12;
-    let (s, t) = if dd <= tiny && ee <= tiny {
-        (0.0, 0.0)
-    } else if dd <= tiny {
-        (0.0, (f / ee).clamp(0.0, 1.0))
-    } else {
-        let c = d.dot(r);
-        if ee <= tiny {
-            ((-c / dd).clamp(0.0, 1.0), 0.0)
-        } else {
-            let b = d.dot(e);
-            let lean = dd * ee - b * b;
-            let s = if lean > tiny { ((b * f - c * ee) / lean).clamp(0.0, 1.0) } else { 0.0 };
-            let t = (b * s + f) / ee;
-            if t < 0.0 {
-                ((-c / dd).clamp(0.0, 1.0), 0.0)
-            } else if t > 1.0 {
-                (((b - c) / dd).clamp(0.0, 1.0), 1.0)
-            } else {
-                (s, t)
-            }
-        }
-    };
-    (d.scale_add(s, p) - e.scale_add(t, u)).norm()
+/// The nearest points of two segments: those of their lines, put back onto each segment in turn (Ericson, Real-Time Collision Detection,
+/// 5.1.9). Of parallel ones those about the first one's middle.
+pub(crate) fn nearest_points(a: [Vec3<f64>; 2], b: [Vec3<f64>; 2]) -> [Vec3<f64>; 2] {
+    let (d, e, r) = (a[1] - a[0], b[1] - b[0], a[0] - b[0]);
+    let (dd, ee) = (d.norm2().max(1e-12), e.norm2().max(1e-12));
+    let (de, dr, er) = (d.dot(e), d.dot(r), e.dot(r));
+    let lean = dd * ee - de * de;
+    let mut s = if lean > 1e-12 { ((de * er - dr * ee) / lean).clamp(0.0, 1.0) } else { 0.5 };
+    let mut t = ((er + s * de) / ee).clamp(0.0, 1.0);
+    s = ((t * de - dr) / dd).clamp(0.0, 1.0);
+    t = ((er + s * de) / ee).clamp(0.0, 1.0);
+    [d.scale_add(s, a[0]), e.scale_add(t, b[0])]
 }
 
 #[cfg(test)]
@@ -118,7 +103,8 @@ mod tests {
     use super::*;
 
     fn distance(a: [[f64; 3]; 2], b: [[f64; 3]; 2]) -> f64 {
-        segment_distance(a.map(Vec3), b.map(Vec3))
+        let [p, q] = nearest_points(a.map(Vec3), b.map(Vec3));
+        (p - q).norm()
     }
 
     #[test]
@@ -129,5 +115,19 @@ mod tests {
         assert_eq!(distance(x, [[0.2, 3.0, 0.0], [0.9, 3.0, 0.0]]), 3.0, "parallel");
         assert_eq!(distance(x, [[0.3, 0.0, 1.5]; 2]), 1.5, "a point");
         assert_eq!(distance([[0.0; 3]; 2], [[0.0, 4.0, 0.0]; 2]), 4.0, "two points");
+    }
+
+    #[test]
+    fn nearest_points_of_segments_are_found() {
+        let x = [Vec3([0.0, 0.0, 0.0]), Vec3([1.0, 0.0, 0.0])];
+        let over = [Vec3([0.5, -1.0, 2.0]), Vec3([0.5, 1.0, 2.0])];
+        let [p, q] = nearest_points(x, over);
+        assert!((p - Vec3([0.5, 0.0, 0.0])).norm() < 1e-12 && (q - Vec3([0.5, 0.0, 2.0])).norm() < 1e-12);
+        let beyond = [Vec3([3.0, 0.0, 0.0]), Vec3([5.0, 1.0, 0.0])];
+        let [p, q] = nearest_points(x, beyond);
+        assert!((p.x() - 1.0).abs() < 1e-12 && (q - beyond[0]).norm() < 1e-12);
+        let beside = [Vec3([0.2, 3.0, 0.0]), Vec3([0.9, 3.0, 0.0])];
+        let [p, q] = nearest_points(x, beside);
+        assert!(((p - q).norm() - 3.0).abs() < 1e-12);
     }
 }

@@ -4,7 +4,6 @@ use paid_lanes::{Mat3, Quat, Vec3};
 use paid_robot::{RobotModel, RobotSpec, Shape, SpecError, kinematics};
 
 use super::rows::Row;
-use crate::Clip;
 use crate::check::collision_pairs;
 use crate::generate::Pose;
 
@@ -165,15 +164,4 @@ fn sole_balls(model: &RobotModel, foot: usize) -> Vec<(Vec3<f64>, f64)> {
     };
     let soles = balls("sole");
     if soles.is_empty() { balls("collision") } else { soles }
-}
-
-/// The poses of a clip.
-pub(super) fn poses_of(clip: &Clip) -> Vec<Pose> {
-    (0..clip.frames)
-        .map(|t| Pose {
-            base_pos: clip.body_pos(t)[0],
-            base_quat: clip.body_quat(t)[0],
-            joints: clip.joint_pos(t).to_vec(),
-        })
-        .collect()
 }

@@ -28,9 +28,8 @@ use std::time::Instant;
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::check::{CheckLimits, check_clip};
-use crate::generate::Pose;
 use crate::{Clip, kick_facts, resample};
-use figure::{Figure, poses_of};
+use figure::Figure;
 use plan::Plan;
 use problem::Problem;
 
@@ -90,7 +89,13 @@ pub fn clean(
     let Some(facts) = kick_facts(&original, model, spec) else {
         return Err(CleanError::Feet { name: clip.name.clone() });
     };
-    let plan = Plan::new(&figure, &poses_of(&original), options.fps, clip.kick_leg.index(), facts.kick_frame);
+    let plan = Plan::new(
+        &figure,
+        &original.poses().collect::<Vec<_>>(),
+        options.fps,
+        clip.kick_leg.index(),
+        facts.kick_frame,
+    );
     if plan.flight() * 2 > plan.kept[1] - plan.kept[0] {
         return Err(CleanError::Air {
             name: clip.name.clone(),
@@ -110,7 +115,7 @@ pub fn clean(
         path: clip.path.clone(),
         license: clip.license.clone(),
         kick_leg: clip.kick_leg,
-        ..clip_of(model, options.fps, &poses)
+        ..Clip::of_poses(model, options.fps, &poses)
     };
     out.kick_frame = kick_facts(&out, model, spec).map(|facts| facts.kick_frame);
     let after = check_clip(&out, model, spec, &limits)?;
@@ -118,10 +123,4 @@ pub fn clean(
     (report.slow, report.steps) = (slow, steps);
     report.seconds = begun.elapsed().as_secs_f64();
     Ok(Cleaned { clip: out, report })
-}
-
-fn clip_of(model: &RobotModel, fps: f64, poses: &[Pose]) -> Clip {
-    let base: Vec<_> = poses.iter().map(|p| (p.base_pos, p.base_quat)).collect();
-    let joints: Vec<f64> = poses.iter().flat_map(|p| p.joints.iter().copied()).collect();
-    Clip::from_poses(model, fps, &base, &joints)
 }

@@ -5,6 +5,7 @@ use paid_lanes::{Quat, Vec3};
 use super::*;
 use crate::MotionLibrary;
 use crate::check::Verdict;
+use crate::generate::Pose;
 
 fn kick() -> (RobotModel, RobotSpec, Clip) {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
@@ -24,7 +25,7 @@ fn slopes(problem: &Problem<'_>, poses: &[Pose]) -> Vec<f64> {
 fn the_normal_equations_have_the_slope_of_the_cost() {
     let (model, spec, clip) = kick();
     let figure = Figure::new(&model, &spec).expect("a humanoid");
-    let plan = Plan::new(&figure, &poses_of(&clip), 50.0, clip.kick_leg.index(), 90);
+    let plan = Plan::new(&figure, &clip.poses().collect::<Vec<_>>(), 50.0, clip.kick_leg.index(), 90);
     let problem = Problem::new(&figure, &plan, 0.5);
     let mut poses = plan.poses.clone();
     for (t, pose) in poses.iter_mut().enumerate() {
@@ -55,7 +56,7 @@ fn the_normal_equations_have_the_slope_of_the_cost() {
 #[test]
 fn a_kick_that_slides_and_sinks_comes_back_to_the_floor() {
     let (model, spec, clip) = kick();
-    let mut poses = poses_of(&clip);
+    let mut poses = clip.poses().collect::<Vec<_>>();
     for (t, pose) in poses.iter_mut().enumerate() {
         let s = (0.15 * t as f64).sin();
         pose.base_pos[0] += 0.03 * s;
@@ -65,7 +66,7 @@ fn a_kick_that_slides_and_sinks_comes_back_to_the_floor() {
         name: "damaged".to_owned(),
         license: Some("ours".to_owned()),
         kick_leg: clip.kick_leg,
-        ..clip_of(&model, 50.0, &poses)
+        ..Clip::of_poses(&model, 50.0, &poses)
     };
     let cleaned = clean(&damaged, &model, &spec, &CleanOptions::default()).expect("a kick");
     let (before, after) = (&cleaned.report.before, &cleaned.report.after);
@@ -92,9 +93,9 @@ fn refusal(clip: &Clip) -> String {
 fn input_that_is_no_kick_is_refused_in_one_sentence() {
     let (model, _, clip) = kick();
     let changed = |change: &dyn Fn(usize, &mut Pose)| {
-        let mut poses = poses_of(&clip);
+        let mut poses = clip.poses().collect::<Vec<_>>();
         poses.iter_mut().enumerate().for_each(|(t, pose)| change(t, pose));
-        Clip { name: "odd".to_owned(), ..clip_of(&model, 50.0, &poses) }
+        Clip { name: "odd".to_owned(), ..Clip::of_poses(&model, 50.0, &poses) }
     };
     let short = crate::edit::cut(&clip, &model, 0.0, 0.04).expect("3 frames");
     assert!(refusal(&short).contains("found 3 frames in 0.04 s"), "{}", refusal(&short));

@@ -3,7 +3,7 @@
 //! A point says nothing about a turn about the line to the next one. Hinges do: a bent knee or elbow gives the axis of its limb. A
 //! straight knee takes it from the foot, a straight elbow from the trunk.
 
-use paid_lanes::{Quat, Vec3};
+use paid_lanes::{Mat3, Quat, Vec3};
 
 use super::median;
 use super::sheet::Indices;
@@ -204,19 +204,9 @@ fn blend(fallback: V, own: V, [from, to]: [f64; 2]) -> V {
     unit(fallback.scale(1.0 - s) + unit(own, [0.0; 3]).scale(s), fallback.0)
 }
 
-/// The orientation whose axes x, y, z are these, by the largest of its four components.
+/// The orientation whose axes x, y, z are these.
 fn quat([x, y, z]: [V; 3]) -> Quat<f64> {
-    let ([a, b, c], [d, e, f], [g, h, i]) = (x.0, y.0, z.0);
-    let squares = [1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i];
-    let largest = (0..4).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-    let n = squares[largest];
-    let q = match largest {
-        0 => [n, f - h, g - c, b - d],
-        1 => [f - h, n, b + d, g + c],
-        2 => [g - c, b + d, n, f + h],
-        _ => [b - d, g + c, f + h, n],
-    };
-    Quat(q).normalize()
+    Mat3([x.0, y.0, z.0]).transpose().to_quat()
 }
 
 #[cfg(test)]

@@ -2,10 +2,12 @@
 //! that a picture depends on is drawn anew.
 
 mod draw;
+mod kick_camera;
 mod place;
 mod robots;
 mod things;
 
+pub use kick_camera::{GoalFrame, KickCamera, KickPicture, KickScene};
 pub use place::Place;
 pub use robots::{Robot, Stance};
 

@@ -5,9 +5,10 @@ use std::process::ExitCode;
 
 use paid_motion::check::{ClipReport, Verdict};
 use paid_motion::clean::{CleanOptions, CleanReport, clean};
-use paid_motion::{Clip, JointOrder, KickLeg, MotionLibrary, ReadOptions, read_motion, write_motion};
+use paid_motion::{Clip, MotionLibrary, read_motion, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
+use super::robot_file::RobotFile;
 use crate::failure::Failure;
 
 /// Arguments of `paid motion clean`.
@@ -21,15 +22,8 @@ pub struct Args {
     /// Frame rate of a file that does not state it [Hz].
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
-    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
-    #[arg(long, value_name = "ORDER")]
-    joint_order: Option<JointOrder>,
-    /// Kicking leg [default: what the file states, else the leg with the faster foot].
-    #[arg(long)]
-    leg: Option<KickLeg>,
-    /// Terms of use to state in the file [default: those that the input states].
-    #[arg(long)]
-    license: Option<String>,
+    #[command(flatten)]
+    file: RobotFile,
     #[command(flatten)]
     how: CleanHow,
     /// Print JSON.
@@ -64,8 +58,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let clips = clips(args, &model, &spec)?;
     std::fs::create_dir_all(&args.out).map_err(|e| Failure::input(format!("{}: {e}", args.out.display())))?;
     let mut reports = Vec::new();
-    for mut clip in clips {
-        clip.license = args.license.clone().or(clip.license);
+    for clip in clips {
+        let clip = args.file.licensed(clip);
         let cleaned = clean(&clip, &model, &spec, &args.how.options())?;
         let path = args.out.join(format!("{}.npz", clip.name));
         write_motion(&path, &cleaned.clip, &model, &spec).map_err(Failure::input)?;
@@ -87,8 +81,9 @@ fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>,
             .map(|l| l.clips)
             .map_err(Failure::input);
     }
-    let options = ReadOptions { fps: args.fps, kick_leg: args.leg, joint_order: args.joint_order };
-    read_motion(&args.input, model, spec, &options).map(|clip| vec![clip]).map_err(Failure::input)
+    read_motion(&args.input, model, spec, &args.file.options(args.fps))
+        .map(|clip| vec![clip])
+        .map_err(Failure::input)
 }
 
 /// Prints what was done to a clip and every measure before and after.

@@ -4,14 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use paid_eval::file::write_whole;
-use paid_motion::{JointOrder, KickLeg, ReadOptions, read_motion, resample, write_motion};
+use paid_motion::{read_motion, resample, write_motion};
 use paid_retarget::{HumanOptions, amc_texts, bvh_text, is_human_file, read_human};
 use paid_robot::{RobotModel, RobotSpec};
 
+use super::robot_file::RobotFile;
 use crate::failure::Failure;
-
-/// What only a robot's motion has.
-const ROBOTS: [&str; 3] = ["--joint-order", "--leg", "--license"];
 
 /// Arguments of `paid motion convert`.
 #[derive(Debug, clap::Args)]
@@ -24,15 +22,8 @@ pub struct Args {
     /// Frame rate of a file that does not state it [Hz]: CSV, AMC [default: 120].
     #[arg(long, value_name = "HZ")]
     fps: Option<f64>,
-    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
-    #[arg(long, value_name = "ORDER")]
-    joint_order: Option<JointOrder>,
-    /// Kicking leg [default: what the file states, else the leg with the faster foot].
-    #[arg(long)]
-    leg: Option<KickLeg>,
-    /// Terms of use to state in the file [default: those that the input states].
-    #[arg(long)]
-    license: Option<String>,
+    #[command(flatten)]
+    file: RobotFile,
     /// Frame rate to write [Hz] [default: that of the input].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
@@ -55,12 +46,12 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         }
     }
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let options = ReadOptions { fps: args.fps, kick_leg: args.leg, joint_order: args.joint_order };
-    let mut clip = read_motion(&args.input, &model, &spec, &options).map_err(Failure::input)?;
+    let mut clip =
+        read_motion(&args.input, &model, &spec, &args.file.options(args.fps)).map_err(Failure::input)?;
     if let Some(rate) = args.rate {
         clip = resample(&clip, &model, rate);
     }
-    clip.license = args.license.clone().or(clip.license);
+    let clip = args.file.licensed(clip);
     write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;
     println!(
         "{}: {} frames at {} Hz, {} foot, license: {}",
@@ -89,8 +80,7 @@ fn human(args: &Args, format: HumanFormat) -> Result<ExitCode, Failure> {
             args.out.display()
         )));
     }
-    let given = [args.joint_order.is_some(), args.leg.is_some(), args.license.is_some()];
-    if let Some((option, _)) = ROBOTS.iter().zip(given).find(|(_, given)| *given) {
+    if let Some(option) = args.file.given() {
         return Err(Failure::input(format!(
             "{option}: expected a robot's motion to write, found {}",
             args.out.display()

@@ -1,0 +1,39 @@
+//! What a robot's motion file may leave out.
+
+use paid_motion::{Clip, JointOrder, KickLeg, ReadOptions};
+
+/// Options of commands that read a robot's motion and write it.
+#[derive(Clone, Debug, clap::Args)]
+pub struct RobotFile {
+    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
+    #[arg(long, value_name = "ORDER")]
+    joint_order: Option<JointOrder>,
+    /// Kicking leg [default: what the file states, else the leg with the faster foot].
+    #[arg(long)]
+    leg: Option<KickLeg>,
+    /// Terms of use to state in the file [default: those that the input states].
+    #[arg(long)]
+    license: Option<String>,
+}
+
+impl RobotFile {
+    /// For the reader; `fps` is the rate of a file that does not state it `[Hz]`.
+    pub fn options(&self, fps: Option<f64>) -> ReadOptions {
+        ReadOptions { fps, kick_leg: self.leg, joint_order: self.joint_order }
+    }
+
+    /// The clip with the terms of use that the file shall state.
+    pub fn licensed(&self, clip: Clip) -> Clip {
+        Clip { license: self.license.clone().or(clip.license), ..clip }
+    }
+
+    /// The first option that is given.
+    pub fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--joint-order", self.joint_order.is_some()),
+            ("--leg", self.leg.is_some()),
+            ("--license", self.license.is_some()),
+        ];
+        given.into_iter().find_map(|(option, given)| given.then_some(option))
+    }
+}
