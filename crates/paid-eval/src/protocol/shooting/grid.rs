@@ -27,7 +27,8 @@ pub struct Trial {
     pub ball: [f64; 2],
     /// Ball velocity `[m/s]`.
     pub ball_velocity: [f64; 2],
-    /// Goal center `[m]`.
+    /// Goal center `[m]`. In the JSON `goal` is whether it was hit.
+    #[serde(rename = "goal_xy")]
     pub goal: [f64; 2],
     /// The motion whose displacement is nearest to the ball, as the robot knows it; for a policy that sees a rolling ball ahead of time,
     /// to where it will be when the motion strikes.

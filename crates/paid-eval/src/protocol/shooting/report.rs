@@ -201,13 +201,13 @@ fn quoted(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::engine::EngineChoice;
     use crate::shooting::Trial;
     use paid_task::TaskPreset;
 
-    fn outcome(place: [f64; 2], repeat: usize, contact: bool, goal: bool, cosine: f64) -> Outcome {
+    pub(crate) fn outcome(place: [f64; 2], repeat: usize, contact: bool, goal: bool, cosine: f64) -> Outcome {
         Outcome {
             trial: Trial {
                 place,
@@ -244,7 +244,7 @@ mod tests {
         }
     }
 
-    fn report() -> ShootingReport {
+    pub(crate) fn report() -> ShootingReport {
         let grid = Grid { x: [0.5, 0.75], y: [0.0, 0.0], step: 0.25 };
         let options = ShootingOptions { grid, trials: 2, ..ShootingOptions::default() };
         let engine = EngineChoice::Builtin.facts(&TaskPreset::builtin("paper_stage2").expect("built in"));
@@ -258,6 +258,13 @@ mod tests {
                 outcome([0.75, 0.0], 1, true, true, 0.9),
             ],
         )
+    }
+
+    #[test]
+    fn the_json_of_a_trial_names_no_key_twice() {
+        let json = serde_json::to_string(&report().trials[0]).expect("JSON");
+        assert_eq!(json.matches("\"goal\":").count(), 1, "{json}");
+        assert!(json.contains("\"goal_xy\":[5.0,0.0]") && json.contains("\"goal\":true"), "{json}");
     }
 
     #[test]
