@@ -111,6 +111,19 @@ impl Curves {
         Series { points, color, dots: false }
     }
 
+    /// One line: how much was trained, how long it took, and with which instruction set.
+    pub fn summary(&self) -> String {
+        let record = self.lines.last().map_or(&Value::Null, |(.., record)| record);
+        let number = |key: &str| record[key].as_f64().unwrap_or(f64::NAN);
+        format!(
+            "{}: {:.1} million samples in {:.1} min ({})",
+            record["stage"].as_str().unwrap_or("run"),
+            1e-6 * number("samples"),
+            number("elapsed_s") / 60.0,
+            record["products"].as_str().unwrap_or("instruction set not stated")
+        )
+    }
+
     /// Writes `metrics.jsonl`, thinned to about `count` lines, and the picture as `curves.svg` and `curves.png`.
     ///
     /// # Errors
@@ -175,6 +188,13 @@ mod tests {
                 && out.join("curves.png").is_file()
                 && out.join(METRICS).is_file()
         );
+    }
+
+    #[test]
+    fn a_run_is_summed_up_in_a_line() {
+        let line = r#"{"iteration":3,"stage":"stage1","samples":2500000,"elapsed_s":90.0,"products":"avx2"}"#;
+        let (_folder, curves) = run(line);
+        assert_eq!(curves.expect("reads").summary(), "stage1: 2.5 million samples in 1.5 min (avx2)");
     }
 
     #[test]

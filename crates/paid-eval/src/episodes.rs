@@ -3,6 +3,7 @@
 //! A trial's outcome depends on the seed and its own number only: not on the number of threads and not on which trials run
 //! beside it.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -84,40 +85,30 @@ pub fn run_episodes<O: Observer>(
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
     let run = Run { setup, policy, starts, rules, max_steps, observer: &observer };
-    let batches = starts.len().div_ceil(run.width());
-    let next = AtomicUsize::new(0);
-    let results = Mutex::new(Vec::new());
-    setup.monitor.plan(starts.len());
-    let worker = || {
-        while !setup.monitor.stopped() {
-            let batch = next.fetch_add(1, Ordering::Relaxed);
-            if batch >= batches {
-                break;
-            }
-            let result = run.batch(batch);
-            let failed = result.is_err();
-            results.lock().unwrap_or_else(PoisonError::into_inner).push((batch, result));
-            if failed {
-                // The others need not go on for an evaluation that fails.
-                next.store(batches, Ordering::Relaxed);
-            }
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 1..setup.threads.clamp(1, batches.max(1)) {
-            scope.spawn(worker);
-        }
-        worker();
-    });
-    let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    results.sort_by_key(|(batch, _)| *batch);
-    let mut all = Vec::with_capacity(starts.len());
-    for (_, result) in results {
-        all.extend(result?);
-    }
-    Ok(all)
+    let width = run.width();
+    let batches = (0..starts.len()).step_by(width).map(|first| first..(first + width).min(starts.len()));
+    run.batches(&batches.collect::<Vec<_>>())
 }
 
+/// As [`run_episodes`], for the trials with the numbers `wanted` alone: each goes as it went among all of `starts`.
+///
+/// # Errors
+/// As [`run_episodes`].
+///
+/// # Panics
+/// If there is no such trial.
+pub fn run_again<O: Observer>(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    starts: &[InitialState],
+    rules: EpisodeRules,
+    max_steps: usize,
+    wanted: &[usize],
+    observer: impl Fn(usize) -> O + Sync,
+) -> Result<Vec<(usize, O)>, EvalError> {
+    let run = Run { setup, policy, starts, rules, max_steps, observer: &observer };
+    run.batches(&wanted.iter().map(|&trial| trial..trial + 1).collect::<Vec<_>>())
+}
 /// What all batches of a run share.
 struct Run<'a, F> {
     setup: &'a EvalSetup,
@@ -135,10 +126,44 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
         if self.setup.lanes() == 1 { 1 } else { BATCH }
     }
 
+    /// Runs batches of trials, each a worker's.
+    fn batches(&self, batches: &[Range<usize>]) -> Result<Vec<(usize, O)>, EvalError> {
+        let setup = self.setup;
+        let trials = batches.iter().map(Range::len).sum();
+        let next = AtomicUsize::new(0);
+        let results = Mutex::new(Vec::new());
+        setup.monitor.plan(trials);
+        let worker = || {
+            while !setup.monitor.stopped() {
+                let batch = next.fetch_add(1, Ordering::Relaxed);
+                let Some(trials) = batches.get(batch) else { break };
+                let result = self.batch(trials.clone());
+                let failed = result.is_err();
+                results.lock().unwrap_or_else(PoisonError::into_inner).push((batch, result));
+                if failed {
+                    // The others need not go on for an evaluation that fails.
+                    next.store(batches.len(), Ordering::Relaxed);
+                }
+            }
+        };
+        thread::scope(|scope| {
+            for _ in 1..setup.threads.clamp(1, batches.len().max(1)) {
+                scope.spawn(worker);
+            }
+            worker();
+        });
+        let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        results.sort_by_key(|(batch, _)| *batch);
+        let mut all = Vec::with_capacity(trials);
+        for (_, result) in results {
+            all.extend(result?);
+        }
+        Ok(all)
+    }
+
     /// Runs the trials of a batch.
-    fn batch(&self, batch: usize) -> Result<Vec<(usize, O)>, EvalError> {
+    fn batch(&self, trials: Range<usize>) -> Result<Vec<(usize, O)>, EvalError> {
         let Self { setup, starts, .. } = *self;
-        let trials = batch * self.width()..((batch + 1) * self.width()).min(starts.len());
         let envs = trials.len().next_multiple_of(setup.lanes());
         let mut shard = setup.build(envs, trials.start)?;
         let mut policy = (self.policy)()?;

@@ -40,6 +40,7 @@ pub mod shot;
 pub mod subject;
 pub mod table;
 pub mod tracking_agreement;
+pub mod worst;
 
 pub use error::EvalError;
 pub use protocol::{matches, shooting, tracking};

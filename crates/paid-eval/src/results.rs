@@ -19,7 +19,7 @@ use crate::tracking::TrackingReport;
 use crate::tracking_agreement::TrackingAgreement;
 
 /// An evaluation as JSON: the report, what it is about, and what it cost.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Evaluation<'a, R: Serialize> {
     /// `tracking`, `shooting`, `agreement`, `gap`, ...
     pub kind: &'static str,
@@ -30,6 +30,33 @@ pub struct Evaluation<'a, R: Serialize> {
     pub report: &'a R,
     /// What it cost.
     pub timing: Timing,
+    /// The command that this program was started with.
+    pub command: String,
+}
+
+impl<'a, R: Serialize> Evaluation<'a, R> {
+    /// An evaluation by the command that runs.
+    pub fn new(kind: &'static str, policy: &'a str, report: &'a R, timing: Timing) -> Self {
+        Self { kind, policy, report, timing, command: command() }
+    }
+}
+
+/// The running command, as a shell takes it; the program without its folder.
+fn command() -> String {
+    let quoted = |word: String| {
+        let plain = |c: char| c.is_alphanumeric() || "-_./=,:[]+@%".contains(c);
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    };
+    let words =
+        std::env::args_os().map(|word| word.to_string_lossy().into_owned()).enumerate().map(|(k, word)| {
+            let program = Path::new(&word).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+            quoted(program.filter(|_| k == 0).unwrap_or(word))
+        });
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// A value on one line of JSON.

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use paid_eval::EvalError;
+use paid_eval::curves::Curves;
+use paid_eval::file::write_whole;
 use paid_eval::judge::MujocoJudge;
 use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
@@ -221,6 +223,7 @@ fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure
             SubjectSpec { threads: thread_count(args.threads)?, ..SubjectSpec::new(out.join(stage.name())) };
         Ok(Subject::load(&spec)?)
     };
+    write_course(out, &out.join("eval"))?;
     let code = track::score(&mut load(Stage::Stage1)?, track::STARTS, true, &output)?;
     if stop.load(Ordering::SeqCst) {
         return Ok(code);
@@ -233,7 +236,19 @@ fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure
     });
     let mut kicker = load(Stage::Stage2)?;
     kicker.require_ball()?;
-    shoot::score(&mut kicker, &balls, &output)
+    shoot::score(&mut kicker, &balls, &output, shoot::STRIPS)
+}
+
+/// Writes both stages' curves, for the page.
+fn write_course(out: &Path, eval: &Path) -> Result<(), Failure> {
+    let mut lines = String::new();
+    for stage in [Stage::Stage1, Stage::Stage2] {
+        let curves = Curves::read(&out.join(stage.name()))?;
+        lines.push_str(&curves.summary());
+        lines.push('\n');
+        curves.figure().save(&eval.join(format!("training_{}", stage.name())))?;
+    }
+    Ok(write_whole(&eval.join("training.txt"), lines.as_bytes())?)
 }
 
 /// The folder of the motions as a preset value.

@@ -83,10 +83,12 @@ fn shooting_writes_every_trial_and_every_figure() {
     assert_eq!(panels.matches("<rect").count(), 1 + 4 * 63);
     assert!(written("builtin_summary_panels.png").is_file());
     let page = fs::read_to_string(written("report.html")).expect("the report");
-    for section in ["builtin_static", "builtin_rolling", "builtin_summary", "builtin_rolling_paths"] {
+    for section in ["builtin_static", "builtin_rolling", "builtin_summary"] {
         assert!(page.contains(&format!(">{section}<")), "{section}");
     }
-    assert_eq!(page.matches("<svg").count(), 7, "three pictures a ball and the panels");
+    assert_eq!(page.matches("<svg").count(), 11, "three pictures and two charts a ball, and the panels");
+    assert_eq!(page.matches("<tr class=").count(), 2 * 63, "a row a shot");
+    assert!(page.contains("To repeat it:</p><pre>paid eval shooting"), "the command");
     assert!(!page.contains("src=\"http") && !page.contains("http-equiv"), "the report needs no network");
 }
 
@@ -146,7 +148,8 @@ fn both_engines_run_the_same_trials() {
     let report = json(&succeeds(&paid(folder.path(), &args)));
     let trials = |engine: &str| -> Vec<Value> {
         let all = report[engine]["trials"].as_array().expect("trials");
-        let planned = |t: &Value| serde_json::json!([t["motion"], t["ball"], t["ball_velocity"], t["goal"]]);
+        let planned =
+            |t: &Value| serde_json::json!([t["motion"], t["ball"], t["ball_velocity"], t["goal_xy"]]);
         all.iter().inspect(|t| assert!(t["motion"].is_u64(), "{t}")).map(planned).collect()
     };
     assert_eq!(trials("builtin").len(), 126);

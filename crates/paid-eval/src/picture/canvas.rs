@@ -64,6 +64,21 @@ impl Canvas {
             self.rect(x - thickness / 2, y - thickness / 2, thickness, thickness, color);
         }
     }
+    /// A line through points that covers what is below it by a share; where it meets itself it covers no more.
+    pub fn polyline(&mut self, points: &[[f64; 2]], thickness: i64, color: Rgb, cover: f64) {
+        let below = (cover < 1.0).then(|| self.clone());
+        for pair in points.windows(2) {
+            self.line(pair[0], pair[1], thickness, color);
+        }
+        let Some(below) = below else { return };
+        for (pixel, under) in self.pixels.iter_mut().zip(&below.pixels) {
+            if pixel != under {
+                for (new, old) in pixel.iter_mut().zip(under) {
+                    *new = (f64::from(*old) + cover * (f64::from(*new) - f64::from(*old))).round() as u8;
+                }
+            }
+        }
+    }
     /// A filled disc.
     pub fn disc(&mut self, center: [f64; 2], radius: f64, color: Rgb) {
         let r = radius.clamp(0.0, 1e4).ceil() as i64;
@@ -182,6 +197,15 @@ mod tests {
         image.text(0, 0, 2, [255; 3], "100");
         assert!((0..height as usize).any(|y| image.get(width as usize - 1, y) == [255; 3]));
         assert!((0..width as usize).any(|x| image.get(x, height as usize - 1) == [255; 3]));
+    }
+
+    #[test]
+    fn a_line_that_is_seen_through_covers_once_where_it_meets_itself() {
+        let mut image = Canvas::new(5, 3, [200; 3]);
+        image.polyline(&[[0.0, 1.0], [4.0, 1.0], [0.0, 1.0]], 1, [0; 3], 0.25);
+        assert_eq!((image.get(2, 1), image.get(2, 0)), ([150; 3], [200; 3]));
+        image.polyline(&[[2.0, 0.0], [2.0, 2.0]], 1, [0; 3], 1.0);
+        assert_eq!(image.get(2, 1), [0; 3]);
     }
 
     #[test]

@@ -44,6 +44,8 @@ enum Shape {
         points: Vec<[f64; 2]>,
         width: i64,
         ink: Rgb,
+        /// Share of the ink, 0 to 1; less than 1 is seen through.
+        cover: f64,
     },
     /// `at` is on the baseline; `size` is the font's in pixels.
     Text {
@@ -88,7 +90,11 @@ impl Figure {
     }
     /// A line through points, `width` pixels wide.
     pub fn line(&mut self, points: Vec<[f64; 2]>, width: i64, ink: Rgb) {
-        self.shapes.push(Shape::Line { points, width, ink });
+        self.shapes.push(Shape::Line { points, width, ink, cover: 1.0 });
+    }
+    /// A line that covers what is below it by a share `cover`, so that many of them show where most are.
+    pub fn trace(&mut self, points: Vec<[f64; 2]>, width: i64, ink: Rgb, cover: f64) {
+        self.shapes.push(Shape::Line { points, width, ink, cover });
     }
     /// Dark text with its baseline at `at`, in a font of `size` pixels.
     pub fn text(&mut self, at: [i64; 2], size: i64, anchor: Anchor, text: &str) {
@@ -131,11 +137,7 @@ impl Figure {
             match shape {
                 Shape::Rect { at, size, fill } => image.rect(at[0], at[1], size[0], size[1], *fill),
                 Shape::Disc { center, radius, fill } => image.disc(*center, *radius, *fill),
-                Shape::Line { points, width, ink } => {
-                    for pair in points.windows(2) {
-                        image.line(pair[0], pair[1], *width, *ink);
-                    }
-                }
+                Shape::Line { points, width, ink, cover } => image.polyline(points, *width, *ink, *cover),
                 Shape::Text { at, size, anchor, ink, text } => {
                     let scale = dots(*size);
                     let [w, h] = Canvas::text_size(scale, text);
@@ -173,11 +175,13 @@ impl Figure {
                         color(*fill)
                     )
                 }
-                Shape::Line { points, width, ink } => {
+                Shape::Line { points, width, ink, cover } => {
                     let list: Vec<String> = points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect();
+                    let seen =
+                        if *cover < 1.0 { format!(" stroke-opacity=\"{cover}\"") } else { String::new() };
                     writeln!(
                         out,
-                        "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"/>",
+                        "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"{width}\"{seen}/>",
                         list.join(" "),
                         color(*ink)
                     )

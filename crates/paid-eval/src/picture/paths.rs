@@ -6,8 +6,8 @@ use super::{Anchor, Figure, Rgb};
 const SCALE: f64 = 90.0;
 /// Space around the paths in pixels.
 const MARGIN: f64 = 30.0;
-/// Least distance between two points of a path in pixels.
-const APART: f64 = 3.0;
+/// A point that is nearer than this to the line between its neighbors is left out, in pixels.
+const APART: f64 = 0.7;
 
 const INK: Rgb = [30, 30, 30];
 const ROBOT: Rgb = [90, 110, 200];
@@ -40,43 +40,61 @@ pub fn plot_paths(paths: &[Path], half_width: f64) -> Figure {
         figure.line(vec![[0.0, y], [width as f64, y]], 1, [225; 3]);
         figure.colored_text([4, y as i64 + 13], 14, Anchor::Start, [150; 3], &format!("{meter} m"));
     }
-    for path in paths {
-        let ball_color = if path.goal { GOAL } else { MISS };
-        for (k, color) in [(0, ROBOT), (1, ball_color)] {
+    // Few paths are lines, hundreds a cloud that is darkest where most of them are; misses lie on top.
+    let cover = (12.0 / paths.len().max(1) as f64).sqrt().clamp(0.12, 1.0);
+    let color_of = |path: &Path| if path.goal { GOAL } else { MISS };
+    let layers = [(0, true), (0, false), (1, true), (1, false)];
+    for (k, goal) in layers {
+        for path in paths.iter().filter(|path| path.goal == goal) {
+            let (color, cover) = match (k, goal) {
+                (0, _) => (ROBOT, 0.6 * cover),
+                (_, true) => (GOAL, cover),
+                (_, false) => (MISS, cover.max(0.7)),
+            };
             // A ball past the goal, or far from everything, is of no interest: the path is cut there.
             let pieces = path.points.split(|p| p[k][0] >= far || !shown(&p[k]));
             for piece in pieces {
                 let line = thinned(piece.iter().map(|p| place(p[k])));
                 if line.len() > 1 {
-                    figure.line(line, 1, color);
+                    figure.trace(line, if k == 1 { 2 } else { 1 }, color, cover);
                 }
             }
         }
+    }
+    for path in paths {
         if let Some([robot, ball]) = path.points.first() {
-            figure.disc(place(*robot), 3.0, ROBOT);
-            figure.disc(place(*ball), 3.0, ball_color);
+            figure.disc(place(*robot), 2.0, ROBOT);
+            figure.disc(place(*ball), 2.0, color_of(path));
         }
     }
     figure.line(vec![place([0.0, half_width]), place([0.0, -half_width])], 5, INK);
     figure
 }
 
-/// The points that are at least [`APART`] pixels from the one before, and the last: hundreds of trials with hundreds of steps
-/// must stay a small file.
+/// The path with as few points as stay within [`APART`] of it (Douglas and Peucker): hundreds of trials with hundreds of steps must stay a
+/// small file.
 fn thinned(points: impl Iterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
-    let mut kept: Vec<[f64; 2]> = Vec::new();
-    let mut last = None;
-    for point in points {
-        let far = |k: &[f64; 2]| (k[0] - point[0]).hypot(k[1] - point[1]) >= APART;
-        if kept.last().is_none_or(far) {
-            kept.push(point);
-            last = None;
-        } else {
-            last = Some(point);
+    let points: Vec<[f64; 2]> = points.collect();
+    let Some(last) = points.len().checked_sub(1) else { return points };
+    let mut kept = vec![false; points.len()];
+    (kept[0], kept[last]) = (true, true);
+    let mut spans = vec![(0, last)];
+    while let Some((a, b)) = spans.pop() {
+        let [from, to] = [points[a], points[b]];
+        let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
+        let squared = dx * dx + dy * dy;
+        let off = |p: &[f64; 2]| {
+            let (x, y) = (p[0] - from[0], p[1] - from[1]);
+            let along = if squared > 0.0 { ((x * dx + y * dy) / squared).clamp(0.0, 1.0) } else { 0.0 };
+            (x - along * dx).hypot(y - along * dy)
+        };
+        let farthest = (a + 1..b).max_by(|i, j| off(&points[*i]).total_cmp(&off(&points[*j])));
+        if let Some(k) = farthest.filter(|k| off(&points[*k]) > APART) {
+            kept[k] = true;
+            spans.extend([(a, k), (k, b)]);
         }
     }
-    kept.extend(last);
-    kept
+    points.into_iter().zip(kept).filter_map(|(point, kept)| kept.then_some(point)).collect()
 }
 
 #[cfg(test)]
@@ -105,8 +123,9 @@ mod tests {
         let svg = plot_paths(&[Path { points: &still, goal: false }], 1.0).svg();
         assert!(svg.len() < 5000, "{} bytes for a robot and a ball at rest", svg.len());
         let line: Vec<_> = (0..=100).map(|i| [0.1 * f64::from(i), 0.0]).collect();
-        let thin = thinned(line.into_iter());
-        assert!((4..=6).contains(&thin.len()), "{thin:?}");
-        assert_eq!((thin[0], thin[thin.len() - 1]), ([0.0, 0.0], [10.0, 0.0]));
+        assert_eq!(thinned(line.into_iter()), [[0.0, 0.0], [10.0, 0.0]]);
+        let corner: Vec<_> = (0..=20).map(|i| [f64::from(i.min(10)), f64::from((i - 10).max(0))]).collect();
+        assert_eq!(thinned(corner.into_iter()), [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0]]);
+        assert_eq!(thinned(std::iter::once([1.0, 2.0])), [[1.0, 2.0]]);
     }
 }

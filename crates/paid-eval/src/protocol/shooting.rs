@@ -20,6 +20,8 @@ pub(crate) use figures::PAPER;
 pub use figures::{panels, summary};
 pub use grid::{Placement, Trial, plan, robot_distance};
 pub use report::ShootingReport;
+#[cfg(test)]
+pub(crate) use report::tests as report_tests;
 pub use score::{CellScore, Outcome, totals};
 
 /// Ball places.

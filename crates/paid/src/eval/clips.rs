@@ -41,7 +41,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     subject.setup.monitor = monitor;
     let report = clips::evaluate(&subject.setup, &*subject.maker, &options)?;
     let timing = progress.finish();
-    let json = to_json(&Evaluation { kind: "clips", policy: &subject.name, report: &report, timing })?;
+    let json = to_json(&Evaluation::new("clips", &subject.name, &report, timing))?;
     if let Some(out) = &args.output.out {
         write_clips(out, subject.setup.engine.name(), &report, &json)?;
         write_report(out)?;

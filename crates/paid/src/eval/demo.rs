@@ -16,6 +16,7 @@ use paid_train::policy_weights::WEIGHTS_FILE;
 
 use super::ended;
 use super::progress::Progress;
+use super::shoot::{STRIPS, film_worst};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::threads::thread_count;
@@ -88,9 +89,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     subject.setup.monitor = monitor;
     let report = shooting::evaluate(&subject.setup, &*subject.maker, &options)?;
     let timing = progress.finish();
-    let whole = Evaluation { kind: "demo", policy: &subject.name, report: &report, timing };
+    let whole = Evaluation::new("demo", &subject.name, &report, timing);
     let json = to_json(&whole)?;
     write_shooting(&args.out, subject.setup.engine.name(), &report, &json)?;
+    film_worst(&args.out, &subject, &report, STRIPS)?;
     if args.json {
         println!("{json}");
     } else {

@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         subject.setup.monitor = monitor;
         let report = gap::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
         let timing = progress.finish();
-        let json = to_json(&Evaluation { kind: "gap", policy: &subject.name, report: &report, timing })?;
+        let json = to_json(&Evaluation::new("gap", &subject.name, &report, timing))?;
         if let Some(out) = &args.output.out {
             let kind = if options.rolling.is_some() { "rolling" } else { "static" };
             write_gap(out, kind, &report, &json)?;

@@ -43,7 +43,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ShootingOptions { grid: Grid::EFFECTIVE, trials: args.trials, ..ShootingOptions::default() };
     let report = likeness::evaluate(setup, &*subject.maker, clips, &subject.name, &options)?;
     let timing = progress.finish();
-    let json = to_json(&Evaluation { kind: "likeness", policy: &subject.name, report: &report, timing })?;
+    let json = to_json(&Evaluation::new("likeness", &subject.name, &report, timing))?;
     if let Some(out) = &args.output.out {
         write_likeness(out, setup.engine.name(), &report, &json)?;
         write_report(out)?;

@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let filmed = if args.film.is_some() { args.film_kicks } else { 0 };
     let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, &options, filmed)?;
     let timing = progress.finish();
-    let json = to_json(&Evaluation { kind: "match", policy: &subject.name, report: &report, timing })?;
+    let json = to_json(&Evaluation::new("match", &subject.name, &report, timing))?;
     if let Some(out) = &args.output.out {
         write_match(out, subject.setup.engine.name(), &report, &json)?;
         write_report(out)?;

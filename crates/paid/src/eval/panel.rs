@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     subject.setup.monitor = monitor;
     let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
     let timing = progress.finish();
-    let json = to_json(&Evaluation { kind: "panel", policy: &subject.name, report: &report, timing })?;
+    let json = to_json(&Evaluation::new("panel", &subject.name, &report, timing))?;
     if let Some(out) = &args.output.out {
         write_panel(out, &report, &json)?;
         write_report(out)?;

@@ -1,7 +1,9 @@
 //! `paid eval shooting`.
 
+use std::path::Path;
 use std::process::ExitCode;
 
+use paid_eval::EvalError;
 use paid_eval::agreement;
 use paid_eval::eyes::{self, EyesOptions};
 use paid_eval::html::write_report;
@@ -9,6 +11,7 @@ use paid_eval::results::{Evaluation, to_json, write_agreement, write_eyes, write
 use paid_eval::scene::Engines;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport};
 use paid_eval::subject::Subject;
+use paid_eval::worst::{self, write_strips};
 
 use super::eyes::EyesArgs;
 use super::progress::Progress;
@@ -29,9 +32,15 @@ pub struct Args {
     protocol: ProtocolArgs,
     #[command(flatten)]
     eyes: EyesArgs,
+    /// With --out: the worst N shots of one engine again, as film strips for the report.
+    #[arg(long, value_name = "N", default_value_t = STRIPS)]
+    strips: usize,
     #[command(flatten)]
     output: Output,
 }
+
+/// Film strips of a report unless told otherwise.
+pub const STRIPS: usize = 10;
 
 /// Scores in one engine, or in both with a comparison, for each kind of ball.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
@@ -41,7 +50,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(options) = args.eyes.options()? {
         return look(&mut subject, &kinds, &options, &args.output);
     }
-    score(&mut subject, &kinds, &args.output)
+    score(&mut subject, &kinds, &args.output, args.strips)
 }
 
 /// Scores with the robot's own eyes, one kind of ball after the other.
@@ -56,7 +65,7 @@ fn look(
         subject.setup.monitor = monitor;
         let (report, kick) = eyes::evaluate(&subject.setup, &*subject.maker, options, eyes)?;
         let timing = progress.finish();
-        let whole = Evaluation { kind: "eyes", policy: &subject.name, report: &report, timing };
+        let whole = Evaluation::new("eyes", &subject.name, &report, timing);
         let json = to_json(&whole)?;
         output.write(|out| write_eyes(out, &report, kick.as_ref(), &json))?;
         output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
@@ -71,11 +80,16 @@ fn look(
 }
 
 /// Scores, writes and prints one kind of ball after the other.
-pub fn score(subject: &mut Subject, kinds: &[ShootingOptions], output: &Output) -> Result<ExitCode, Failure> {
+pub fn score(
+    subject: &mut Subject,
+    kinds: &[ShootingOptions],
+    output: &Output,
+    strips: usize,
+) -> Result<ExitCode, Failure> {
     // Reports of each engine, for the figure of all kinds of ball.
     let mut reports: Vec<(&'static str, Vec<ShootingReport>)> = Vec::new();
     for options in kinds {
-        for (engine, report) in one(subject, options, output)? {
+        for (engine, report) in one(subject, options, output, strips)? {
             match reports.iter_mut().find(|(name, _)| *name == engine) {
                 Some((_, of)) => of.push(report),
                 None => reports.push((engine, vec![report])),
@@ -99,11 +113,26 @@ pub fn score(subject: &mut Subject, kinds: &[ShootingOptions], output: &Output) 
     Ok(ended(&subject.setup.monitor))
 }
 
+/// Writes the film strips of a whole report's worst shots.
+pub fn film_worst(
+    out: &Path,
+    subject: &Subject,
+    report: &ShootingReport,
+    strips: usize,
+) -> Result<(), EvalError> {
+    if strips == 0 || subject.setup.monitor.stopped() {
+        return Ok(());
+    }
+    let stem = format!("{}_{}", subject.setup.engine.name(), report.ball());
+    write_strips(out, &stem, &worst::strips(&subject.setup, &*subject.maker, report, strips)?)
+}
+
 /// One kind of ball: runs, writes, prints, and returns the report of each engine.
 fn one(
     subject: &mut Subject,
     options: &ShootingOptions,
     output: &Output,
+    strips: usize,
 ) -> Result<Vec<(&'static str, ShootingReport)>, Failure> {
     let (monitor, progress) = Progress::start(output.json)?;
     subject.setup.monitor = monitor;
@@ -111,16 +140,19 @@ fn one(
         let report = agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, options)?;
         let timing = progress.finish();
         output.write(|out| write_agreement(out, &report))?;
-        let whole = Evaluation { kind: "agreement", policy: &subject.name, report: &report, timing };
+        let whole = Evaluation::new("agreement", &subject.name, &report, timing);
         let (text, json) = (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?);
         (text, json, vec![("builtin", report.builtin), ("mujoco", report.mujoco)])
     } else {
         let report = shooting::evaluate(&subject.setup, &*subject.maker, options)?;
         let timing = progress.finish();
-        let whole = Evaluation { kind: "shooting", policy: &subject.name, report: &report, timing };
+        let whole = Evaluation::new("shooting", &subject.name, &report, timing);
         let (text, json) = (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?);
         let engine = subject.setup.engine.name();
-        output.write(|out| write_shooting(out, engine, &report, &json))?;
+        output.write(|out| {
+            write_shooting(out, engine, &report, &json)?;
+            film_worst(out, subject, &report, strips)
+        })?;
         (text, json, vec![(engine, report)])
     };
     output.print(&text, &json);

@@ -53,13 +53,13 @@ pub fn score(
         let report = tracking_agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
         let timing = progress.finish();
         output.write(|out| write_tracking_agreement(out, &report))?;
-        let whole = Evaluation { kind: "tracking_agreement", policy: &subject.name, report: &report, timing };
+        let whole = Evaluation::new("tracking_agreement", &subject.name, &report, timing);
         let tables = [report.builtin.table(), report.mujoco.table(), report.table()];
         (format!("{}\n{}", tables.join("\n"), timing.text()), to_json(&whole)?)
     } else {
         let report = tracking::evaluate(&subject.setup, &*subject.maker, &options)?;
         let timing = progress.finish();
-        let whole = Evaluation { kind: "tracking", policy: &subject.name, report: &report, timing };
+        let whole = Evaluation::new("tracking", &subject.name, &report, timing);
         let json = to_json(&whole)?;
         output.write(|out| write_tracking(out, subject.setup.engine.name(), &report, &json))?;
         (format!("{}\n{}", report.table(), timing.text()), json)

@@ -1,0 +1,178 @@
+//! One page that shows every result in a folder, without a network.
+
+mod charts;
+mod shots;
+
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+
+use crate::EvalError;
+use crate::file::write_whole;
+use crate::picture::escape;
+
+/// Name of the page.
+pub const REPORT: &str = "report.html";
+
+const STYLE: &str = include_str!("page.css");
+const SCRIPT: &str = include_str!("page.js");
+
+/// Writes [`REPORT`] into `folder` from what earlier evaluations left there: every text table `NAME.txt` becomes a section. One with
+/// `NAME_shooting.json` beside it begins with the score and its interval beside the paper's, then come heat maps, the goal's mouth, ways,
+/// the worst shots and a table that sorts. Any other is followed by its pictures `NAME_*.svg` and by those `NAME_*.png` that have no
+/// vector twin.
+///
+/// # Errors
+/// If the folder cannot be read or the page not be written.
+pub fn write_report(folder: &Path) -> Result<(), EvalError> {
+    let entries = fs::read_dir(folder).map_err(|e| failed(folder, e))?;
+    let mut files: Vec<PathBuf> = entries.filter_map(Result::ok).map(|entry| entry.path()).collect();
+    // What has a headline comes first, balls at rest before rolling ones, as in the paper.
+    let shooting = |file: &Path| folder.join(format!("{}_shooting.json", stem(file))).is_file();
+    files.sort_by_key(|file| (!shooting(file), stem(file).contains("rolling"), file.clone()));
+    let (mut body, mut links) = (String::new(), String::new());
+    for table in files.iter().filter(|file| has(file, "txt")) {
+        let name = stem(table);
+        let text = fs::read_to_string(table).map_err(|e| failed(table, e))?;
+        let json = fs::read_to_string(folder.join(format!("{name}_shooting.json"))).unwrap_or_default();
+        let section = match shots::section(folder, &name, &json, &text)? {
+            Some(section) => section,
+            None => plain(&name, &text, &files)?,
+        };
+        body.push_str(&section);
+        // Writing to a string cannot fail.
+        let _ = write!(links, "<a href=\"#{0}\">{0}</a>", escape(&name));
+    }
+    let title =
+        folder.file_name().map_or_else(|| "Evaluation".to_owned(), |n| n.to_string_lossy().into_owned());
+    let page = format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
+         <title>{0}</title><style>{STYLE}</style></head>\n<body>\n<h1>{0}</h1>\n<nav>{links}</nav>\n{body}<script>{SCRIPT}</script>\
+         </body>\n</html>\n",
+        escape(&title)
+    );
+    write_whole(&folder.join(REPORT), page.as_bytes())
+}
+
+/// A table and the pictures that belong to it.
+fn plain(name: &str, text: &str, files: &[PathBuf]) -> Result<String, EvalError> {
+    let mut out =
+        format!("<h2 id=\"{0}\">{0}</h2>\n<pre>{1}</pre>\n<div class=\"row\">", escape(name), escape(text));
+    let own = |f: &&PathBuf| stem(f).strip_prefix(name).is_some_and(|rest| rest.starts_with('_'));
+    for picture in files.iter().filter(own) {
+        let twin = has(picture, "png") && picture.with_extension("svg").exists();
+        if !twin && let Some(drawn) = embedded(&picture.with_extension(""))? {
+            out.push_str(&figure(&drawn, &stem(picture)));
+        }
+    }
+    out.push_str("</div>\n");
+    Ok(out)
+}
+
+/// A picture with what it shows.
+fn figure(drawn: &str, caption: &str) -> String {
+    format!("<figure>{drawn}<figcaption>{}</figcaption></figure>\n", escape(caption))
+}
+
+/// `NAME.svg`, or `NAME.png` if there is none, as a part of the page; `None` without either.
+fn embedded(name: &Path) -> Result<Option<String>, EvalError> {
+    let file = |extension: &str| {
+        let mut path = name.as_os_str().to_owned();
+        path.push(extension);
+        PathBuf::from(path)
+    };
+    let (svg, png) = (file(".svg"), file(".png"));
+    if svg.is_file() {
+        return fs::read_to_string(&svg).map(Some).map_err(|e| failed(&svg, e));
+    }
+    if !png.is_file() {
+        return Ok(None);
+    }
+    let bytes = fs::read(&png).map_err(|e| failed(&png, e))?;
+    Ok(Some(format!(
+        "<img alt=\"\" loading=\"lazy\" src=\"data:image/png;base64,{}\">",
+        STANDARD.encode(bytes)
+    )))
+}
+
+fn failed(path: &Path, source: std::io::Error) -> EvalError {
+    EvalError::Write { path: path.to_owned(), source }
+}
+
+fn has(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e == extension)
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::monitor::{Effort, Timing};
+    use crate::results::{Evaluation, to_json, write_shooting};
+    use crate::shooting::report_tests::report;
+    use crate::worst::{Strip, write_strips};
+
+    #[test]
+    fn tables_come_with_their_own_pictures_and_vector_twins_win() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("writes");
+        write("a_static.txt", "1 < 2");
+        write("a_static_map.svg", "<svg id=\"map\"></svg>");
+        write("a_static_map.png", "twin");
+        write("a_static_paths.png", "abc");
+        write("b.txt", "other");
+        write("notes.json", "{}");
+        write_report(folder.path()).expect("writes");
+        let page = fs::read_to_string(folder.path().join(REPORT)).expect("the page");
+        assert!(page.contains("<pre>1 &lt; 2</pre>") && page.contains("<svg id=\"map\">"), "{page}");
+        assert!(page.contains("base64,YWJj\">"), "{page}");
+        assert_eq!((page.matches("<figure>").count(), page.matches("<h2 ").count()), (2, 2), "{page}");
+    }
+
+    #[test]
+    fn a_shooting_report_begins_with_its_score_and_interval_beside_the_papers() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let report = report();
+        let whole = Evaluation::new("shooting", "a & b", &report, Timing::of(Effort::default(), 1.0));
+        write_shooting(folder.path(), "mujoco", &report, &to_json(&whole).expect("JSON")).expect("writes");
+        let strip = Strip {
+            trial: 2,
+            words: "no <contact>".to_owned(),
+            picture: crate::picture::Canvas::new(4, 4, [9; 3]),
+        };
+        write_strips(folder.path(), "mujoco_static", &[strip]).expect("writes");
+        write_report(folder.path()).expect("writes");
+        let page = fs::read_to_string(folder.path().join(REPORT)).expect("the page");
+        // 2 of 4: Wilson's interval is 15.0 to 85.0.
+        let headline = "<b>50.0%</b> of 4 shots are goals (95% interval 15.0 to 85.0); accuracy 0.800. The paper's policy: 91.3%, 0.969.";
+        assert!(page.contains(headline), "{page}");
+        for part in [
+            "What the policy knew: <b>truth</b>",
+            "The 1 worst shots",
+            "no &lt;contact&gt;",
+            "Policy: a &amp; b",
+            "To repeat it:",
+        ] {
+            assert!(page.contains(part), "{part}: {page}");
+        }
+        assert_eq!(page.matches("<tr class=\"goal\">").count(), 2);
+        assert_eq!(page.matches("<tr class=\"miss\">").count(), 2);
+        assert!(
+            !page.contains("http://")
+                || page.matches("http://").count() == page.matches("http://www.w3.org").count()
+        );
+        assert!(!page.contains("https://"), "nothing is loaded from elsewhere");
+    }
+
+    #[test]
+    fn a_missing_folder_is_named() {
+        let error = write_report(Path::new("/no/such/folder")).expect_err("missing").to_string();
+        assert!(error.contains("/no/such/folder"), "{error}");
+    }
+}

@@ -1,0 +1,234 @@
+//! The section of a shooting evaluation: what a reader asks first comes first.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::charts::{Bar, bars, mouth};
+use super::{embedded, figure};
+use crate::EvalError;
+use crate::knowledge;
+use crate::picture::escape;
+use crate::shooting::PAPER;
+use crate::worst::StripFile;
+
+/// More rows make a page that no browser sorts at once.
+const MOST_ROWS: usize = 4000;
+
+/// What the page needs of a report's JSON.
+#[derive(Debug, Deserialize)]
+struct Shots {
+    policy: Option<String>,
+    command: Option<String>,
+    engine: Engine,
+    options: Options,
+    total: Total,
+    trials: Vec<Trial>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Engine {
+    name: String,
+    knowledge: Option<Knowledge>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Knowledge {
+    name: String,
+}
+
+#[derive(Debug, Deserialize)]
+struct Options {
+    rolling: Option<[f64; 2]>,
+    goal_half_width_m: f64,
+}
+
+#[derive(Debug, Deserialize)]
+struct Total {
+    success: Share,
+    accuracy: Option<f64>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Share {
+    trials: usize,
+    share: f64,
+    low: f64,
+    high: f64,
+}
+
+#[derive(Debug, Deserialize)]
+struct Trial {
+    place: [f64; 2],
+    ball: [f64; 2],
+    motion_name: String,
+    contact: bool,
+    foot_contact: bool,
+    goal: bool,
+    lateral_m: Option<f64>,
+    plane_speed: Option<f64>,
+    kick_time_s: Option<f64>,
+    cosine: Option<f64>,
+    fell: bool,
+    fell_in_clip: bool,
+}
+
+impl Trial {
+    fn end(&self) -> &'static str {
+        match self {
+            Self { fell_in_clip: true, .. } => "fell",
+            Self { contact: false, .. } => "no contact",
+            Self { goal: true, .. } => "goal",
+            Self { lateral_m: Some(_), .. } => "wide",
+            _ => "short",
+        }
+    }
+}
+
+/// The section of `STEM_shooting.json`, with the pictures and the table that stand beside it; nothing if the file is another program's.
+///
+/// # Errors
+/// If a picture cannot be read.
+pub(super) fn section(
+    folder: &Path,
+    stem: &str,
+    json: &str,
+    table: &str,
+) -> Result<Option<String>, EvalError> {
+    let Ok(shots) = serde_json::from_str::<Shots>(json) else { return Ok(None) };
+    let Shots { engine, options, total, trials, .. } = &shots;
+    let rolling = options.rolling.is_some();
+    let ball = if rolling { "rolling balls" } else { "static balls" };
+    let known = engine.knowledge.as_ref().map_or("-", |k| k.name.as_str());
+    let Share { trials: count, share, low, high } = total.success;
+    let accuracy = total.accuracy.map_or_else(String::new, |a| format!("; accuracy {a:.3}"));
+    let [paper, paper_accuracy] = PAPER[3].1[usize::from(rolling)];
+    let mut out = format!("<h2 id=\"{stem}\">{}, {ball}</h2>\n", escape(&engine.name));
+    // Writing to a string cannot fail.
+    let _ = writeln!(
+        out,
+        "<p class=\"headline\"><b>{:.1}%</b> of {count} shots are goals (95% interval {:.1} to {:.1}){accuracy}. The paper's policy: \
+         {paper:.1}%, {paper_accuracy:.3}.</p>\n<p class=\"soft\">What the policy knew: <b>{}</b>; the paper's: {}. {}</p>",
+        100.0 * share,
+        100.0 * low,
+        100.0 * high,
+        escape(known),
+        knowledge::PAPER,
+        escape(table.lines().next().unwrap_or_default())
+    );
+    let mut rows =
+        vec![Bar { name: "this policy".to_owned(), share, interval: Some([low, high]), own: true }];
+    rows.extend(PAPER.iter().rev().map(|(name, figures)| Bar {
+        name: format!("{name} (paper)"),
+        share: 0.01 * figures[usize::from(rolling)][0],
+        interval: None,
+        own: false,
+    }));
+    let laterals: Vec<f64> = trials.iter().filter_map(|t| t.lateral_m).collect();
+    let _ = writeln!(
+        out,
+        "<div class=\"row\">{}{}</div>",
+        figure(
+            &bars("goals of all shots", &rows),
+            "goals of all shots, with their 95% interval; the paper states none"
+        ),
+        figure(
+            &mouth(&laterals, trials.len() - laterals.len(), options.goal_half_width_m),
+            "where balls crossed the goal's plane, seen by the robot; thick lines: the posts"
+        )
+    );
+    out.push_str("<h3>Over the workspace, and from above</h3>\n<div class=\"row\">");
+    let captions = [
+        ("success", "goals [%] by the ball's place"),
+        ("accuracy", "accuracy x 100"),
+        ("paths", "ways; blue: the robot, green: balls of goals, red: the others"),
+    ];
+    for (what, caption) in captions {
+        if let Some(drawn) = embedded(&folder.join(format!("{stem}_{what}")))? {
+            out.push_str(&figure(&drawn, caption));
+        }
+    }
+    out.push_str("</div>\n");
+    out.push_str(&strips(folder, stem)?);
+    out.push_str(&trial_table(trials));
+    let _ =
+        writeln!(out, "<details><summary>The table as text</summary><pre>{}</pre></details>", escape(table));
+    let policy = shots.policy.as_deref().unwrap_or("not stated");
+    let _ = writeln!(out, "<p class=\"soft\">Policy: {}</p>", escape(policy));
+    if let Some(command) = &shots.command {
+        let _ = writeln!(out, "<p class=\"soft\">To repeat it:</p><pre>{}</pre>", escape(command));
+    }
+    Ok(Some(out))
+}
+
+/// The worst shots.
+fn strips(folder: &Path, stem: &str) -> Result<String, EvalError> {
+    let Ok(list) = std::fs::read_to_string(folder.join(format!("{stem}_worst.json"))) else {
+        return Ok(String::new());
+    };
+    let files: Vec<StripFile> = serde_json::from_str(&list).unwrap_or_default();
+    let mut out = format!("<h3>The {} worst shots</h3>\n<div class=\"strips\">", files.len());
+    for file in files {
+        let name = folder.join(file.picture.trim_end_matches(".png"));
+        if let Some(drawn) = embedded(&name)? {
+            out.push_str(&figure(&drawn, &file.words));
+        }
+    }
+    out.push_str("</div>\n");
+    Ok(out)
+}
+
+fn trial_table(trials: &[Trial]) -> String {
+    let heads = [
+        "what",
+        "place x [m]",
+        "place y [m]",
+        "ball x [m]",
+        "ball y [m]",
+        "kick [s]",
+        "speed [m/s]",
+        "lateral [m]",
+        "cosine",
+        "foot first",
+        "fell",
+        "motion",
+    ];
+    let mut out = String::from("<details><summary>Every shot</summary>");
+    if trials.len() > MOST_ROWS {
+        let _ = write!(
+            out,
+            "<p class=\"soft\">The first {MOST_ROWS} of {}; all are in the CSV file.</p>",
+            trials.len()
+        );
+    }
+    out.push_str("<div class=\"scroll\"><table class=\"sorts\"><thead><tr>");
+    for head in heads {
+        let _ = write!(out, "<th scope=\"col\"><button>{head}</button></th>");
+    }
+    out.push_str("</tr></thead><tbody>\n");
+    let number = |value: Option<f64>, digits: usize| value.map_or(String::new(), |v| format!("{v:.digits$}"));
+    let yes = |value: bool| if value { "yes" } else { "no" };
+    for t in trials.iter().take(MOST_ROWS) {
+        let class = if t.goal { "goal" } else { "miss" };
+        let _ = writeln!(
+            out,
+            "<tr class=\"{class}\"><td>{}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td>\
+             <td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            t.end(),
+            t.place[0],
+            t.place[1],
+            t.ball[0],
+            t.ball[1],
+            number(t.kick_time_s, 2),
+            number(t.plane_speed, 2),
+            number(t.lateral_m, 2),
+            number(t.cosine, 3),
+            yes(t.foot_contact),
+            yes(t.fell),
+            escape(&t.motion_name)
+        );
+    }
+    out.push_str("</tbody></table></div></details>\n");
+    out
+}
