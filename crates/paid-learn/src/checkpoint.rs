@@ -10,6 +10,7 @@ use paid_policy::{Checkpoint, CheckpointError, TensorFile};
 use crate::learned_reward::RewardStream;
 use crate::learner::Learner;
 use crate::model::Model;
+use crate::rollout::{RolloutLayout, World};
 use crate::shard::Shard;
 
 /// Recurrent states of a shard's blocks as one `[2 * layers * size, envs]` matrix.
@@ -56,11 +57,49 @@ struct Weights {
 
 impl Learner {
     /// Writes a checkpoint with the caller's `blobs` (environment states, sampler, preset); an older file stays whole if
-    /// this fails.
+    /// this fails. Every rank must call it; the first one writes.
     ///
     /// # Errors
     /// If the file system refuses.
     pub fn save(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
+        let carried = self.carried();
+        if self.ranks.rank() == 0 { self.write(path, blobs, &carried) } else { Ok(()) }
+    }
+
+    /// Writes a checkpoint without the shards' memory: what a judge needs. No other rank is asked.
+    ///
+    /// # Errors
+    /// If the file system refuses.
+    pub fn save_policy(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
+        self.write(path, blobs, &[])
+    }
+
+    /// The recurrent states of all shards of all ranks: for each shard those of each network.
+    fn carried(&self) -> Vec<Vec<(usize, Vec<f32>)>> {
+        let mut own: Vec<u8> = Vec::new();
+        for shard in &self.shards {
+            for states in core::iter::once(&shard.actor_state).chain(&shard.critic_states) {
+                let (_, data) = gather(states, shard.rollout.layout.envs);
+                own.extend(data.iter().flat_map(|x| x.to_le_bytes()));
+            }
+        }
+        let all = self.ranks.gather(&own).concat();
+        let (words, _) = all.as_chunks::<4>();
+        let mut numbers = words.iter().map(|word| f32::from_le_bytes(*word));
+        let networks = core::iter::once(&self.actor).chain(&self.critics);
+        let rows: Vec<usize> = networks.map(|model| gather(&[model.net.initial_state(1)], 1).0).collect();
+        let shard = |layout: &RolloutLayout| {
+            rows.iter().map(|&rows| (rows, numbers.by_ref().take(rows * layout.envs).collect())).collect()
+        };
+        self.world.layouts.iter().map(shard).collect()
+    }
+
+    fn write(
+        &self,
+        path: &Path,
+        blobs: &[(&str, &[u8])],
+        carried: &[Vec<(usize, Vec<f32>)>],
+    ) -> Result<(), CheckpointError> {
         let mut file = TensorFile { path: path.to_owned(), ..TensorFile::default() };
         for (name, model) in self.models() {
             for spec in model.layout.tensors() {
@@ -84,17 +123,15 @@ impl Learner {
             self.env_steps,
             self.schedule.adam_step,
             self.schedule.shuffle.position(),
-            self.shards.len() as u64,
+            carried.len() as u64,
         ];
         file.put_u64s("learner.counters", &[counters.len()], &counters);
-        let sizes: Vec<u64> = self.shards.iter().map(|shard| shard.rollout.layout.envs as u64).collect();
+        let layouts = self.world.layouts.iter().take(carried.len());
+        let sizes: Vec<u64> = layouts.map(|layout| layout.envs as u64).collect();
         file.put_u64s("learner.shards", &[sizes.len()], &sizes);
-        for (k, shard) in self.shards.iter().enumerate() {
-            let envs = shard.rollout.layout.envs;
-            let states = core::iter::once(&shard.actor_state).chain(&shard.critic_states);
-            for ((name, _), states) in self.models().iter().zip(states) {
-                let (rows, data) = gather(states, envs);
-                file.put_f32s(format!("carry.{k}.{name}"), &[rows, envs], &data);
+        for (k, (networks, envs)) in carried.iter().zip(&sizes).enumerate() {
+            for ((name, _), (rows, data)) in self.models().iter().zip(networks) {
+                file.put_f32s(format!("carry.{k}.{name}"), &[*rows, *envs as usize], data);
             }
         }
         if let Some(stream) = &self.learned {
@@ -165,10 +202,18 @@ impl Learner {
         let learning_rate = file.f64s("learner.learning_rate", &[1])?[0];
         let counters = file.u64s("learner.counters", &[6])?;
         let sizes = file.u64s("learner.shards", &[counters[5] as usize])?;
+        let layouts: Vec<RolloutLayout> = sizes.iter().map(|&envs| self.layout(envs as usize)).collect();
+        let (ranks, each) = (self.ranks.count(), layouts.len() / self.ranks.count());
+        if !layouts.len().is_multiple_of(ranks) {
+            let reason =
+                format!("expected a number of shards that {ranks} ranks can share, found {}", sizes.len());
+            return Err(CheckpointError::Format { path: checkpoint.path().to_owned(), reason });
+        }
+        let world = World { layouts, first: each * self.ranks.rank() };
         let mut shards = Vec::new();
-        for (k, &envs) in sizes.iter().enumerate() {
-            let envs = envs as usize;
-            let mut shard = Shard::new(self.layout(envs), &weights.actor, &weights.critics);
+        for (k, layout) in world.layouts.iter().enumerate().skip(world.first).take(each) {
+            let envs = layout.envs;
+            let mut shard = Shard::new(layout.clone(), &weights.actor, &weights.critics);
             let states = core::iter::once(&mut shard.actor_state).chain(&mut shard.critic_states);
             for (name, states) in names.iter().zip(states) {
                 let rows = gather(states, envs).0;
@@ -180,6 +225,7 @@ impl Learner {
         self.set_weights(weights);
         self.learned = learned;
         self.shards = shards;
+        self.world = world;
         self.seed = counters[0];
         self.iteration = counters[1];
         self.env_steps = counters[2];

@@ -55,6 +55,10 @@ pub struct PpoConfig {
     pub sequence_block: usize,
     /// Parts of a minibatch whose gradients are summed apart and then in order: the same whatever the thread count.
     pub slices: usize,
+    /// True: a minibatch has equally many units of every shard. Needed where shards are on several machines, so that none of them waits
+    /// for another; a shuffle over all shards gives one more by chance.
+    #[serde(default)]
+    pub balanced: bool,
 }
 
 impl Default for PpoConfig {
@@ -83,6 +87,7 @@ impl Default for PpoConfig {
             block: 256,
             sequence_block: 64,
             slices: 8,
+            balanced: false,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! PPO on shards of environments: collect a horizon, update, repeat.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use paid_lanes::rng::Rng;
@@ -11,11 +12,12 @@ use crate::learned_reward::{LearnedReward, RewardRole, RewardStream};
 use crate::model::Model;
 use crate::operands::Operands;
 use crate::parallel::for_each;
-use crate::rollout::RolloutLayout;
-use crate::shard::{Collect, Shard};
+use crate::ranks::{Alone, Ranks, gather_numbers};
+use crate::rollout::{RolloutLayout, World};
+use crate::shard::{Collect, Seen, Shard};
 use crate::stats::{CollectStats, IterationStats, UpdateStats};
 use crate::transitions::Transitions;
-use crate::update::{Gradients, Networks, Schedule, Worker, update};
+use crate::update::{Gradients, Horizon, Networks, Schedule, Worker, update};
 use paid_policy::Policy;
 use paid_policy::normalizer::Normalizer;
 use paid_policy::{ObservationGroup, VecEnv};
@@ -44,6 +46,12 @@ pub struct Learner {
     /// Control steps collected in each environment.
     pub(crate) env_steps: u64,
     pub(crate) shards: Vec<Shard>,
+    /// The processes that train together.
+    pub(crate) ranks: Arc<dyn Ranks>,
+    /// All shards of all ranks.
+    pub(crate) world: World,
+    /// Sum, sum of squares and number of the last horizon's advantages over all shards.
+    advantages: [f64; 3],
     workers: Vec<Worker>,
     gradients: Gradients,
     operands: Operands,
@@ -91,10 +99,28 @@ impl Learner {
             iteration: 0,
             env_steps: 0,
             shards: Vec::new(),
+            ranks: Arc::new(Alone),
+            world: World::default(),
+            advantages: [0.0; 3],
             workers: Vec::new(),
             gradients: Gradients::default(),
             operands: Operands::new(config.precision.kernel()),
         })
+    }
+
+    /// The same learner as one of several processes, each with shards of its own: the first ranks have the first shards. All of them must
+    /// have been made alike.
+    ///
+    /// # Errors
+    /// If it has a learned reward, which learns from the shards of one process alone.
+    pub fn with_ranks(mut self, ranks: Arc<dyn Ranks>) -> Result<Self, ConfigError> {
+        if let Some(stream) = self.learned.as_ref().filter(|_| ranks.count() > 1) {
+            let (key, found) = ("learned_reward".to_owned(), stream.reward.name().to_owned());
+            return Err(ConfigError { key, expected: "none with several ranks", found });
+        }
+        self.ranks = ranks;
+        self.shards.clear();
+        Ok(self)
     }
 
     /// The same learner with a reward that it computes itself. The environments must have the observation groups that the reward
@@ -110,6 +136,9 @@ impl Learner {
         let fail = |key: &str, expected, found| Err(ConfigError { key: key.to_owned(), expected, found });
         if let Some(stream) = &self.learned {
             return fail("learned_reward", "none yet", stream.reward.name().to_owned());
+        }
+        if self.ranks.count() > 1 {
+            return fail("learned_reward", "none with several ranks", reward.name().to_owned());
         }
         let (RewardRole::Mixed { task, learned } | RewardRole::OwnCritic { task, learned, .. }) = role;
         if !(task.is_finite() && learned.is_finite()) {
@@ -233,7 +262,7 @@ impl Learner {
             noise: NoiseKey { seed: self.seed, first_env: 0, step: self.env_steps },
         };
         let mut items = Vec::new();
-        let mut first_env = 0;
+        let mut first_env = self.world.first_env() as u32;
         for (shard, env) in self.shards.iter_mut().zip(envs.iter_mut()) {
             let shared = Collect { noise: NoiseKey { first_env, ..shared.noise }, ..shared };
             first_env += shard.rollout.layout.envs as u32;
@@ -243,24 +272,39 @@ impl Learner {
             shard.collect(shared, env.as_mut(), &mut worker.step);
         });
         self.env_steps += self.config.ppo.horizon as u64;
-        self.policy_normalizer.merge(self.shards.iter().map(|shard| &shard.policy_seen));
-        self.critic_normalizer.merge(self.shards.iter().map(|shard| &shard.critic_seen));
+        let seen = self.seen();
+        self.policy_normalizer.merge(seen.iter().map(|seen| &seen.policy));
+        self.critic_normalizer.merge(seen.iter().map(|seen| &seen.critic));
         let mut stats = CollectStats::default();
-        for shard in &self.shards {
-            stats.samples += shard.rollout.layout.samples();
-            stats.mean_reward += shard.stats.reward;
-            stats.mean_learned_reward += shard.stats.learned_reward;
-            stats.terminated += shard.stats.terminated;
-            stats.truncated += shard.stats.truncated;
-            stats.non_finite += shard.stats.non_finite;
-            stats.env_s += shard.stats.env_s;
-            stats.normalize_s += shard.stats.normalize_s;
-            stats.forward_s += shard.stats.forward_s;
+        self.advantages = [0.0; 3];
+        for (Seen { stats: shard, .. }, layout) in seen.iter().zip(&self.world.layouts) {
+            stats.samples += layout.samples();
+            stats.mean_reward += shard.reward;
+            stats.mean_learned_reward += shard.learned_reward;
+            stats.terminated += shard.terminated;
+            stats.truncated += shard.truncated;
+            stats.non_finite += shard.non_finite;
+            stats.env_s += shard.env_s;
+            stats.normalize_s += shard.normalize_s;
+            stats.forward_s += shard.forward_s;
+            let (sum, squares) = shard.advantage;
+            for (total, part) in self.advantages.iter_mut().zip([sum, squares, layout.samples() as f64]) {
+                *total += part;
+            }
         }
         stats.mean_reward /= stats.samples.max(1) as f64;
         stats.mean_learned_reward /= stats.samples.max(1) as f64;
         stats.wall_s = start.elapsed().as_secs_f64();
         Ok(stats)
+    }
+
+    /// What all shards of all ranks saw in the last horizon, in their order.
+    fn seen(&self) -> Vec<Seen> {
+        let mut numbers = Vec::new();
+        self.shards.iter().for_each(|shard| Seen::put(shard, &mut numbers));
+        let features = [self.actor.net.input, self.critics[0].net.input];
+        let mut all = gather_numbers(&*self.ranks, &numbers).into_iter().flatten();
+        self.world.layouts.iter().map(|_| Seen::take(features, &mut all)).collect()
     }
 
     /// Sets the largest standard deviation to what holds when `share` (0 to 1) of a run is over
@@ -292,7 +336,12 @@ impl Learner {
             &ppo,
             Networks { actor: &mut self.actor, critics: &mut self.critics, operands: &mut self.operands },
             &mut self.schedule,
-            &self.shards,
+            Horizon {
+                shards: &self.shards,
+                world: &self.world,
+                ranks: &*self.ranks,
+                advantage: moments(self.advantages),
+            },
             &mut self.gradients,
             &mut self.workers,
         );
@@ -356,6 +405,11 @@ impl Learner {
             }
         }
         if self.shards.is_empty() {
+            let sizes: Vec<f64> = envs.iter().map(|env| env.num_envs() as f64).collect();
+            let all = gather_numbers(&*self.ranks, &sizes);
+            let first = all[..self.ranks.rank()].iter().map(Vec::len).sum();
+            let layouts = all.into_iter().flatten().map(|envs| self.layout(envs as usize)).collect();
+            self.world = World { layouts, first };
             for env in envs {
                 let layout = self.layout(env.num_envs());
                 self.shards.push(Shard::new(layout, &self.actor, &self.critics));
@@ -375,6 +429,13 @@ impl Learner {
         }
         Ok(())
     }
+}
+
+/// Mean of all advantages and one over their standard deviation.
+fn moments([sum, squares, count]: [f64; 3]) -> (f64, f64) {
+    let mean = sum / count;
+    let variance = (squares / count - mean * mean).max(0.0);
+    (mean, 1.0 / (variance.sqrt() + 1e-8))
 }
 
 fn fresh_schedule(config: &LearnConfig, seed: u64) -> Schedule {

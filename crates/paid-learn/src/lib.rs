@@ -62,6 +62,7 @@ pub mod model;
 pub mod net;
 mod operands;
 pub mod parallel;
+pub mod ranks;
 pub mod rollout;
 pub mod shard;
 pub mod stats;
@@ -73,6 +74,7 @@ pub use config::{ConfigError, LearnConfig, PpoConfig};
 pub use learned_reward::{LearnedReward, RewardRole};
 pub use learner::{Learner, ShardError};
 pub use model::Model;
+pub use ranks::{Alone, Ranks};
 pub use stats::{CollectStats, IterationStats, UpdateStats};
 pub use transitions::Transitions;
 

@@ -79,6 +79,33 @@ impl RolloutLayout {
     }
 }
 
+/// How the shards of all ranks are cut into blocks, in their order; some of them are this rank's.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct World {
+    /// Every shard's layout.
+    pub layouts: Vec<RolloutLayout>,
+    /// Number of this rank's first shard.
+    pub first: usize,
+}
+
+impl World {
+    /// Environments of the ranks before this one.
+    pub fn first_env(&self) -> usize {
+        self.layouts[..self.first].iter().map(|layout| layout.envs).sum()
+    }
+
+    /// All units: shard and unit of it.
+    pub fn units(&self) -> Vec<(usize, usize)> {
+        let shards = self.layouts.iter().enumerate();
+        shards.flat_map(|(k, layout)| (0..layout.units()).map(move |unit| (k, unit))).collect()
+    }
+
+    /// Samples of some units.
+    pub fn samples(&self, units: &[(usize, usize)]) -> usize {
+        units.iter().map(|&(k, unit)| self.layouts[k].unit(unit).1.stride).sum()
+    }
+}
+
 /// Samples of a shard, feature-major within a unit (see [`RolloutLayout`]).
 #[derive(Clone, Debug)]
 pub struct Rollout {

@@ -67,6 +67,72 @@ pub struct ShardStats {
     pub forward_s: f64,
 }
 
+impl ShardStats {
+    /// Numbers of [`ShardStats::numbers`].
+    const NUMBERS: usize = 10;
+
+    /// As numbers, for another process.
+    fn numbers(&self) -> [f64; Self::NUMBERS] {
+        let Self { reward, learned_reward, terminated, truncated, non_finite, advantage, .. } = *self;
+        let [terminated, truncated, non_finite] = [terminated, truncated, non_finite].map(|n| n as f64);
+        [
+            reward,
+            learned_reward,
+            terminated,
+            truncated,
+            non_finite,
+            advantage.0,
+            advantage.1,
+            self.env_s,
+            self.normalize_s,
+            self.forward_s,
+        ]
+    }
+
+    fn from_numbers(numbers: [f64; Self::NUMBERS]) -> Self {
+        let [reward, learned_reward, terminated, truncated, non_finite, sum, squares, times @ ..] = numbers;
+        let [terminated, truncated, non_finite] = [terminated, truncated, non_finite].map(|n| n as u64);
+        let [env_s, normalize_s, forward_s] = times;
+        let advantage = (sum, squares);
+        Self {
+            reward,
+            learned_reward,
+            terminated,
+            truncated,
+            non_finite,
+            advantage,
+            env_s,
+            normalize_s,
+            forward_s,
+        }
+    }
+}
+
+/// What a horizon of one shard tells the others.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    pub policy: NormalizerBatch,
+    pub critic: NormalizerBatch,
+    pub stats: ShardStats,
+}
+
+impl Seen {
+    /// Appends what `shard` saw.
+    pub fn put(shard: &Shard, out: &mut Vec<f64>) {
+        out.extend(shard.policy_seen.numbers());
+        out.extend(shard.critic_seen.numbers());
+        out.extend(shard.stats.numbers());
+    }
+
+    /// Takes what [`Seen::put`] wrote, for observations of `features` (policy, critic).
+    pub fn take([policy, critic]: [usize; 2], numbers: &mut impl Iterator<Item = f64>) -> Self {
+        let policy = NormalizerBatch::from_numbers(policy, numbers);
+        let critic = NormalizerBatch::from_numbers(critic, numbers);
+        let stats = core::array::from_fn(|_| numbers.next().unwrap_or(0.0));
+        Self { policy, critic, stats: ShardStats::from_numbers(stats) }
+    }
+}
+
 /// What all shards read while they collect.
 #[derive(Clone, Copy, Debug)]
 pub struct Collect<'a> {

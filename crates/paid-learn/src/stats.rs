@@ -64,3 +64,11 @@ pub struct UpdateStats {
     /// Gradient steps left out because the gradient was not finite.
     pub skipped: u64,
 }
+
+impl UpdateStats {
+    /// What every rank has a share of: losses, divergence, share of clipped samples.
+    pub(crate) fn sums_mut(&mut self) -> [&mut f64; 5] {
+        let Self { surrogate_loss, value_loss, learned_value_loss, kl, clip_fraction, .. } = self;
+        [surrogate_loss, value_loss, learned_value_loss, kl, clip_fraction]
+    }
+}

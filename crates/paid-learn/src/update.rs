@@ -9,7 +9,8 @@ use crate::model::Model;
 use crate::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
 use crate::operands::Operands;
 use crate::parallel::for_each;
-use crate::rollout::unit_ref;
+use crate::ranks::Ranks;
+use crate::rollout::{World, unit_ref};
 use crate::shard::Shard;
 use crate::stats::UpdateStats;
 use crate::value_loss::{ValueBatch, value_loss};
@@ -86,6 +87,30 @@ pub struct Networks<'a> {
     pub operands: &'a mut Operands,
 }
 
+/// What a horizon left, here and on other ranks.
+#[derive(Clone, Copy, Debug)]
+pub struct Horizon<'a> {
+    /// This rank's shards.
+    pub shards: &'a [Shard],
+    /// All shards.
+    pub world: &'a World,
+    /// The processes that train together.
+    pub ranks: &'a dyn Ranks,
+    /// Mean of all advantages and one over their standard deviation.
+    pub advantage: (f64, f64),
+}
+
+impl Horizon<'_> {
+    /// This rank's units of a minibatch, by its own shards' numbers.
+    fn own(&self, batch: &[(usize, usize)]) -> Vec<(usize, usize)> {
+        let own = |&(k, unit): &(usize, usize)| {
+            let k = k.checked_sub(self.world.first)?;
+            (k < self.shards.len()).then_some((k, unit))
+        };
+        batch.iter().filter_map(own).collect()
+    }
+}
+
 /// What the slices of an update read.
 struct Shared<'a> {
     config: &'a PpoConfig,
@@ -102,34 +127,33 @@ pub fn update(
     config: &PpoConfig,
     networks: Networks<'_>,
     schedule: &mut Schedule,
-    shards: &[Shard],
+    horizon: Horizon<'_>,
     gradients: &mut Gradients,
     workers: &mut [Worker],
 ) -> UpdateStats {
     let Networks { actor, critics, operands } = networks;
-    let mut units: Vec<(usize, usize)> = Vec::new();
-    for (k, shard) in shards.iter().enumerate() {
-        units.extend((0..shard.rollout.layout.units()).map(|unit| (k, unit)));
-    }
-    let advantage = advantage_moments(shards);
+    let Horizon { shards, world, ranks, advantage } = horizon;
+    let mut units = world.units();
     let old_log_std = actor.log_std().to_vec();
     let minibatches = config.minibatches.min(units.len());
     let mut totals = UpdateStats::default();
     for _ in 0..config.epochs {
-        for i in (1..units.len()).rev() {
-            units.swap(i, schedule.shuffle.below(i + 1));
-        }
-        for part in 0..minibatches {
-            let batch = &units[part * units.len() / minibatches..(part + 1) * units.len() / minibatches];
+        let shuffled = shuffle(&mut units, world, minibatches, config.balanced, &mut schedule.shuffle);
+        for batch in shuffled {
             operands.refresh(core::iter::once(&*actor).chain(&*critics), workers);
             let shared =
                 Shared { config, actor, critics, operands, old_log_std: &old_log_std, shards, advantage };
-            let losses = minibatch_gradient(&shared, batch, gradients, workers);
+            let weight = 1.0 / world.samples(&batch) as f64;
+            let own = horizon.own(&batch);
+            let mut losses =
+                minibatch_gradient(&shared, (&own, weight), ranks.rank() == 0, gradients, workers);
+            let slices = config.slices.min(own.len()).max(1);
+            let squares = sum_slices((actor, critics), gradients, slices, workers);
+            let squares = if ranks.count() > 1 { sum_ranks(ranks, gradients, &mut losses) } else { squares };
             if config.adaptive_learning_rate && losses.kl.is_finite() {
                 schedule.learning_rate = adapted(config, schedule.learning_rate, losses.kl);
             }
-            let slices = config.slices.min(batch.len());
-            step(config, (actor, critics), schedule, gradients, slices, workers, &mut totals);
+            step(config, (actor, critics), schedule, gradients, squares, workers, &mut totals);
             totals.surrogate_loss += losses.surrogate_loss;
             totals.value_loss += losses.value_loss;
             totals.learned_value_loss += losses.learned_value_loss;
@@ -161,30 +185,48 @@ fn adapted(config: &PpoConfig, rate: f64, kl: f64) -> f64 {
     }
 }
 
-/// Mean of all advantages and one over their standard deviation.
-fn advantage_moments(shards: &[Shard]) -> (f64, f64) {
-    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
-    for shard in shards {
-        sum += shard.stats.advantage.0;
-        squares += shard.stats.advantage.1;
-        count += shard.rollout.layout.samples() as f64;
+/// The units of each minibatch, in a new order: of all units, or the same share of every shard's.
+fn shuffle(
+    units: &mut [(usize, usize)],
+    world: &World,
+    minibatches: usize,
+    balanced: bool,
+    rng: &mut Rng,
+) -> Vec<Vec<(usize, usize)>> {
+    let part = |units: &[(usize, usize)], k: usize| {
+        units[k * units.len() / minibatches..(k + 1) * units.len() / minibatches].to_vec()
+    };
+    if !balanced {
+        for i in (1..units.len()).rev() {
+            units.swap(i, rng.below(i + 1));
+        }
+        return (0..minibatches).map(|k| part(units, k)).collect();
     }
-    let mean = sum / count;
-    let variance = (squares / count - mean * mean).max(0.0);
-    (mean, 1.0 / (variance.sqrt() + 1e-8))
+    let mut batches = vec![Vec::new(); minibatches];
+    let mut rest = units;
+    for layout in &world.layouts {
+        let (shard, others) = rest.split_at_mut(layout.units());
+        for i in (1..shard.len()).rev() {
+            shard.swap(i, rng.below(i + 1));
+        }
+        for (k, batch) in batches.iter_mut().enumerate() {
+            batch.extend(part(shard, k));
+        }
+        rest = others;
+    }
+    batches
 }
 
-/// Gradients of one minibatch, one per slice, and its mean losses.
+/// Gradients of this rank's units of one minibatch, one per slice, and their share of its mean losses. `weight` is one over the samples of
+/// the whole minibatch.
 fn minibatch_gradient(
     shared: &Shared<'_>,
-    units: &[(usize, usize)],
+    (units, weight): (&[(usize, usize)], f64),
+    with_entropy: bool,
     gradients: &mut Gradients,
     workers: &mut [Worker],
 ) -> UpdateStats {
-    let slices = shared.config.slices.min(units.len());
-    let samples: usize =
-        units.iter().map(|&(k, unit)| shared.shards[k].rollout.layout.unit(unit).1.stride).sum();
-    let weight = 1.0 / samples as f64;
+    let slices = shared.config.slices.min(units.len()).max(1);
     gradients.critics.resize_with(shared.critics.len(), NetworkGradient::default);
     let models = core::iter::once(shared.actor).chain(shared.critics);
     for (gradient, model) in gradients.networks_mut().zip(models) {
@@ -207,7 +249,8 @@ fn minibatch_gradient(
         jobs.push(Slice { target: Target::Actor(sums), units: part(s), grads });
     }
     for_each(workers, jobs, |worker, slice| train_slice(shared, weight, worker, slice));
-    let entropy_gradient = shared.config.entropy as f32;
+    // Once in the sum over all ranks.
+    let entropy_gradient = if with_entropy { shared.config.entropy as f32 } else { 0.0 };
     for g in &mut gradients.actor.slices[0][shared.actor.net.layout().len()..] {
         *g -= entropy_gradient;
     }
@@ -322,18 +365,15 @@ fn train_critic(
     total
 }
 
-/// Sums the slices, clips the norm over all networks and takes one step of Adam.
-fn step(
-    config: &PpoConfig,
-    (actor, critics): (&mut Model, &mut [Model]),
-    schedule: &mut Schedule,
+/// Sums the slices of every network; the sum of the squares over all of them.
+fn sum_slices(
+    (actor, critics): (&Model, &[Model]),
     gradients: &mut Gradients,
     slices: usize,
     workers: &mut [Worker],
-    totals: &mut UpdateStats,
-) {
+) -> f64 {
     let mut ranges = 0;
-    let models = core::iter::once(&*actor).chain(&*critics);
+    let models = core::iter::once(actor).chain(critics);
     for (gradient, model) in gradients.networks_mut().zip(models) {
         gradient.total.resize(model.layout.len(), 0.0);
         ranges += gradient.total.len().div_ceil(RANGE);
@@ -351,7 +391,38 @@ fn step(
     for_each(workers, items, |_, (total, parts, place): (_, Vec<&[f32]>, &mut f64)| {
         *place = f32::launch(Reduce { total, parts: &parts });
     });
-    let norm = squares.iter().sum::<f64>().sqrt();
+    squares.iter().sum()
+}
+
+/// Sums gradients and losses over the ranks, in one message; the sum of the gradients' squares.
+fn sum_ranks(ranks: &dyn Ranks, gradients: &mut Gradients, losses: &mut UpdateStats) -> f64 {
+    let mut flat: Vec<f32> =
+        gradients.networks_mut().flat_map(|network| network.total.iter().copied()).collect();
+    flat.extend(losses.sums_mut().map(|x| *x as f32));
+    ranks.sum(&mut flat);
+    let mut sums = flat.iter().copied();
+    let mut squares = 0.0;
+    for total in gradients.networks_mut().flat_map(|network| &mut network.total) {
+        *total = sums.next().unwrap_or(f32::NAN);
+        squares += f64::from(*total) * f64::from(*total);
+    }
+    for (loss, sum) in losses.sums_mut().into_iter().zip(sums) {
+        *loss = f64::from(sum);
+    }
+    squares
+}
+
+/// Clips the norm over all networks and takes one step of Adam. `squares` is the sum of the gradient's squares.
+fn step(
+    config: &PpoConfig,
+    (actor, critics): (&mut Model, &mut [Model]),
+    schedule: &mut Schedule,
+    gradients: &mut Gradients,
+    squares: f64,
+    workers: &mut [Worker],
+    totals: &mut UpdateStats,
+) {
+    let norm = squares.sqrt();
     if !norm.is_finite() {
         totals.skipped += 1;
         return;
@@ -382,5 +453,30 @@ fn step(
     let (lo, hi) = (config.min_std.ln() as f32, config.max_std.ln() as f32);
     for log_std in actor.log_std_mut() {
         *log_std = log_std.clamp(lo, hi);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rollout::RolloutLayout;
+
+    #[test]
+    fn a_balanced_minibatch_has_equally_many_units_of_every_shard_and_each_unit_is_in_one() {
+        let layouts = vec![RolloutLayout::new(64, 6, 32, false); 3];
+        let world = World { layouts, first: 0 };
+        let mut units = world.units();
+        let before = units.clone();
+        let batches = shuffle(&mut units, &world, 4, true, &mut Rng::new(1, 0, 0));
+        for batch in &batches {
+            // 12 units a shard in 4 minibatches.
+            for shard in 0..3 {
+                assert_eq!(batch.iter().filter(|(k, _)| *k == shard).count(), 3, "{batch:?}");
+            }
+        }
+        let mut all = batches.concat();
+        assert_ne!(all, before);
+        all.sort_unstable();
+        assert_eq!(all, before);
     }
 }

@@ -64,6 +64,18 @@ impl NormalizerBatch {
     pub fn new(features: usize) -> Self {
         Self { count: 0.0, sum: vec![0.0; features], squares: vec![0.0; features], non_finite: 0 }
     }
+
+    /// What it saw as numbers, for another process: the count, then the sums of each feature. See [`NormalizerBatch::from_numbers`].
+    pub fn numbers(&self) -> impl Iterator<Item = f64> {
+        core::iter::once(self.count).chain(self.sum.iter().copied()).chain(self.squares.iter().copied())
+    }
+
+    /// A batch from the first `1 + 2 features` of [`NormalizerBatch::numbers`]; values that were not finite are not counted again.
+    pub fn from_numbers(features: usize, numbers: &mut impl Iterator<Item = f64>) -> Self {
+        let count = numbers.next().unwrap_or(0.0);
+        let mut some = || numbers.by_ref().take(features).collect();
+        Self { count, sum: some(), squares: some(), non_finite: 0 }
+    }
 }
 
 impl Normalizer {

@@ -15,6 +15,8 @@ pub mod explain;
 pub mod folder;
 pub mod judge;
 pub mod load;
+#[cfg(feature = "mpi")]
+pub mod mpi_ranks;
 pub mod phases;
 pub mod policy_file;
 pub mod policy_weights;
@@ -22,6 +24,8 @@ pub mod preset;
 #[cfg(test)]
 mod preset_tests;
 pub mod progress;
+#[cfg(test)]
+mod ranks_tests;
 pub mod record;
 #[cfg(test)]
 mod run_tests;
@@ -39,6 +43,7 @@ pub use explain::Explanation;
 pub use folder::RunFolder;
 pub use judge::{Judge, JudgeConfig};
 pub use load::{Resolved, task_preset};
+pub use paid_learn::{Alone, Ranks};
 pub use phases::Phase;
 pub use policy_file::TrainedPolicy;
 pub use preset::{RunConfig, RunPreset};

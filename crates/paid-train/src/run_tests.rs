@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use paid_learn::Checkpoint;
+use paid_learn::{Alone, Checkpoint};
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
 use crate::policy_weights::load_weights;
@@ -135,6 +136,7 @@ fn run_from(out: &Path, preset: &RunPreset, start: Start, stop_after: u64) -> Ou
         start,
         limits: Limits::default(),
         threads: 2,
+        ranks: Arc::new(Alone),
     };
     let stop = AtomicBool::new(false);
     let mut report = |record: &crate::Record| {
@@ -161,8 +163,14 @@ fn a_judge_is_asked_as_often_as_the_preset_says_and_does_not_change_the_weights(
     let preset = Toy::preset(&["run.judge.every_iterations=2"]);
     let (alone, watched) = (folder.path().join("alone"), folder.path().join("watched"));
     let plain = run(&alone, &preset, false, u64::MAX);
-    let job =
-        StageJob { preset, out: watched.clone(), start: Start::Fresh, limits: Limits::default(), threads: 2 };
+    let job = StageJob {
+        preset,
+        out: watched.clone(),
+        start: Start::Fresh,
+        limits: Limits::default(),
+        threads: 2,
+        ranks: Arc::new(Alone),
+    };
     let mut judge = Reader(Vec::new());
     let build = |preset: &RunPreset| Ok(trainer(preset));
     let stop = AtomicBool::new(false);

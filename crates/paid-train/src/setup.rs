@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
+use paid_learn::{Alone, Ranks};
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::ReferenceSource;
@@ -81,9 +82,28 @@ impl Scene {
     /// # Errors
     /// If preset, robot and motions do not fit together.
     pub fn shards(&self, preset: &RunPreset) -> Result<Vec<Box<dyn TaskShard>>, TrainError> {
+        self.shards_of(preset, &Alone)
+    }
+
+    /// This rank's part of the shards of a run: as many as every other rank's.
+    ///
+    /// # Errors
+    /// As [`Scene::shards`], or if the ranks cannot share the shards evenly.
+    pub fn shards_of(
+        &self,
+        preset: &RunPreset,
+        ranks: &dyn Ranks,
+    ) -> Result<Vec<Box<dyn TaskShard>>, TrainError> {
+        let (shards, count) = (preset.run.shards, ranks.count());
+        if !shards.is_multiple_of(count) {
+            return Err(TrainError::Setup(format!(
+                "run.shards: expected a multiple of {count}, the number of ranks, found {shards}"
+            )));
+        }
+        let each = shards / count;
         let isa = preset.isa().map_err(TrainError::Setup)?;
         let envs = preset.run.envs / preset.run.shards;
-        (0..preset.run.shards)
+        (each * ranks.rank()..each * (ranks.rank() + 1))
             .map(|shard| {
                 let task = TaskSetup {
                     robot: &self.model,

@@ -1,10 +1,12 @@
 //! One stage from start to end: set up, iterate, log, save.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use paid_learn::Checkpoint;
+use paid_learn::ranks::gather_numbers;
+use paid_learn::{Checkpoint, Ranks};
 use paid_task::TrainShard;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
@@ -45,8 +47,10 @@ pub struct StageJob {
     pub start: Start,
     /// What else ends it.
     pub limits: Limits,
-    /// Worker threads; results do not depend on them.
+    /// Worker threads of this rank; results do not depend on them.
     pub threads: usize,
+    /// The processes that train together. The first one writes the run folder, which all of them can read.
+    pub ranks: Arc<dyn Ranks>,
 }
 
 /// Why a stage ended.
@@ -96,19 +100,74 @@ pub fn train_judged_stage(
     report: &mut dyn FnMut(&Record),
     judge: Option<&mut dyn Judge>,
 ) -> Result<Outcome, TrainError> {
+    let ranks = &job.ranks;
+    meet(&**ranks, &job.preset)?;
     let scene = Scene::load(&job.preset)?;
     let build = |preset: &RunPreset| {
-        let trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
+        let trainer = Trainer::new(preset, scene.shards_of(preset, &**ranks)?, scene.motion_names())?;
+        let trainer = trainer.with_ranks(Arc::clone(ranks))?;
         match scene.style(preset)? {
             Some(style) => trainer.with_style(style),
             None => Ok(trainer),
         }
     };
     let outcome = run_stage(job, &build, stop, report, judge)?;
+    if ranks.rank() == 0 {
+        write_policy(job)?;
+    }
+    // The next stage reads what the first rank has written.
+    ranks.gather(&[]);
+    Ok(outcome)
+}
+
+/// The policy as ONNX and as a small checkpoint.
+fn write_policy(job: &StageJob) -> Result<(), TrainError> {
     let weights = load_weights(&job.out)?;
     write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;
-    TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)?;
-    Ok(outcome)
+    TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)
+}
+
+/// Refuses ranks that would not train the same thing: another program, instruction set or preset.
+fn meet(ranks: &dyn Ranks, preset: &RunPreset) -> Result<(), TrainError> {
+    let isa = preset.isa().map_err(TrainError::Setup)?;
+    let own = format!(
+        "program {}\ninstruction set {isa}\nshards {}\n{}",
+        env!("CARGO_PKG_VERSION"),
+        preset.run.shards,
+        preset.to_toml()?
+    );
+    let all: Vec<String> =
+        ranks.gather(own.as_bytes()).iter().map(|text| String::from_utf8_lossy(text).into_owned()).collect();
+    for (rank, text) in all.iter().enumerate() {
+        let differ = all[0].lines().zip(text.lines()).find(|(a, b)| a != b);
+        if let Some((expected, found)) = differ {
+            return Err(TrainError::Setup(format!(
+                "rank {rank}: expected '{expected}', as rank 0 has, found '{found}'"
+            )));
+        }
+        if text.len() != all[0].len() {
+            return Err(TrainError::Setup(format!(
+                "rank {rank}: expected the preset of rank 0, found another one"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// What holds for the next iteration on every rank: the first one's clock, and anybody's wish to stop. `weights` are the sum of the policy's
+/// bits, which must be everyone's.
+fn agreed(
+    ranks: &dyn Ranks,
+    (share, is_up): (f64, bool),
+    stop: bool,
+    weights: u32,
+) -> Result<(f64, bool, bool), TrainError> {
+    let flags = [is_up, stop].map(|flag| f64::from(u8::from(flag)));
+    let all = gather_numbers(ranks, &[share, flags[0], flags[1], f64::from(weights)]);
+    if let Some(rank) = all.iter().position(|each| each[3] != all[0][3]) {
+        return Err(TrainError::Setup(format!("rank {rank}: expected the weights of rank 0, found others")));
+    }
+    Ok((all[0][0], all[0][1] != 0.0, all.iter().any(|each| each[2] != 0.0)))
 }
 
 /// [`train_stage`] with trainers from `build`, a new one for each phase.
@@ -126,6 +185,7 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
         build(&preset.in_phase(begun).map_err(fail)?)
     };
     let text = preset.to_toml()?;
+    let writes = job.ranks.rank() == 0;
     let (mut trainer, mut run, mut saved);
     match &job.start {
         Start::Resume => {
@@ -133,8 +193,11 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
             let checkpoint = Checkpoint::load(&path)?;
             trainer = of_phase(progress_of(&checkpoint)?.phase.min(preset.phases.len()))?;
             trainer.resume(&checkpoint)?;
-            folder::write(&job.out.join(PRESET_FILE), text.as_bytes())?;
-            run = RunFolder::resume(&job.out, trainer.progress().iteration)?;
+            run = None;
+            if writes {
+                folder::write(&job.out.join(PRESET_FILE), text.as_bytes())?;
+                run = Some(RunFolder::resume(&job.out, trainer.progress().iteration)?);
+            }
             saved = Some(path);
         }
         start => {
@@ -142,7 +205,7 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
             if let Start::From(from) = start {
                 trainer.start_from(&load_weights(from)?)?;
             }
-            run = RunFolder::create(&job.out, &text)?;
+            run = if writes { Some(RunFolder::create(&job.out, &text)?) } else { None };
             saved = None;
         }
     }
@@ -153,16 +216,20 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
         if done >= config.iterations {
             break End::Done;
         }
-        if stop.load(Ordering::SeqCst) {
+        let share = clock.share(done as f64 / config.iterations as f64);
+        let weights =
+            trainer.learner().actor().params.iter().fold(0_u32, |sum, x| sum.wrapping_add(x.to_bits()));
+        let (share, is_up, stopped) =
+            agreed(&*job.ranks, (share, clock.is_up()), stop.load(Ordering::SeqCst), weights)?;
+        if stopped {
             break End::Stopped;
         }
-        if clock.is_up() {
+        if is_up {
             break End::TimeUp;
         }
-        let share = clock.share(done as f64 / config.iterations as f64);
         let phase = preset.phase(share);
         if phase != trainer.progress().phase {
-            let state = saved.take().map_or_else(|| save(&trainer, &run, config.keep_checkpoints), Ok)?;
+            let state = saved.take().map_or_else(|| save(&trainer, job, run.as_ref()), Ok)?;
             trainer = of_phase(phase)?;
             trainer.next_phase(&Checkpoint::load(&state)?, phase)?;
         }
@@ -172,17 +239,19 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
         if !preset.phases.is_empty() {
             record.metrics.push("phase", phase as f64);
         }
-        if let Some(judge) = judge.as_deref_mut().filter(|_| config.judge.is_due(record.iteration)) {
-            record.judge = judged(&trainer, &run, judge)?;
+        if let Some(run) = &mut run {
+            if let Some(judge) = judge.as_deref_mut().filter(|_| config.judge.is_due(record.iteration)) {
+                record.judge = judged(&trainer, run, judge)?;
+            }
+            run.log(&record)?;
+            report(&record);
         }
-        run.log(&record)?;
-        report(&record);
         saved = None;
         if record.iteration.is_multiple_of(config.checkpoint_interval) {
-            saved = Some(save(&trainer, &run, config.keep_checkpoints)?);
+            saved = Some(save(&trainer, job, run.as_ref())?);
         }
     };
-    let checkpoint = saved.map_or_else(|| save(&trainer, &run, config.keep_checkpoints), Ok)?;
+    let checkpoint = saved.map_or_else(|| save(&trainer, job, run.as_ref()), Ok)?;
     let progress = trainer.progress();
     Ok(Outcome { end, iteration: progress.iteration, samples: progress.samples, checkpoint })
 }
@@ -239,13 +308,18 @@ impl Clock {
     }
 }
 
+/// Writes a checkpoint, which every rank has a part in, and removes old ones.
 fn save<E: TrainShard + ?Sized>(
     trainer: &Trainer<E>,
-    run: &RunFolder,
-    keep: usize,
+    job: &StageJob,
+    run: Option<&RunFolder>,
 ) -> Result<PathBuf, TrainError> {
-    let path = run.path().join(folder::checkpoint_name(trainer.progress().iteration));
+    let path = job.out.join(folder::checkpoint_name(trainer.progress().iteration));
     trainer.save(&path)?;
-    run.prune(keep)?;
+    if let Some(run) = run {
+        run.prune(job.preset.run.keep_checkpoints)?;
+    }
+    // Whoever reads it next finds it whole.
+    job.ranks.gather(&[]);
     Ok(path)
 }

@@ -1,11 +1,13 @@
 //! Learner, shards and sampler together: one iteration after another, saved and restored exactly.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 
 use paid_amp::StyleReward;
-use paid_learn::{Checkpoint, Learner};
+use paid_learn::{Alone, Checkpoint, Learner, Ranks};
 use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TaskShard, TrainShard};
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::folder::PRESET_FILE;
@@ -21,7 +23,12 @@ pub struct Trainer<E: ?Sized = dyn TaskShard> {
     sampler: SamplerState,
     ball_curriculum: BallCurriculum,
     progress: Progress,
+    ranks: Arc<dyn Ranks>,
 }
+
+/// What a shard counted in an iteration, and where its episodes failed.
+#[derive(Clone, Serialize, Deserialize)]
+struct Counts(TaskMetrics, Vec<f32>);
 
 /// What a checkpoint holds besides the learner's tensors and the shards' states.
 #[derive(Debug, Serialize, Deserialize)]
@@ -90,7 +97,19 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             sampler,
             ball_curriculum: BallCurriculum::default(),
             progress: Progress::default(),
+            ranks: Arc::new(Alone),
         })
+    }
+
+    /// The same trainer as one of several processes: its shards are a part of all, those of the first ranks first.
+    ///
+    /// # Errors
+    /// If the preset has a style reward.
+    pub fn with_ranks(mut self, ranks: Arc<dyn Ranks>) -> Result<Self, TrainError> {
+        let learner = self.learner.with_ranks(Arc::clone(&ranks));
+        self.learner = learner.map_err(|error| TrainError::Setup(error.to_string()))?;
+        self.ranks = ranks;
+        Ok(self)
     }
 
     /// The same trainer with a style reward, in the role that the preset's `amp` gives it.
@@ -124,7 +143,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         &mut self.shards
     }
 
-    /// Environments over all shards.
+    /// Environments over this rank's shards.
     pub fn num_envs(&self) -> usize {
         self.shards.iter().map(|shard| shard.num_envs()).sum()
     }
@@ -145,7 +164,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             .learner
             .iterate(&mut self.shards, threads)
             .map_err(|error| TrainError::Setup(error.to_string()))?;
-        let metrics = self.merge_shards();
+        let metrics = self.merge_shards()?;
         let elapsed = start.elapsed().as_secs_f64();
         let progress = &mut self.progress;
         progress.iteration += 1;
@@ -192,12 +211,14 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     }
 
     /// Takes the shards' counts in the order of the shards and hands the new distribution to all of them.
-    fn merge_shards(&mut self) -> TaskMetrics {
+    fn merge_shards(&mut self) -> Result<TaskMetrics, TrainError> {
         let mut metrics = TaskMetrics::default();
         let mut failures = vec![0.0; self.sampler.failures.len()];
-        for shard in &mut self.shards {
-            metrics.merge(&shard.take_metrics());
-            for (sum, count) in failures.iter_mut().zip(shard.take_failures()) {
+        let own: Vec<Counts> =
+            self.shards.iter_mut().map(|shard| Counts(shard.take_metrics(), shard.take_failures())).collect();
+        for Counts(counted, failed) in self.of_all(&own)? {
+            metrics.merge(&counted);
+            for (sum, count) in failures.iter_mut().zip(failed) {
                 *sum += count;
             }
         }
@@ -209,18 +230,35 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             shard.set_sampler(&self.sampler);
             shard.set_ball_curriculum(self.ball_curriculum);
         }
-        metrics
+        Ok(metrics)
     }
 
-    /// Writes everything that the next iteration depends on to one file; an older file stays whole if this fails.
+    /// Every rank's items, in the order of all shards.
+    fn of_all<T: Clone + Serialize + DeserializeOwned>(&self, own: &[T]) -> Result<Vec<T>, TrainError> {
+        if self.ranks.count() == 1 {
+            return Ok(own.to_vec());
+        }
+        let broken = |error: postcard::Error| TrainError::Setup(format!("ranks: {error}"));
+        let bytes = postcard::to_allocvec(own).map_err(broken)?;
+        let mut all = Vec::new();
+        for part in self.ranks.gather(&bytes) {
+            all.extend(postcard::from_bytes::<Vec<T>>(&part).map_err(broken)?);
+        }
+        Ok(all)
+    }
+
+    /// Writes everything that the next iteration depends on to one file; an older file stays whole if this fails. Every rank must call it;
+    /// the first one writes.
     ///
     /// # Errors
     /// If the file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), TrainError> {
+        let own: Vec<Vec<u8>> = self.shards.iter().map(|shard| shard.save()).collect();
+        let states = self.of_all(&own)?;
         let meta = Meta {
             stage: self.preset.stage.clone(),
             progress: self.progress.clone(),
-            shards: self.shards.len(),
+            shards: states.len(),
             motions: self.motions.clone(),
             spread: self.ball_curriculum.progress,
         };
@@ -229,7 +267,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         let preset = self.preset.to_toml()?;
         let failures: Vec<u8> = self.sampler.failures.iter().flat_map(|x| x.to_le_bytes()).collect();
         let states: Vec<(String, Vec<u8>)> =
-            self.shards.iter().enumerate().map(|(k, shard)| (format!("{SHARD}{k}"), shard.save())).collect();
+            states.into_iter().enumerate().map(|(k, state)| (format!("{SHARD}{k}"), state)).collect();
         let mut blobs: Vec<(&str, &[u8])> =
             vec![(META, &meta), (PRESET_FILE, preset.as_bytes()), (SAMPLER, &failures)];
         blobs.extend(states.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice())));
@@ -242,7 +280,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     /// If the file cannot be written.
     pub fn save_policy(&self, path: &Path) -> Result<(), TrainError> {
         let preset = self.preset.to_toml()?;
-        Ok(self.learner.save(path, &[(PRESET_FILE, preset.as_bytes())])?)
+        Ok(self.learner.save_policy(path, &[(PRESET_FILE, preset.as_bytes())])?)
     }
 
     /// Continues exactly where a checkpoint of the same run, in the same phase, stopped.
@@ -251,8 +289,9 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     /// If it is no full checkpoint, or of other networks, shards or motions.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         self.restore(checkpoint)?;
+        let first = self.shards.len() * self.ranks.rank();
         for (k, shard) in self.shards.iter_mut().enumerate() {
-            let name = format!("{SHARD}{k}");
+            let name = format!("{SHARD}{}", first + k);
             let state = blob(checkpoint, &name)?;
             shard.restore(state).map_err(|error| damaged(checkpoint, format!("{name}: {error}")))?;
         }
@@ -288,8 +327,9 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
 
     fn meta_of(&self, checkpoint: &Checkpoint) -> Result<Meta, TrainError> {
         let meta = Meta::of(checkpoint)?;
-        if meta.shards != self.shards.len() {
-            let message = format!("run.shards: expected {}, found {}", self.shards.len(), meta.shards);
+        let shards = self.shards.len() * self.ranks.count();
+        if meta.shards != shards {
+            let message = format!("run.shards: expected {shards}, found {}", meta.shards);
             return Err(damaged(checkpoint, message));
         }
         if meta.motions != self.motions {

@@ -1,9 +1,10 @@
 //! The trainer on the real task, robot and motions: seconds of Stage I.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use paid_train::{End, Limits, Outcome, RunPreset, StageJob, Start, train_stage};
+use paid_train::{Alone, End, Limits, Outcome, RunPreset, StageJob, Start, train_stage};
 
 /// The folder of the release's motions, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<PathBuf> {
@@ -24,7 +25,14 @@ fn preset(stage: &str, motions: &std::path::Path) -> RunPreset {
 
 /// Trains in `out`; with `stop_after` as after Ctrl-C in that iteration.
 fn run(out: PathBuf, preset: &RunPreset, start: Start, threads: usize, stop_after: u64) -> Outcome {
-    let job = StageJob { preset: preset.clone(), out, start, limits: Limits::default(), threads };
+    let job = StageJob {
+        preset: preset.clone(),
+        out,
+        start,
+        limits: Limits::default(),
+        threads,
+        ranks: Arc::new(Alone),
+    };
     let stop = AtomicBool::new(false);
     train_stage(&job, &stop, &mut |record| {
         assert!(record.rewards.get("total").is_some_and(f64::is_finite));

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use paid_eval::ablation::{
     Budget, Judge, JudgeSettings, SURFACES, Score, Scores, VARIANTS, has_run, is_same_run, knowledge,
@@ -12,7 +13,7 @@ use paid_eval::monitor::Monitor;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_train::folder::PRESET_FILE;
-use paid_train::{End, Limits, StageJob, Start, train_stage};
+use paid_train::{Alone, End, Limits, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
 use crate::stop::{self, STOPPED};
@@ -130,7 +131,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         }
         let start = if taken { Start::Resume } else { Start::From(args.from.clone()) };
         let iterations = preset.run.iterations;
-        let job = StageJob { preset, out: folder.clone(), start, limits: Limits::default(), threads };
+        let job = StageJob {
+            preset,
+            out: folder.clone(),
+            start,
+            limits: Limits::default(),
+            threads,
+            ranks: Arc::new(Alone),
+        };
         let mut said = 0;
         let outcome = train_stage(&job, &stop, &mut |record| {
             let tenth = record.iteration * 10 / iterations.max(1);

@@ -13,7 +13,7 @@ use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
 use paid_train::folder::PRESET_FILE;
-use paid_train::{End, Limits, Scene, StageJob, Start, train_stage};
+use paid_train::{Alone, End, Limits, Scene, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
 use crate::stop::{self, STOPPED};
@@ -122,7 +122,14 @@ fn train(
             if has_run(&folder) { Start::Resume } else { before.take().map_or(Start::Fresh, Start::From) };
         let (stage, iterations) = (&preset.stage, preset.run.iterations);
         let out = folder.clone();
-        let job = StageJob { preset: preset.clone(), out, start, limits: Limits::default(), threads };
+        let job = StageJob {
+            preset: preset.clone(),
+            out,
+            start,
+            limits: Limits::default(),
+            threads,
+            ranks: Arc::new(Alone),
+        };
         let mut said = 0;
         let outcome = train_stage(&job, stop, &mut |record| {
             let tenth = record.iteration * 10 / iterations.max(1);

@@ -29,6 +29,12 @@ impl Failure {
         Self::input(format!("{}: expected {expected}, found {found}", flag_of(name)))
     }
 
+    /// The exit code as a number.
+    #[cfg(feature = "mpi")]
+    pub fn code(&self) -> u8 {
+        self.code
+    }
+
     /// The exit code.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(self.code)

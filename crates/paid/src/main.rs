@@ -17,6 +17,7 @@ mod live;
 mod motion;
 mod perceive;
 mod play;
+mod ranks;
 mod robot;
 mod stop;
 mod sysid;

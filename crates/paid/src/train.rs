@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -19,6 +20,7 @@ use paid_train::{
 
 use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
+use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
 
@@ -148,8 +150,18 @@ impl Args {
     }
 }
 
-/// Trains, prints progress, and ends with 0 when the budget is used up or 130 after Ctrl-C.
+/// Trains, prints progress, and ends with 0 when the budget is used up or 130 after Ctrl-C. Of several processes the first one writes,
+/// prints and scores.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    let joined = ranks::join()?;
+    let result = train(args, &joined);
+    if let Err(failure) = &result {
+        joined.end_all(failure);
+    }
+    result
+}
+
+fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
     if args.minutes.is_some_and(|m| !(m > 0.0 && m.is_finite())) {
         return Err(Failure::input(format!(
             "--minutes: expected a positive number, found {}",
@@ -166,10 +178,12 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
             (None, false) => Start::Fresh,
         };
         if args.explain {
-            args.explain(stage, &start, &out)?;
+            if joined.is_first() {
+                args.explain(stage, &start, &out)?;
+            }
             return Ok(ExitCode::SUCCESS);
         }
-        let outcome = run_stage(&args, stage, start, out, args.minutes, &stop)?;
+        let outcome = run_stage(&args, stage, start, out, args.minutes, &stop, joined)?;
         return Ok(exit_code(&outcome));
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs"));
@@ -181,7 +195,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         &[(Stage::Stage1, STAGE1_SHARE), (Stage::Stage2, 1.0)]
     };
     if args.explain {
-        for &(stage, _) in stages {
+        for &(stage, _) in stages.iter().filter(|_| joined.is_first()) {
             let start = if args.resume && begun(stage) { Start::Resume } else { Start::Fresh };
             args.explain(stage, &start, &out.join(stage.name()))?;
         }
@@ -202,13 +216,13 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         };
         // Stage II has all that Stage I leaves, also where its iterations end before its minutes.
         let minutes = args.minutes.map(|all| share * (all - clock.elapsed().as_secs_f64() / 60.0).max(0.0));
-        let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop)?;
+        let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop, joined)?;
         if outcome.end == End::Stopped {
             return Ok(exit_code(&outcome));
         }
         previous = Some(folder);
     }
-    score(&args, &out, &stop)
+    if joined.is_first() { score(&args, &out, &stop) } else { Ok(ExitCode::SUCCESS) }
 }
 
 /// Shots per ball place after both stages.
@@ -268,12 +282,15 @@ fn run_stage(
     out: PathBuf,
     minutes: Option<f64>,
     stop: &AtomicBool,
+    joined: &Joined,
 ) -> Result<Outcome, Failure> {
     let preset = args.resolve(stage, &start, &out)?.preset;
     let threads = thread_count(args.threads)?;
-    let job = StageJob { preset, out, start, limits: Limits { minutes }, threads };
-    let mut printer = Printer { json: args.json, quiet: args.quiet, last: None };
-    let mut judge = judge(&job);
+    let ranks = Arc::clone(&joined.ranks);
+    let job = StageJob { preset, out, start, limits: Limits { minutes }, threads, ranks };
+    let first = joined.is_first();
+    let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
+    let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);
     let outcome = train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))
         .map_err(Failure::input)?;

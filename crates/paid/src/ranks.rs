@@ -1,0 +1,66 @@
+//! One of several processes that train together, started by `mpirun`.
+
+use std::sync::Arc;
+
+use paid_train::{Alone, Ranks};
+
+use crate::failure::Failure;
+
+/// Where `mpirun` says how many processes there are: Open MPI, then others.
+const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
+
+/// Processes that `mpirun` has started; 1 without it.
+fn started() -> usize {
+    let size = |name: &&str| std::env::var(name).ok()?.parse().ok();
+    SIZES.iter().find_map(size).unwrap_or(1)
+}
+
+/// This process among the others, for as long as it lives.
+pub struct Joined {
+    /// For a trainer.
+    pub ranks: Arc<dyn Ranks>,
+    #[cfg(feature = "mpi")]
+    mpi: Option<paid_train::mpi_ranks::Mpi>,
+}
+
+impl Joined {
+    /// True for the one that writes, prints and judges.
+    pub fn is_first(&self) -> bool {
+        self.ranks.rank() == 0
+    }
+
+    /// Ends all processes if this one cannot go on: the others wait for it.
+    pub fn end_all(&self, failure: &Failure) {
+        if self.ranks.count() > 1 {
+            eprintln!("rank {} of {}: {failure}", self.ranks.rank(), self.ranks.count());
+            #[cfg(feature = "mpi")]
+            if let Some(mpi) = &self.mpi {
+                mpi.abort(failure.code());
+            }
+        }
+    }
+}
+
+/// Joins the processes of `mpirun`; alone without it.
+#[cfg(feature = "mpi")]
+pub fn join() -> Result<Joined, Failure> {
+    if started() == 1 {
+        return Ok(Joined { ranks: Arc::new(Alone), mpi: None });
+    }
+    let mpi = paid_train::mpi_ranks::Mpi::join().ok_or_else(|| {
+        Failure::input("mpirun: expected processes that can be joined once, found them joined")
+    })?;
+    Ok(Joined { ranks: mpi.ranks(), mpi: Some(mpi) })
+}
+
+/// Alone; processes of `mpirun` would all train the same.
+#[cfg(not(feature = "mpi"))]
+pub fn join() -> Result<Joined, Failure> {
+    match started() {
+        1 => Ok(Joined { ranks: Arc::new(Alone) }),
+        count => Err(Failure::input(format!(
+            "mpirun: expected a program with the feature mpi (cargo build --release --features mpi), found one without: {count} \
+             processes would each train the same"
+        ))),
+    }
+}

@@ -1,0 +1,107 @@
+//! `mpirun -n 2 paid train`: two processes train what one trains.
+#![cfg(feature = "mpi")]
+
+mod common;
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use common::{paid, succeeds};
+use serde_json::Value;
+
+/// A run of seconds. Products in single precision: bfloat16 weights that round the other way would hide a mistake.
+const RUN: [&str; 18] = [
+    "train",
+    "stage1",
+    "--json",
+    "--threads",
+    "1",
+    "--iterations",
+    "2",
+    "--set",
+    "run.envs=64",
+    "--set",
+    "run.shards=2",
+    "--set",
+    "learn.precision=f32",
+    "--set",
+    "learn.ppo.balanced=true",
+    "--set",
+    "phases=[]",
+    "--out",
+];
+
+/// Starts a command of `mpirun`; `None` where there is none.
+fn mpirun(folder: &Path, args: &[&str]) -> Option<Output> {
+    let mut command = Command::new("mpirun");
+    command.current_dir(folder).args(["--oversubscribe", "--bind-to", "none"]).args(args);
+    // Those who test in containers are root.
+    command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
+    command.output().ok()
+}
+
+fn losses(text: &str) -> Vec<[f64; 3]> {
+    let records = text.lines().map(|line| serde_json::from_str::<Value>(line).expect("a record"));
+    let number = |value: &Value| value.as_f64().expect("a number");
+    records
+        .map(|r| [number(&r["mean_reward"]), number(&r["loss"]["kl"]), number(&r["loss"]["value_function"])])
+        .collect()
+}
+
+#[test]
+fn two_processes_train_what_one_trains() {
+    let folder = tempfile::tempdir().expect("folder");
+    let two: Vec<&str> =
+        ["-n", "2", env!("CARGO_BIN_EXE_paid")].into_iter().chain(RUN).chain(["two"]).collect();
+    let Some(output) = mpirun(folder.path(), &two) else {
+        paid_testing::without_program("two_processes_train_what_one_trains", "mpirun");
+        return;
+    };
+    let found = losses(&succeeds(&output));
+    let one: Vec<&str> = RUN.into_iter().chain(["one"]).collect();
+    let expected = losses(&succeeds(&paid(folder.path(), &one)));
+    assert_eq!(found.len(), 2, "the first rank prints, the other one is silent");
+    for (a, b) in found.iter().flatten().zip(expected.iter().flatten()) {
+        assert!((a - b).abs() <= 1e-4 * b.abs(), "{a}, alone {b}");
+    }
+    for name in ["model_2.safetensors", "policy.onnx", "policy.safetensors"] {
+        assert!(folder.path().join("two").join(name).is_file(), "{name}");
+    }
+    // One process goes on where two have stopped.
+    let resume = [
+        "train",
+        "stage1",
+        "--out",
+        "two",
+        "--resume",
+        "--set",
+        "run.iterations=3",
+        "--threads",
+        "1",
+        "--quiet",
+    ];
+    let text = succeeds(&paid(folder.path(), &resume));
+    assert_eq!(text, "");
+}
+
+#[test]
+fn a_rank_with_another_preset_is_refused_by_its_number() {
+    let folder = tempfile::tempdir().expect("folder");
+    let rank = |sets: &[&'static str]| -> Vec<&'static str> {
+        ["-n", "1", env!("CARGO_BIN_EXE_paid")]
+            .into_iter()
+            .chain(RUN)
+            .chain(["other"])
+            .chain(sets.iter().copied())
+            .collect()
+    };
+    let args = [rank(&[]), vec![":"], rank(&["--set", "learn.ppo.epochs=3"])].concat();
+    let Some(output) = mpirun(folder.path(), &args) else {
+        paid_testing::without_program("a_rank_with_another_preset_is_refused_by_its_number", "mpirun");
+        return;
+    };
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(error.contains("rank 1: expected 'epochs = 2', as rank 0 has, found 'epochs = 3'"), "{error}");
+    assert!(!folder.path().join("other").exists(), "nothing is written");
+}
