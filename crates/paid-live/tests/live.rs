@@ -135,7 +135,14 @@ fn it_plays_by_itself_goes_on_after_a_fall_and_takes_any_clip() {
             }
         }
         assert!(fallen.flags.fallen, "120 N s are too much for anyone");
-        let up = page.steps(&fallen, 90);
+        // It may struggle: the time on the ground counts from the last fall.
+        let mut up = fallen;
+        for _ in 0..LONGEST {
+            up = page.step(&up);
+            if !up.flags.fallen && up.bodies[0].pos[2] > 0.6 {
+                break;
+            }
+        }
         assert!(!up.flags.fallen && up.bodies[0].pos[2] > 0.6, "{:?}", up.bodies[0]);
 
         page.send(Command::Clip(Some(2)));
