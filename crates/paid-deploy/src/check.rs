@@ -15,6 +15,8 @@ pub struct Checker {
     bad_crc: u64,
     bad_length: u64,
     others: u64,
+    master: Option<String>,
+    without_switcher: bool,
     gaps_ms: Vec<f64>,
     ticks: Option<(u32, u32)>,
     last: Option<LowState>,
@@ -31,12 +33,21 @@ pub struct CheckReport {
 }
 
 impl Checker {
+    /// For a simulator without motion switcher: nobody has to say that the vendor's controller is released.
+    pub fn without_switcher() -> Self {
+        Self { without_switcher: true, ..Self::default() }
+    }
+
     /// Takes in a packet that came at `now_us` `[us]`.
     pub fn take(&mut self, now_us: u64, packet: &Packet) {
         let bytes = match packet {
             Packet::LowState(bytes) => bytes,
             Packet::OthersCommand => {
                 self.others += 1;
+                return;
+            }
+            Packet::Master(name) => {
+                self.master = Some(name.clone());
                 return;
             }
             _ => return,
@@ -97,6 +108,12 @@ impl Checker {
             "mode_machine  {mode} (expected {MODE_MACHINE_G1_29}: 29 free joints), mode_pr {}",
             state.mode_pr
         );
+        let (released, master) = match &self.master {
+            Some(name) if name.is_empty() => (true, "the vendor's controller is released".to_owned()),
+            Some(name) => (false, format!("the vendor's controller '{name}' is in command")),
+            None => (self.without_switcher, "unknown: the motion switcher has not answered".to_owned()),
+        };
+        let _ = writeln!(text, "in command    {master}");
         let _ = writeln!(text, "others        {} commands of somebody else", self.others);
         let tilt = f64::from(state.imu.rpy[0]).hypot(f64::from(state.imu.rpy[1]));
         let _ = writeln!(
@@ -113,6 +130,7 @@ impl Checker {
         let good = crc == 0
             && self.bad_length == 0
             && self.others == 0
+            && released
             && mode == MODE_MACHINE_G1_29
             && gap(1.0) < 20.0;
         CheckReport { text, good }
@@ -131,6 +149,13 @@ mod tests {
             state.motors[14].q = if k == 50 { 0.25 } else { 0.0 };
             checker.take(2000 * u64::from(k), &Packet::LowState(state.sealed().to_cdr()));
         }
+        assert!(!checker.report().good, "nobody has said that the vendor's controller is released");
+        checker.take(200_000, &Packet::Master("ai".to_owned()));
+        let report = checker.report();
+        assert!(
+            !report.good && report.text.contains("in command    the vendor's controller 'ai' is in command")
+        );
+        checker.take(200_000, &Packet::Master(String::new()));
         let report = checker.report();
         assert!(report.good, "{}", report.text);
         let line = report.text.lines().find(|l| l.starts_with("waist_pitch_joint")).expect("joint");

@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::link::{Inlet, Link, LinkError, Outlet};
 use crate::message::Packet;
 use crate::raw::{Raw, RawError, participant, sent};
+use crate::switcher::{Line, SWITCHER_TOPICS, SWITCHER_TYPES};
 use crate::wire::{Layout, LowCmd, Message};
 
 /// Topics and types of the robot, and the one of this project beside them.
@@ -82,6 +83,13 @@ struct DdsOutlet {
     commands: Option<CommandWriter>,
     senses: Option<RawWriter>,
     own: Arc<Own>,
+    participant: DomainParticipant,
+}
+
+/// The motion switcher's topics from one side.
+struct DdsLine {
+    writer: RawWriter,
+    reader: RawReader,
     _participant: DomainParticipant,
 }
 
@@ -155,10 +163,35 @@ impl DdsLink {
                 commands: command_writer,
                 senses: senses_out,
                 own: Arc::clone(&own),
-                _participant: participant,
+                participant,
             },
             inlet: DdsInlet { side, main, senses: senses_in, commands, own },
         })
+    }
+
+    /// The motion switcher's topics: a robot reads requests, a runtime responses.
+    ///
+    /// # Errors
+    /// If the network refuses.
+    pub fn switcher(&self) -> Result<Box<dyn Line>, LinkError> {
+        let fail = network("DDS");
+        let qos: QosPolicies = QosPolicyBuilder::new()
+            .reliability(Reliability::Reliable { max_blocking_time: rustdds::Duration::from_millis(100) })
+            .history(History::KeepLast { depth: 16 })
+            .build();
+        let participant = &self.outlet.participant;
+        let topic = |k: usize| {
+            let (name, kind) = (SWITCHER_TOPICS[k].to_owned(), SWITCHER_TYPES[k].to_owned());
+            participant.create_topic(name, kind, &qos, TopicKind::NoKey).map_err(|e| fail(e.to_string()))
+        };
+        let (out, into) = if self.inlet.side == Side::Robot { (1, 0) } else { (0, 1) };
+        let publisher = participant.create_publisher(&qos).map_err(|e| fail(e.to_string()))?;
+        let subscriber = participant.create_subscriber(&qos).map_err(|e| fail(e.to_string()))?;
+        let writer =
+            publisher.create_datawriter_no_key(&topic(out)?, None).map_err(|e| fail(e.to_string()))?;
+        let reader =
+            subscriber.create_datareader_no_key(&topic(into)?, None).map_err(|e| fail(e.to_string()))?;
+        Ok(Box::new(DdsLine { writer, reader, _participant: participant.clone() }))
     }
 }
 
@@ -225,6 +258,15 @@ impl Inlet for DdsInlet {
             }
         }
         Ok(None)
+    }
+}
+
+impl Line for DdsLine {
+    fn send(&mut self, bytes: Vec<u8>) -> Result<(), LinkError> {
+        sent(self.writer.write(bytes, None)).map_err(|e| network("DDS write")(e.to_string()))
+    }
+    fn receive(&mut self) -> Result<Option<Vec<u8>>, LinkError> {
+        take(&mut self.reader)
     }
 }
 

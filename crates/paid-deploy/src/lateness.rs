@@ -111,6 +111,71 @@ pub fn lateness_table(commands: &LatenessFigures, timer: &LatenessFigures) -> St
     out
 }
 
+/// How long something took, in steps of a microsecond up to 10 ms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Durations {
+    counts: Vec<u64>,
+    longest: Duration,
+}
+
+impl Default for Durations {
+    fn default() -> Self {
+        Self { counts: vec![0; 10_000], longest: Duration::ZERO }
+    }
+}
+
+/// Upper edges of the rows of [`Durations::table`] `[us]`.
+const EDGES_US: [u64; 9] = [2, 5, 10, 20, 30, 50, 100, 200, 1000];
+
+impl Durations {
+    /// Counts one.
+    pub fn add(&mut self, took: Duration) {
+        let last = self.counts.len() - 1;
+        self.counts[(took.as_micros() as usize).min(last)] += 1;
+        self.longest = self.longest.max(took);
+    }
+
+    /// How many.
+    pub fn count(&self) -> u64 {
+        self.counts.iter().sum()
+    }
+
+    /// What this share of them stayed within, to a microsecond.
+    pub fn quantile(&self, share: f64) -> Duration {
+        let bin = quantile(&self.counts, share);
+        bin.map_or(self.longest, |k| Duration::from_micros(k as u64 + 1).min(self.longest))
+    }
+
+    /// Columns side by side: shares a bin, then the quantiles `[us]`.
+    pub fn table(columns: &[(&str, &Self)]) -> String {
+        let mut out = format!("{:<18}", "took [us]");
+        let row = |out: &mut String, name: String, cell: &dyn Fn(&Self) -> String| {
+            let _ = write!(out, "{name:<18}");
+            for (_, durations) in columns {
+                let _ = write!(out, "{:>16}", cell(durations));
+            }
+            out.push('\n');
+        };
+        for (name, _) in columns {
+            let _ = write!(out, "{name:>16}");
+        }
+        out.push('\n');
+        for (from, to) in [0].iter().chain(&EDGES_US).zip(EDGES_US.iter().chain(&[10_000])) {
+            row(&mut out, format!("{from} to {to}"), &|durations| {
+                let count: u64 = durations.counts[*from as usize..*to as usize].iter().sum();
+                format!("{:.2}%", 100.0 * count as f64 / durations.count().max(1) as f64)
+            });
+        }
+        for (name, share) in [("50%", 0.5), ("99%", 0.99), ("99.9%", 0.999), ("all", 1.0)] {
+            row(&mut out, format!("{name} within"), &|durations| {
+                format!("{:.1}", durations.quantile(share).as_secs_f64() * 1e6)
+            });
+        }
+        row(&mut out, "count".to_owned(), &|durations| durations.count().to_string());
+        out
+    }
+}
+
 /// Wakes up at whole periods.
 pub(crate) struct Pace {
     next: Instant,
@@ -162,6 +227,22 @@ mod tests {
         assert!(table.contains("0.1 to 0.2              9.00%        9.00%"), "{table}");
         assert!(table.contains("> 20                    1.00%        1.00%"), "{table}");
         assert!(table.contains("99.9% within [ms]       30.01        30.01"), "{table}");
+    }
+
+    #[test]
+    fn durations_are_counted_a_microsecond_each() {
+        let mut durations = Durations::default();
+        for (count, nanos) in [(98, 12_300), (1, 55_000), (1, 3_000_000)] {
+            for _ in 0..count {
+                durations.add(Duration::from_nanos(nanos));
+            }
+        }
+        let micros = |share| durations.quantile(share).as_micros();
+        assert_eq!((micros(0.5), micros(0.98), micros(0.99), micros(1.0)), (13, 13, 56, 3000));
+        let table = Durations::table(&[("policy", &durations)]);
+        assert!(table.contains("10 to 20                    98.00%\n"), "{table}");
+        assert!(table.contains("50 to 100                    1.00%\n"), "{table}");
+        assert!(table.contains("99% within                    56.0\n"), "{table}");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 //! - [`Link`]: how packets travel; [`ChannelLink`] within a process, and with the feature `dds` the robot's own network.
 //! - [`Runtime`]: packets in, a command out. No threads and no clock: the same packets give the same commands bit for bit.
 //! - [`Writer`]: the last hand before the robot, which damps if the runtime is silent.
+//! - [`switcher`]: who is in command of the robot, and the release of the vendor's controller.
 //! - [`eyes`]: the robot's camera and LiDAR; `ros` (feature `dds`): their topics.
 //! - [`sim`]: a G1 in MuJoCo behind the same packets, with its senses and its faults.
 //!
@@ -19,6 +20,7 @@
 //! ```
 
 mod check;
+mod cpu;
 #[cfg(feature = "dds")]
 mod dds;
 mod error;
@@ -38,6 +40,7 @@ mod raw;
 pub mod ros;
 pub mod runtime;
 pub mod sim;
+pub mod switcher;
 pub mod wire;
 mod writer;
 
@@ -45,7 +48,7 @@ pub use check::{CheckReport, Checker};
 #[cfg(feature = "dds")]
 pub use dds::{DdsLink, Side};
 pub use error::DeployError;
-pub use lateness::{LATENESS_EDGES_MS, Lateness, LatenessFigures, lateness_table};
+pub use lateness::{Durations, LATENESS_EDGES_MS, Lateness, LatenessFigures, lateness_table};
 pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
 pub use live::{Live, LiveReport, LiveStatus, Told, run_live};
@@ -54,6 +57,6 @@ pub use message::{EyesReport, KnownBall, OdometryPose, Packet, Sighting, TorsoPo
 pub use motors::{G1_MOTORS, motors_of};
 pub use player::{Player, PlayerSpec};
 pub use runtime::{
-    Event, Latency, LatencyFigures, Output, Phase, PolicyTrace, Reason, Runtime, State, Status,
+    Event, JointStatus, Latency, LatencyFigures, Output, Phase, PolicyTrace, Reason, Runtime, State, Status,
 };
 pub use writer::Writer;

@@ -5,6 +5,7 @@
 //! the command and the status travel in a [`Mailbox`], log and diary in channels that drop rather than wait.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
@@ -16,7 +17,9 @@ use crate::lateness::{Lateness, Pace};
 use crate::link::Link;
 use crate::log::{Frame, LogWriter};
 use crate::mailbox::Mailbox;
+use crate::message::Packet;
 use crate::runtime::{COMMAND_US, Event, Latency, Runtime, State, Status};
+use crate::switcher::{Line, Reply, SwitcherClient};
 use crate::wire::LowCmd;
 use crate::writer::Writer;
 
@@ -40,6 +43,10 @@ pub struct Live {
     pub dry_run: bool,
     /// The log, if one is wanted.
     pub log: Option<LogWriter>,
+    /// The motion switcher's topics: every second it is asked who is in command.
+    pub switcher: Option<Box<dyn Line>>,
+    /// Keys of the remote that the operator has pressed on the keyboard, a bit each.
+    pub keys: Option<Arc<Mailbox<u16>>>,
     /// Ends after so long.
     pub duration: Option<Duration>,
 }
@@ -88,6 +95,8 @@ pub struct LiveReport {
     pub lateness: Lateness,
     /// From the capture of a picture of the ball to the first joint targets that it has a part in.
     pub latency: Latency,
+    /// Why the log is not complete, if the disk has failed.
+    pub log_failed: Option<String>,
     /// Frames that the log had to drop.
     pub dropped_frames: u64,
     /// True where the system granted real-time priority.
@@ -125,6 +134,22 @@ pub(crate) fn ask_for_real_time(priority: i32) -> bool {
     unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
 }
 
+/// Asks every second who is in command, until it is over. A network that fails here shows in the states, too.
+fn watch_the_switcher(line: Box<dyn Line>, over: &AtomicBool, masters: &Mailbox<String>) {
+    let mut client = SwitcherClient::new(line);
+    for tick in 0_u64.. {
+        if over.load(Ordering::Acquire) || (tick % 20 == 0 && client.check().is_err()) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+        while let Ok(Some(reply)) = client.reply() {
+            if let Reply::Master(master) = reply {
+                masters.put(master.name);
+            }
+        }
+    }
+}
+
 /// Runs until `stop` is set, the time is over, or the link breaks. In the end the robot is told to damp for half a second.
 ///
 /// # Errors
@@ -135,18 +160,20 @@ pub fn run_live(
     stop: &AtomicBool,
     mut told: impl FnMut(Told<'_>) + Send,
 ) -> Result<LiveReport, DeployError> {
-    let Live { mut runtime, mut writer, dry_run, log, duration } = live;
+    let Live { mut runtime, mut writer, dry_run, log, switcher, keys, duration } = live;
     let (mut out, mut input) = link.split();
     let begin = Instant::now();
     let micros = move || begin.elapsed().as_micros() as u64;
     let over = AtomicBool::new(false);
     let real_time = AtomicBool::new(false);
+    let masters = Mailbox::<String>::default();
     let (commands, statuses) = (Mailbox::<(LowCmd, u64)>::default(), Mailbox::<Status>::default());
     let (written, latest_us, longest_us) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
     let (to_log, frames) = sync_channel::<Frame>(WAITING);
     let (to_tell, diary) = sync_channel::<Event>(UNTOLD);
 
     std::thread::scope(|scope| {
+        let (from_log, mut ended) = (to_tell.clone(), false);
         let logging = scope.spawn(move || {
             let Some(mut log) = log else {
                 while frames.recv().is_ok() {}
@@ -154,6 +181,12 @@ pub fn run_live(
             };
             for frame in frames {
                 log.write(&frame);
+                if let (Some(why), false) = (log.failed(), ended) {
+                    ended = true;
+                    let reason = format!("the log ends here: {why}");
+                    let (from, to) = (frame.state, frame.state);
+                    let _ = from_log.try_send(Event { at_us: frame.now_us, from, to, reason });
+                }
             }
             log.finish()
         });
@@ -204,6 +237,10 @@ pub fn run_live(
             }
             (lateness, broken)
         });
+        if let Some(line) = switcher {
+            let (over, masters) = (&over, &masters);
+            scope.spawn(move || watch_the_switcher(line, over, masters));
+        }
         let mut events = Vec::new();
         let (mut steps, mut longest_step_us, mut dropped_frames) = (0, 0, 0);
         let mut policy_steps = Lateness::default();
@@ -217,6 +254,8 @@ pub fn run_live(
                 while let Some(packet) = input.receive()? {
                     packets.push(packet);
                 }
+                packets.extend(masters.take().map(Packet::Master));
+                packets.extend(keys.as_ref().and_then(|keys| keys.take()).map(Packet::Keys));
                 let now_us = micros();
                 let stopping = stop.load(Ordering::Relaxed) || duration.is_some_and(|d| begin.elapsed() >= d);
                 ending += u32::from(stopping);
@@ -267,8 +306,8 @@ pub fn run_live(
                     .unwrap_or_default(),
             ),
         };
-        logged?;
         Ok(LiveReport {
+            log_failed: logged.err().map(|error| error.to_string()),
             events,
             state: runtime.state(),
             kicks: runtime.kicks(),

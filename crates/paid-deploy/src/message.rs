@@ -96,4 +96,8 @@ pub enum Packet {
     Eyes(EyesReport),
     /// Center of the goal ahead of the torso and to its left, by the operator's word `[m]`.
     GoalAhead([f64; 2]),
+    /// The vendor's controller that is in command, by the motion switcher's word; empty: it is released.
+    Master(String),
+    /// Keys of the remote that the operator has pressed on the keyboard, a bit each as in [`crate::wire::Remote`].
+    Keys(u16),
 }

@@ -73,6 +73,9 @@ struct NetworkArgs {
     /// Address of this machine's interface to the robot, such as 192.168.123.99; 127.0.0.1 for a virtual robot on this machine.
     #[arg(long, value_name = "ADDRESS")]
     interface: std::net::IpAddr,
+    /// The robot is a simulator without motion switcher: nobody is asked whether the vendor's controller is released.
+    #[arg(long)]
+    no_switcher: bool,
 }
 
 /// A transition on a line of its own.

@@ -20,6 +20,8 @@ pub(crate) struct Body {
     pub base_ang_vel: Vec3<f64>,
     /// Highest temperatures of winding and casing, each with its joint.
     pub hottest: [(i16, usize); 2],
+    /// Temperatures of each joint's winding and casing.
+    pub temperature: Vec<[i16; 2]>,
 }
 
 impl Body {
@@ -33,6 +35,7 @@ impl Body {
             base_rot: Mat3::identity(),
             base_ang_vel: Vec3::zero(),
             hottest: [(0, 0); 2],
+            temperature: vec![[0; 2]; joints],
         }
     }
 
@@ -55,6 +58,7 @@ impl Body {
             self.joint_vel[j] = f64::from(motor.dq);
             self.torque[j] = f64::from(motor.tau_est);
             let [casing, winding] = motor.temperature;
+            self.temperature[j] = [winding, casing];
             for (hottest, found) in self.hottest.iter_mut().zip([winding, casing]) {
                 if found > hottest.0 {
                     *hottest = (found, j);

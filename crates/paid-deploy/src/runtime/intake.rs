@@ -18,14 +18,23 @@ pub(super) struct Intake {
     pub not_finite: bool,
     pub remote: Remote,
     pub remote_before: Remote,
+    /// Keys of the keyboard in this step.
+    pub typed: Remote,
     pub remote_us: u64,
     pub others: bool,
     pub battery: Option<f64>,
+    /// The vendor's controller in command, where the motion switcher was asked; empty: released.
+    pub master: Option<String>,
     /// When the last picture came, with or without a ball.
     pub picture_us: Option<u64>,
 }
 
 impl Intake {
+    /// The vendor's controller, if it is in command.
+    pub fn vendor(&self) -> Option<&str> {
+        self.master.as_deref().filter(|name| !name.is_empty())
+    }
+
     /// Time since the last new state `[s]`; infinite before the first.
     pub fn state_age(&self, now_us: u64) -> f64 {
         self.state_us.map_or(f64::INFINITY, |at| now_us.saturating_sub(at) as f64 * 1e-6)
@@ -47,6 +56,8 @@ impl Runtime {
             }
             Packet::Odometry(pose) => self.sight.odometry(*pose),
             Packet::Goal(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal = Some(*goal),
+            Packet::Master(name) => self.intake.master.get_or_insert_default().clone_from(name),
+            Packet::Keys(keys) => self.intake.typed.keys |= keys,
             Packet::Battery(percent) if percent.is_finite() => self.intake.battery = Some(*percent),
             Packet::Torso(pose) => self.sight.torso_pose(now_us, pose),
             Packet::Eyes(report) => {
@@ -111,6 +122,9 @@ impl Runtime {
         }
         if intake.others {
             out.push(Reason::OthersCommand.to_string());
+        }
+        if let Some(name) = intake.vendor() {
+            out.push(Reason::Vendor(name.to_owned()).to_string());
         }
         if self.body.tilt() > limits.start_tilt_rad {
             out.push(Reason::Tilt(self.body.tilt()).to_string());

@@ -27,7 +27,7 @@ use sight::Sight;
 pub use latency::{Latency, LatencyFigures};
 pub use phase::Phase;
 pub use reason::{Event, Reason, State};
-pub use status::Status;
+pub use status::{JointStatus, Status};
 
 /// Time between two policy steps `[us]`.
 pub const POLICY_US: u64 = 20_000;
@@ -210,6 +210,7 @@ impl Runtime {
                 self.keys(now_us);
             }
         }
+        self.intake.typed.keys = 0;
         let mut acted = false;
         if policy_due {
             self.sight.advance(now_us, POLICY_US as f64 * 1e-6, self.to_strike());
@@ -296,7 +297,10 @@ impl Runtime {
 
     /// The remote's keys.
     fn keys(&mut self, now_us: u64) {
-        let pressed = |keys: &[Key]| self.intake.remote.holds(keys) && !self.intake.remote_before.holds(keys);
+        let intake = &self.intake;
+        let pressed = |keys: &[Key]| {
+            intake.typed.holds(keys) || intake.remote.holds(keys) && !intake.remote_before.holds(keys)
+        };
         let (up, play) = (pressed(&[Key::L2, Key::Up]), pressed(&[Key::R1, Key::X]));
         if up && self.state == State::Passive {
             let refusals = self.refusals(now_us);

@@ -10,7 +10,8 @@ impl Runtime {
         if stop {
             return Some(Reason::StopSignal);
         }
-        if self.intake.remote.holds(&[Key::L2, Key::B]) {
+        let stop_keys = [Key::L2, Key::B];
+        if self.intake.remote.holds(&stop_keys) || self.intake.typed.holds(&stop_keys) {
             return Some(Reason::StopKey);
         }
         if !self.moves() {
@@ -36,6 +37,9 @@ impl Runtime {
         }
         if intake.others {
             return Some(Reason::OthersCommand);
+        }
+        if let Some(name) = intake.vendor() {
+            return Some(Reason::Vendor(name.to_owned()));
         }
         let silent = now_us.saturating_sub(intake.remote_us) as f64 * 1e-6;
         if limits.remote_required && silent > limits.remote_s {

@@ -72,6 +72,8 @@ pub enum Reason {
     Action(f64),
     /// Somebody else commands the robot.
     OthersCommand,
+    /// This controller of the vendor's is in command.
+    Vendor(String),
     /// Charge of the battery in percent.
     Battery(f64),
     /// The link is closed.
@@ -98,6 +100,7 @@ impl fmt::Display for Reason {
             Self::Late(x) => write!(f, "policy steps late, the last one by {:.0} ms", 1e3 * x),
             Self::Action(x) => write!(f, "an action of {x}"),
             Self::OthersCommand => f.write_str("somebody else commands the robot"),
+            Self::Vendor(name) => write!(f, "the vendor's controller '{name}' is in command"),
             Self::Battery(x) => write!(f, "battery at {x:.0}%"),
             Self::Link(message) => f.write_str(message),
         }

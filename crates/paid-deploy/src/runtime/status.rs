@@ -3,6 +3,22 @@
 use serde::Serialize;
 
 use super::{Controller, Runtime, State};
+use crate::motors::G1_MOTORS;
+
+/// A joint at a moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct JointStatus {
+    /// Angle `[rad]`.
+    pub pos_rad: f32,
+    /// The target of whoever moves it `[rad]`; the last one while nobody does.
+    pub target_rad: f32,
+    /// Speed `[rad/s]`.
+    pub vel_rad_s: f32,
+    /// Estimated torque `[N m]`.
+    pub torque_nm: f32,
+    /// Temperatures of winding and casing in degrees Celsius.
+    pub temperature_c: [i16; 2],
+}
 
 /// A moment of the runtime. Ages are infinite (in JSON null) where nothing has come.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -35,6 +51,12 @@ pub struct Status {
     pub mode_machine: u8,
     /// True if somebody else has commanded the robot.
     pub others_command: bool,
+    /// True while the vendor's controller is in command; null where the motion switcher was not asked.
+    pub vendor_commands: Option<bool>,
+    /// The pelvis by odometry (x, y, z), odometry's frame `[m]`.
+    pub odometry_m: Option<[f64; 3]>,
+    /// The joints, model order, which is the motors'.
+    pub joints: [JointStatus; G1_MOTORS.len()],
     /// True while the remote is heard.
     pub remote: bool,
 }
@@ -45,6 +67,16 @@ impl Runtime {
         let belief = self.sight.belief(f64::INFINITY);
         let ball = if belief.known { self.sight.ball_ahead(&belief) } else { None };
         let seen_s = if belief.known { belief.age_s } else { f64::INFINITY };
+        let mut joints = [JointStatus::default(); G1_MOTORS.len()];
+        for (j, joint) in joints.iter_mut().enumerate().take(self.player.joints()) {
+            *joint = JointStatus {
+                pos_rad: self.body.joint_pos[j] as f32,
+                target_rad: self.limited[j] as f32,
+                vel_rad_s: self.body.joint_vel[j] as f32,
+                torque_nm: self.body.torque[j] as f32,
+                temperature_c: self.body.temperature[j],
+            };
+        }
         Status {
             at_us: now_us,
             state: self.state,
@@ -60,6 +92,9 @@ impl Runtime {
             goal_rad: self.sight.goal_bearing(),
             mode_machine: self.intake.mode_machine,
             others_command: self.intake.others,
+            vendor_commands: self.intake.master.as_ref().map(|name| !name.is_empty()),
+            odometry_m: self.sight.base(now_us, &self.body).map(|base| base.pos.0),
+            joints,
             remote: self.intake.remote.present,
         }
     }

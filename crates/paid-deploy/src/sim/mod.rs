@@ -12,6 +12,7 @@ mod own_eyes;
 mod robot;
 mod senses;
 mod serve;
+mod vendor;
 
 #[cfg(feature = "dds")]
 pub use broadcast::{Broadcast, BroadcastOptions, BroadcastReport};
@@ -26,3 +27,4 @@ pub(crate) use robot::quaternion;
 pub use robot::{Mount, VirtualG1};
 pub use senses::{BallSource, DriftingOdometry, NoisyDetector, PoseSource, Senses, TrueState};
 pub use serve::{Order, Served, Watcher, serve};
+pub use vendor::VendorLink;

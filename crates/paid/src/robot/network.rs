@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use paid_deploy::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
 use paid_deploy::log::{LogHeader, LogWriter};
+use paid_deploy::switcher::{Patience, Reply, SwitcherClient, await_release};
 use paid_deploy::{
-    Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Lateness, Live, Runtime, Side, Told, Writer, lateness_table,
-    run_live,
+    Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Lateness, Live, Packet, Runtime, Side, Told, Writer,
+    lateness_table, run_live,
 };
 
 use super::{NetworkArgs, PlayerArgs, print_event, print_latency};
@@ -29,6 +30,9 @@ pub struct RunArgs {
     /// Ball and odometry from the senses of `paid robot sim`, which know the truth and err by chance.
     #[arg(long)]
     virtual_senses: bool,
+    /// Release the vendor's controller if it is in command. THE ROBOT GOES LIMP: it must hang on the gantry.
+    #[arg(long, conflicts_with = "no_switcher")]
+    release: bool,
     /// Everything but commands: the robot is told nothing.
     #[arg(long)]
     dry_run: bool,
@@ -57,8 +61,15 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         }
         None => None,
     };
-    let NetworkArgs { domain, interface } = args.network;
+    let NetworkArgs { domain, interface, no_switcher } = args.network;
     let link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
+    let switcher = if no_switcher {
+        None
+    } else {
+        let mut client = SwitcherClient::new(link.switcher().map_err(Failure::input)?);
+        await_release(&mut client, args.release, Patience::default(), |line| eprintln!("{line}"))?;
+        Some(client.into_line())
+    };
     if !args.json && !args.quiet {
         let dry = if args.dry_run { ", dry run: no commands" } else { "" };
         println!("domain {domain}, interface {interface}{dry}");
@@ -84,6 +95,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         runtime,
         dry_run: args.dry_run,
         log,
+        switcher,
+        keys: None,
         duration: args.seconds.map(Duration::from_secs_f64),
     };
     let tell_eyes = |line: &str| match (args.json, args.quiet) {
@@ -119,6 +132,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
                 "capture_to_targets": report.latency.figures(),
                 "real_time": report.real_time,
                 "dropped_frames": report.dropped_frames,
+                "log_failed": report.log_failed,
                 "died": report.died,
             }),
         );
@@ -142,6 +156,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     if report.dropped_frames > 0 {
         println!("the log lacks {} steps: the disk was too slow", report.dropped_frames);
+    }
+    if let Some(why) = &report.log_failed {
+        println!("the log is not complete: {why}");
     }
     match report.died {
         None => Ok(ExitCode::SUCCESS),
@@ -170,12 +187,24 @@ pub struct CheckArgs {
 /// Listens. Exit code 1 if a runtime should not start by what was seen.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let stop = crate::stop::flag()?;
-    let NetworkArgs { domain, interface } = args.network;
+    let NetworkArgs { domain, interface, no_switcher } = args.network;
     let mut link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
-    let (begin, mut checker) = (Instant::now(), Checker::default());
+    let mut switcher = SwitcherClient::new(link.switcher().map_err(Failure::input)?);
+    let mut checker = if no_switcher { Checker::without_switcher() } else { Checker::default() };
+    let begin = Instant::now();
+    let mut asked_s = 0;
     while begin.elapsed().as_secs_f64() < args.seconds && !stop.load(Ordering::Relaxed) {
         while let Some(packet) = link.receive().map_err(Failure::input)? {
             checker.take(begin.elapsed().as_micros() as u64, &packet);
+        }
+        if !no_switcher && begin.elapsed().as_secs() > asked_s {
+            asked_s = begin.elapsed().as_secs();
+            switcher.check().map_err(Failure::input)?;
+        }
+        while let Some(reply) = switcher.reply().map_err(Failure::input)? {
+            if let Reply::Master(master) = reply {
+                checker.take(begin.elapsed().as_micros() as u64, &Packet::Master(master.name));
+            }
         }
         std::thread::sleep(Duration::from_micros(200));
     }

@@ -9,8 +9,9 @@ use std::sync::mpsc::{Receiver, channel};
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{
     Broadcast, BroadcastOptions, Fault, LockstepOptions, MatchOptions, MatchResult, Order, OwnEyesOptions,
-    TorsoSource, play_match, serve,
+    TorsoSource, VendorLink, play_match, serve,
 };
+use paid_deploy::switcher::SwitcherService;
 use paid_deploy::{DdsLink, Player, Side};
 
 use super::{PlayerArgs, print_event, print_latency};
@@ -42,6 +43,16 @@ pub struct SimArgs {
     /// Address of the interface, such as 127.0.0.1.
     #[arg(long, value_name = "ADDRESS", required_unless_present = "lockstep")]
     interface: Option<std::net::IpAddr>,
+    /// The vendor's controller that is in command when the robot is switched on, such as ai: it holds the robot, and commands do nothing
+    /// until it is released [default: released].
+    #[arg(
+        long,
+        value_name = "NAME",
+        default_value = "",
+        hide_default_value = true,
+        conflicts_with = "lockstep"
+    )]
+    master: String,
     /// In lockstep: ball and odometry from rendered pictures and a simulated LiDAR through the robot's own eyes, in the place of virtual
     /// senses, which know the truth and err by chance.
     #[arg(long, requires = "lockstep")]
@@ -211,7 +222,12 @@ fn serve_network(
     let keyboard = keyboard();
     let stop = crate::stop::flag()?;
     let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
+    let line = link.switcher().map_err(Failure::input)?;
+    let link = VendorLink::new(link, line, SwitcherService::new(&args.master), player);
     println!("a virtual G1 on domain {domain}, interface {interface}, held by a gantry");
+    if !args.master.is_empty() {
+        println!("the vendor's controller '{}' is in command", args.master);
+    }
     let orders = |now_s: f64| {
         if script.last().is_some_and(|(when, _)| *when <= now_s) {
             return script.pop().map(|(_, order)| order);
@@ -262,6 +278,9 @@ pub struct ReplayArgs {
     /// Print every transition.
     #[arg(long)]
     events: bool,
+    /// Print how long the steps took, in processor time.
+    #[arg(long)]
+    times: bool,
 }
 
 /// Compares a log with what the runtime does today. Exit code 1 if anything differs.
@@ -284,6 +303,9 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     }
     let found = paid_deploy::log::replay(&mut log, &player)?;
     println!("{} steps, {} of them with the policy", found.frames, found.policy_steps);
+    if args.times {
+        print!("{}", found.times.table());
+    }
     match found.difference {
         None => {
             println!("every command, observation and action came out bit for bit");

@@ -1,0 +1,105 @@
+//! The log after a killed program and on a full disk.
+
+use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use paid_deploy::log::{Frame, LogHeader, LogReader, LogWriter};
+use paid_deploy::{Limits, Packet, PlayerSpec, PolicyTrace, State};
+
+const CHILD: &str = "PAID_LOG_OF_A_CHILD";
+
+fn header() -> LogHeader {
+    let player = PlayerSpec { policy: PathBuf::from("p"), motions: None, sets: Vec::new() };
+    LogHeader { player, limits: Limits::default() }
+}
+
+fn frame(k: u64) -> Frame {
+    let trace = PolicyTrace { observation: vec![k as f32; 100], action: vec![0.5; 29] };
+    Frame {
+        now_us: 2_000 * k,
+        packets: vec![Packet::Battery(k as f64)],
+        stop: false,
+        command: vec![k as u8; 1004],
+        state: State::Ready,
+        trace: k.is_multiple_of(10).then_some(trace),
+        events: Vec::new(),
+    }
+}
+
+/// Not a test of its own: the program that the next one kills.
+#[test]
+fn child_that_logs_until_it_is_killed() {
+    let Some(file) = std::env::var_os(CHILD) else { return };
+    let mut log = LogWriter::create(Path::new(&file), &header()).expect("log");
+    let mut out = io::stdout();
+    for k in 0..1_000_000 {
+        log.write(&frame(k));
+        writeln!(out, "logged {k}").and_then(|()| out.flush()).expect("told");
+    }
+}
+
+#[test]
+fn after_kill_9_no_more_than_a_tenth_of_a_second_is_missing() {
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("killed.mcap");
+    let mut child = Command::new(std::env::current_exe().expect("this program"))
+        .args(["--exact", "child_that_logs_until_it_is_killed", "--nocapture"])
+        .env(CHILD, &file)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("child");
+    let lines = BufReader::new(child.stdout.take().expect("output")).lines();
+    let logged = lines.map_while(Result::ok).find(|line| line.ends_with("logged 1234"));
+    // SIGKILL on Unix.
+    child.kill().expect("kill");
+    child.wait().expect("wait");
+    assert!(logged.is_some(), "the child has ended early");
+    let mut reader = LogReader::open(&file).expect("log");
+    let mut found = 0;
+    while let Some(read) = reader.next_frame().expect("frame") {
+        assert_eq!(read, frame(found));
+        found += 1;
+    }
+    // 1235 frames were logged at least, 500 a second.
+    assert!(found >= 1235 - 50, "{found} frames");
+}
+
+/// A disk with room for so many bytes.
+struct Disk(Cursor<Vec<u8>>, usize);
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.0.position() as usize + bytes.len() > self.1 {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.0.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Read for Disk {
+    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
+        self.0.read(room)
+    }
+}
+
+impl Seek for Disk {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
+#[test]
+fn a_full_disk_ends_the_log_and_nothing_else() {
+    let disk = Disk(Cursor::new(Vec::new()), 100_000);
+    let mut log = LogWriter::to(Path::new("full.mcap"), Box::new(disk), &header()).expect("log");
+    for k in 0..500 {
+        log.write(&frame(k));
+    }
+    assert!(log.failed().is_some());
+    let error = log.finish().expect_err("full").to_string();
+    assert!(error.starts_with("full.mcap: "), "{error}");
+}

@@ -1,0 +1,185 @@
+//! The robot's own programs at the other end of the wire: CycloneDDS 0.10.2, and the vendor's SDK on it. `.ci/peers` installs them.
+
+use std::io::{BufRead, BufReader};
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use paid_deploy::sim::{VendorLink, serve};
+use paid_deploy::switcher::SwitcherService;
+use paid_deploy::wire::{LowCmd, LowState};
+use paid_deploy::{
+    DdsLink, Inlet, Limits, Live, Outlet, Packet, Player, PlayerSpec, Runtime, Side, State, Writer, run_live,
+};
+
+const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+/// The loopback has no multicast: single addresses instead.
+const ON_LOOPBACK: &str = r#"<CycloneDDS><Domain Id="any"><General><AllowMulticast>false</AllowMulticast><Interfaces>
+<NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
+<Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"#;
+
+/// A peer in Python, ended with the test.
+struct Peer(Child);
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Where `.ci/peers` has put them.
+fn peers(test: &str) -> Option<PathBuf> {
+    let program = std::env::current_exe().expect("this program");
+    let folder = program.ancestors().nth(3).expect("target folder").join("peers");
+    if folder.join("ready").exists() {
+        return Some(folder);
+    }
+    paid_testing::skipped(test, "CycloneDDS 0.10.2 and the vendor's SDK, which .ci/peers installs");
+    None
+}
+
+/// Begins a peer; its lines.
+fn begin(folder: &Path, script: &str, arguments: &[&str]) -> (Peer, impl Iterator<Item = String> + use<>) {
+    let scripts = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers");
+    let mut child = Command::new(folder.join("venv/bin/python"))
+        .arg(scripts.join(script))
+        .args(arguments)
+        .env("LD_LIBRARY_PATH", folder.join("cyclonedds/lib"))
+        .env("CYCLONEDDS_URI", ON_LOOPBACK)
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("a peer");
+    let lines = BufReader::new(child.stdout.take().expect("its output")).lines();
+    (Peer(child), lines.map_while(Result::ok))
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Says `say` until the peer has heard it and was heard; what the peer has said, what it has heard, what came from it.
+fn exchange(test: &str, side: Side, domain: u16, say: &Packet) -> Option<([String; 2], String, Vec<u8>)> {
+    let folder = peers(test)?;
+    let other = if side == Side::Robot { "runtime" } else { "robot" };
+    let mut link = DdsLink::open(domain, LOOPBACK, side).expect("DDS");
+    let (_peer, mut lines) = begin(&folder, "cyclone.py", &[other, &domain.to_string()]);
+    let said = lines.next().expect("what it says");
+    let (line, heard) = std::sync::mpsc::channel();
+    std::thread::spawn(move || lines.next().map(|heard| line.send(heard)));
+    let (mut got, mut told, begun) = (None, None, Instant::now());
+    while got.is_none() || told.is_none() {
+        assert!(
+            begun.elapsed() < Duration::from_secs(90),
+            "heard {}, was heard {}",
+            got.is_some(),
+            told.is_some()
+        );
+        link.send(say.clone()).expect("send");
+        while let Some(packet) = link.receive().expect("receive") {
+            if let Packet::LowCmd(bytes) | Packet::LowState(bytes) = packet {
+                got.get_or_insert(bytes);
+            }
+        }
+        if told.is_none() {
+            told = heard.try_recv().ok();
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let told: Vec<String> = told?.split(' ').map(str::to_owned).collect();
+    Some(([told[1].clone(), told[2].clone()], said.trim_start_matches("says ").to_owned(), got?))
+}
+
+#[test]
+fn cyclone_and_the_virtual_robot_exchange_state_and_command_byte_for_byte() {
+    let mut state = LowState { mode_machine: 5, tick: 77, wireless_remote: [3; 40], ..LowState::default() };
+    state.imu.rpy = [0.1, -0.2, 0.3];
+    for (k, motor) in state.motors.iter_mut().enumerate() {
+        motor.q = 0.01 * k as f32;
+        motor.temperature = [k as i16, -3];
+    }
+    let state = state.sealed();
+    let test = "cyclone_and_the_virtual_robot_exchange_state_and_command_byte_for_byte";
+    let packet = Packet::LowState(state.to_cdr());
+    let Some(([heard, crc], said, got)) = exchange(test, Side::Robot, 171, &packet) else { return };
+    assert_eq!((heard, crc), (hex(&state.to_cdr()), state.crc.to_string()));
+    assert_eq!(hex(&got), said);
+    let command = LowCmd::from_cdr(&got).expect("a command");
+    assert_eq!((command.mode_machine, command.crc, command.reserve), (5, 0xAABB_CCDD, [1, 2, 3, 4]));
+    assert_eq!((command.motors[34].kp, command.motors[34].reserve), (74.0, 238));
+}
+
+#[test]
+fn cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte() {
+    let mut command = LowCmd::damping(5, 29, 3.0);
+    command.motors[7].q = -0.75;
+    let command = command.sealed();
+    let test = "cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte";
+    let packet = Packet::LowCmd(command.to_cdr());
+    let Some(([heard, crc], said, got)) = exchange(test, Side::Runtime, 172, &packet) else { return };
+    assert_eq!((heard, crc), (hex(&command.to_cdr()), command.crc.to_string()));
+    assert_eq!(hex(&got), said);
+    let state = LowState::from_cdr(&got).expect("a state");
+    assert_eq!((state.tick, state.imu.temperature, state.crc), (4711, -12, 0x0102_0304));
+    assert_eq!((state.motors[34].temperature, state.wireless_remote[39]), ([74, -34], 39));
+}
+
+fn player() -> Arc<Player> {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
+}
+
+#[test]
+fn a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot() {
+    let test = "a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot";
+    let Some(folder) = peers(test) else { return };
+    let player = player();
+    let link = DdsLink::open(173, LOOPBACK, Side::Robot).expect("DDS");
+    let line = link.switcher().expect("DDS");
+    let link = VendorLink::new(link, line, SwitcherService::new("ai"), &player);
+    let stop = AtomicBool::new(false);
+    let (served, lines) = std::thread::scope(|scope| {
+        let robot = scope.spawn(|| serve(&player, link, 0, &stop, |_| None));
+        let (_peer, lines) = begin(&folder, "sdk_commander.py", &["173", "lo"]);
+        let lines: Vec<String> = lines.collect();
+        stop.store(true, Ordering::Relaxed);
+        (robot.join().expect("robot"), lines)
+    });
+    let told = lines.join("; ");
+    assert!(told.contains("master 'ai'; released; moved "), "{told}");
+    let figures: Vec<&str> = lines.last().expect("a line").split(' ').collect();
+    let moved: f64 = figures[1].parse().expect("a number");
+    assert!((moved - 0.3).abs() < 0.06, "the elbow has moved by {moved} rad");
+    assert_eq!(figures[5], "0", "wrong checksums: {told}");
+    assert_eq!(served.expect("served").refused, 0, "commands of the vendor's SDK that the robot has refused");
+}
+
+#[test]
+fn a_robot_on_the_vendors_sdk_hears_the_runtime_damp() {
+    let test = "a_robot_on_the_vendors_sdk_hears_the_runtime_damp";
+    let Some(folder) = peers(test) else { return };
+    let (player, limits) = (player(), Limits::default());
+    let link = DdsLink::open(174, LOOPBACK, Side::Runtime).expect("DDS");
+    let live = Live {
+        writer: Writer::new(&limits, player.joints()),
+        runtime: Runtime::new(Arc::clone(&player), limits),
+        dry_run: false,
+        log: None,
+        switcher: None,
+        keys: None,
+        duration: Some(Duration::from_secs(90)),
+    };
+    let stop = AtomicBool::new(false);
+    let (report, lines) = std::thread::scope(|scope| {
+        let runtime = scope.spawn(|| run_live(live, link, &stop, |_| {}));
+        let (_peer, lines) = begin(&folder, "sdk_robot.py", &["174", "lo"]);
+        let lines: Vec<String> = lines.collect();
+        stop.store(true, Ordering::Relaxed);
+        (runtime.join().expect("runtime"), lines)
+    });
+    assert_eq!(lines, ["heard True crc True damping True machine [5]"]);
+    assert_eq!(report.expect("report").state, State::Damping, "it damps in the end");
+}
