@@ -6,6 +6,7 @@
 //! - [`Writer`]: the last hand before the robot, which damps if the runtime is silent.
 //! - [`switcher`]: who is in command of the robot, and the release of the vendor's controller.
 //! - [`eyes`]: the robot's camera and LiDAR; `ros` (feature `dds`): their topics.
+//! - `view` (feature `view`): the runtime on a terminal.
 //! - [`sim`]: a G1 in MuJoCo behind the same packets, with its senses and its faults.
 //!
 //! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_perceive`]: the code of training and judge.
@@ -41,6 +42,8 @@ pub mod ros;
 pub mod runtime;
 pub mod sim;
 pub mod switcher;
+#[cfg(feature = "view")]
+pub mod view;
 pub mod wire;
 mod writer;
 

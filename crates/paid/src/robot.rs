@@ -2,6 +2,7 @@
 
 mod network;
 mod offline;
+mod screen;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

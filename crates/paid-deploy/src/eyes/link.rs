@@ -113,8 +113,8 @@ impl Tap {
             }
             // Virtual senses place the goal themselves.
             Packet::GoalAhead(_) => !matches!(self.sensed, Sensed::Virtual),
-            // Nobody else may speak for the robot's own eyes.
-            Packet::Torso(_) | Packet::Eyes(_) => false,
+            // Nobody else may speak for the robot's own eyes, the motion switcher or the operator.
+            Packet::Torso(_) | Packet::Eyes(_) | Packet::Master(_) | Packet::Keys(_) => false,
             _ => true,
         }
     }
@@ -191,7 +191,7 @@ mod tests {
     use crate::message::{OdometryPose, Sighting, TorsoPose};
     use paid_sight::PoseMessage;
 
-    fn everything() -> [Packet; 5] {
+    fn everything() -> [Packet; 7] {
         let quaternion = [1.0, 0.0, 0.0, 0.0];
         [
             Packet::Battery(80.0),
@@ -199,6 +199,8 @@ mod tests {
             Packet::Odometry(OdometryPose { stamp_us: 1, position: [0.0; 3], quaternion }),
             Packet::Goal([5.0, 0.0]),
             Packet::GoalAhead([4.0, 0.0]),
+            Packet::Master(String::new()),
+            Packet::Keys(1),
         ]
     }
 
@@ -211,7 +213,7 @@ mod tests {
 
     #[test]
     fn virtual_senses_are_heard_only_where_they_are_asked_for() {
-        let [battery, sighting, pose, goal, ahead] = everything();
+        let [battery, sighting, pose, goal, ahead, ..] = everything();
         assert_eq!(received(Sensed::Nothing), [battery.clone(), ahead.clone()]);
         assert_eq!(received(Sensed::Virtual), [battery.clone(), sighting, pose, goal]);
         let (desk, _joints) = Desk::new(None);

@@ -14,6 +14,7 @@ use paid_deploy::{
     lateness_table, run_live,
 };
 
+use super::screen::Viewer;
 use super::{NetworkArgs, PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
 
@@ -45,6 +46,9 @@ pub struct RunArgs {
     /// Say nothing before the end.
     #[arg(long, conflicts_with = "json")]
     quiet: bool,
+    /// Show state, rates, joints and ball on the terminal, and take the remote's keys from the keyboard.
+    #[arg(long, conflicts_with_all = ["json", "quiet"])]
+    view: bool,
     /// End after so many seconds [default: runs until Ctrl-C].
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
@@ -90,32 +94,45 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         println!("without --eyes or --virtual-senses the robot sees no ball: it does not kick");
     }
     let link = SensedLink::new(link, sensed);
+    let keys = args.view.then(Arc::default);
     let live = Live {
         writer,
         runtime,
         dry_run: args.dry_run,
         log,
         switcher,
-        keys: None,
+        keys: keys.clone(),
         duration: args.seconds.map(Duration::from_secs_f64),
     };
-    let tell_eyes = |line: &str| match (args.json, args.quiet) {
-        (true, _) => json_line("eyes", &line),
-        (false, true) => {}
-        (false, false) => println!("eyes: {line}"),
+    let mut screen = match &keys {
+        Some(keys) => Some(Viewer::begin(keys, &stop)?),
+        None => None,
     };
-    let report = run_live(live, link, &stop, move |told| {
-        lines.iter().flat_map(|lines| lines.try_iter()).for_each(|line| tell_eyes(&line));
-        match told {
-            Told::Event(event) if args.json => json_line("event", event),
-            Told::Status(status) if args.json => json_line("status", status),
-            Told::Event(event) if !args.quiet => {
-                print_event(event);
+    let report = run_live(live, link, &stop, |told| {
+        for line in lines.iter().flat_map(|lines| lines.try_iter()) {
+            match &mut screen {
+                Some(screen) => screen.note(&format!("eyes: {line}")),
+                None if args.json => json_line("eyes", &line),
+                None if args.quiet => {}
+                None => println!("eyes: {line}"),
             }
-            Told::Event(_) | Told::Status(_) => {}
         }
-    })?;
+        match (&mut screen, told) {
+            (Some(screen), told) => screen.tell(told),
+            (None, Told::Event(event)) if args.json => json_line("event", event),
+            (None, Told::Status(status)) if args.json => json_line("status", status),
+            (None, Told::Event(event)) if !args.quiet => print_event(event),
+            (None, Told::Event(_) | Told::Status(_)) => {}
+        }
+    });
+    if let Some(screen) = screen {
+        screen.end();
+    }
     drop(eyes);
+    let report = report?;
+    if args.view {
+        report.events.iter().for_each(print_event);
+    }
     let timer = Lateness::of_bare_timer(Duration::from_secs(2)).figures();
     let (commands, policy) = (report.lateness.figures(), report.policy_steps.figures());
     if args.json {

@@ -1,0 +1,60 @@
+//! `paid robot run --view`: draws what is told, and takes keys.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use paid_deploy::view::{Pressed, Screen, View};
+use paid_deploy::{Mailbox, Told};
+
+use crate::failure::Failure;
+
+/// The terminal's end of a run.
+pub struct Viewer {
+    view: View,
+    screen: Screen,
+    over: Arc<AtomicBool>,
+    keys: JoinHandle<()>,
+}
+
+impl Viewer {
+    /// Takes the terminal. Keys of the remote go into `keys`; the end is asked for by `stop`.
+    pub fn begin(keys: &Arc<Mailbox<u16>>, stop: &Arc<AtomicBool>) -> Result<Self, Failure> {
+        let screen = Screen::take().map_err(|e| Failure::input(format!("--view needs a terminal: {e}")))?;
+        let over = Arc::new(AtomicBool::new(false));
+        let (keys, stop, ended) = (Arc::clone(keys), Arc::clone(stop), Arc::clone(&over));
+        let keys = std::thread::spawn(move || {
+            while !ended.load(Ordering::Relaxed) {
+                match Screen::key(Duration::from_millis(50)) {
+                    Ok(Some(Pressed::Remote(bits))) => while !keys.put(bits) {},
+                    Ok(Some(Pressed::Quit)) => stop.store(true, Ordering::Relaxed),
+                    Ok(None) => {}
+                    // A keyboard that is gone is no reason to go on unseen.
+                    Err(_) => {
+                        stop.store(true, Ordering::Relaxed);
+                        return;
+                    }
+                }
+            }
+        });
+        Ok(Self { view: View::default(), screen, over, keys })
+    }
+
+    /// Draws. A terminal that is gone does not end the run: the keyboard's thread notices.
+    pub fn tell(&mut self, told: Told<'_>) {
+        self.view.take(told);
+        let _ = self.screen.draw(&self.view);
+    }
+
+    /// A line beside the transitions.
+    pub fn note(&mut self, line: &str) {
+        self.view.note(line);
+    }
+
+    /// Gives the terminal back.
+    pub fn end(self) {
+        self.over.store(true, Ordering::Relaxed);
+        let _ = self.keys.join();
+    }
+}
