@@ -125,6 +125,13 @@ impl PoseBuffer {
         self
     }
 
+    /// Has room for so many poses from the beginning: a thread that keeps no more of them allocates nothing.
+    #[must_use]
+    pub fn with_room(mut self, poses: usize) -> Self {
+        self.poses.reserve(poses);
+        self
+    }
+
     /// The newest pose.
     pub fn last(&self) -> Option<&StampedPose> {
         self.poses.back()
@@ -248,6 +255,17 @@ mod tests {
         assert!((buffer.at(1.005).expect("known").pos.x() - 0.05).abs() < 1e-12);
         assert_eq!(buffer.at(1.1).err(), Some(PoseGap::Hole));
         assert!((buffer.at(1.2).expect("known").pos.x() - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_buffer_with_room_does_not_grow() {
+        // Half a second at 100 Hz is 51 poses with both ends, and the new one comes before the oldest goes.
+        let mut buffer = PoseBuffer::new(0.5, 0.0).with_room(52);
+        let room = buffer.poses.capacity();
+        assert!(room >= 52 && buffer.at(0.0).err() == Some(PoseGap::Empty));
+        assert!((0..500).all(|k| buffer.push(stamped(0.01 * f64::from(k), 0.0, 0.0))));
+        assert_eq!(buffer.poses.capacity(), room);
+        assert!((50..=51).contains(&buffer.poses.len()), "{}", buffer.poses.len());
     }
 
     #[test]
