@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use paid_deploy::log::{LogHeader, LogReader, LogWriter, replay};
-use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, drill, play_match};
+use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, drill, play_match};
 use paid_deploy::wire::{Key, LowCmd, LowState, Remote};
 use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State};
 
@@ -35,10 +35,26 @@ fn a_robot_that_is_let_go_stands_for_ten_seconds() {
 }
 
 #[test]
+fn a_rolling_ball_slows_as_the_runtime_predicts() {
+    let player = player();
+    let mut robot = VirtualG1::new(Arc::clone(&player)).expect("MuJoCo");
+    robot.place_ball([-2.0, 0.0], [-1.5, 0.0]);
+    (0..500).for_each(|_| robot.step());
+    let ball = robot.truth().ball;
+    let (speed, way) = (-ball.vel.x(), -2.0 - ball.pos.x());
+    // 1 s of v' = -c v: what is left is exp(-c), and the way is (1 - exp(-c)) / c.
+    let decay = paid_task::roll_decay(&player.task.ball_params);
+    assert!(decay > 0.1, "{decay}");
+    let left = (-decay).exp();
+    assert!((speed - 1.5 * left).abs() < 0.02, "{speed} m/s, expected {}", 1.5 * left);
+    assert!((way - 1.5 * (1.0 - left) / decay).abs() < 0.02, "{way} m");
+}
+
+#[test]
 fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     let player = player();
     let dir = tempfile::tempdir().expect("dir");
-    let file = dir.path().join("match.log");
+    let file = dir.path().join("match.mcap");
     let mut options = MatchOptions::default();
     options.field.kicks = 1;
     let limits = options.lockstep.limits.clone();
@@ -134,17 +150,72 @@ fn the_runtime_refuses_a_robot_that_is_not_fit() {
     assert_eq!(asked_to_stand(&player, |_| {}, &[]).0, State::StandUp);
     let tilted = |state: &mut LowState| state.imu.quaternion = [0.9, 0.44, 0.0, 0.0];
     let locked = |state: &mut LowState| state.mode_machine = 6;
-    let cases: [Case<'_>; 4] = [
+    let vendor = [Packet::Master("ai".to_owned())];
+    let cases: [Case<'_>; 5] = [
         (&tilted, &[], "tilted by 0.91 rad"),
         (&locked, &[], "mode_machine: expected 5 (29 free joints), found 6"),
         (&|_| {}, &[Packet::OthersCommand], "somebody else commands the robot"),
         (&|_| {}, &[Packet::Battery(12.0)], "battery at 12%"),
+        (&|_| {}, &vendor, "the vendor's controller 'ai' is in command"),
     ];
     for (change, more, expected) in cases {
         let (state, told) = asked_to_stand(&player, change, more);
         assert_eq!(state, State::Passive, "{expected}");
         assert!(told.contains(expected), "{told}");
     }
+}
+
+/// States and reasons of a runtime that gets healthy states 2 ms apart, and in step `k` what `more` says.
+fn run_with(player: &Arc<Player>, steps: u32, more: impl Fn(u32) -> Vec<Packet>) -> (State, String) {
+    let limits = Limits { stand_up_s: 0.01, listen_s: 0.0, ..Limits::default() };
+    let mut runtime = Runtime::new(Arc::clone(player), limits);
+    let mut told = String::new();
+    for k in 1..=steps {
+        let mut packets = more(k);
+        packets.push(Packet::LowState(healthy(2 * k).sealed().to_cdr()));
+        let output = runtime.step(2000 * u64::from(k), &packets, false);
+        told += &output.events.iter().map(|e| format!("{}; ", e.reason)).collect::<String>();
+    }
+    (runtime.state(), told)
+}
+
+#[test]
+fn keys_of_the_keyboard_are_keys_of_the_remote_for_one_step() {
+    let player = player();
+    let bits = |keys: &[Key]| Packet::Keys(keys.iter().fold(0, |bits, key| bits | (1 << *key as u16)));
+    let typed = |k| match k {
+        3 => vec![bits(&[Key::L2, Key::Up])],
+        20 => vec![bits(&[Key::R1]), bits(&[Key::X])],
+        _ => Vec::new(),
+    };
+    let (state, told) = run_with(&player, 30, typed);
+    assert_eq!(state, State::Ready);
+    assert_eq!(told.matches("refused to kick").count(), 1, "{told}");
+    // Stop keys in two steps are no stop keys.
+    let apart = |k| match k {
+        20 => vec![bits(&[Key::L2])],
+        21 => vec![bits(&[Key::B])],
+        _ => typed(k),
+    };
+    assert_eq!(run_with(&player, 30, apart).0, State::Ready);
+    let stopped = |k| if k == 25 { vec![bits(&[Key::L2, Key::B])] } else { typed(k) };
+    assert_eq!(run_with(&player, 30, stopped).0, State::Damping);
+}
+
+#[test]
+fn a_vendors_controller_that_comes_back_is_answered_by_damping() {
+    let player = player();
+    let keys = (1 << Key::L2 as u16) | (1 << Key::Up as u16);
+    let master = |name: &str| vec![Packet::Master(name.to_owned())];
+    let released = |k| match k {
+        1 | 20 => master(""),
+        3 => vec![Packet::Keys(keys)],
+        _ => Vec::new(),
+    };
+    assert_eq!(run_with(&player, 30, released).0, State::Ready);
+    let (state, told) = run_with(&player, 30, |k| if k == 20 { master("normal") } else { released(k) });
+    assert_eq!(state, State::Damping);
+    assert!(told.contains("the vendor's controller 'normal' is in command"), "{told}");
 }
 
 #[test]

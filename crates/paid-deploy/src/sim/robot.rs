@@ -59,7 +59,8 @@ impl VirtualG1 {
     /// # Errors
     /// If MuJoCo is missing or refuses the scene.
     pub fn new(player: Arc<Player>) -> Result<Self, DeployError> {
-        let ball = BallOptions { params: player.task.ball_params, ..BallOptions::default() };
+        // It slows as the runtime's prediction and the eyes' ball memory expect it.
+        let ball = BallOptions { params: player.task.ball_params, damped: true, ..BallOptions::default() };
         let scene = SceneOptions {
             physics_dt_s: STEP_US as f64 * 1e-6,
             substeps: 1,
