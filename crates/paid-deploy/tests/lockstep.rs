@@ -77,9 +77,10 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
 
     // A log that was cut off is read up to there.
     let bytes = std::fs::read(&file).expect("read");
-    std::fs::write(&file, &bytes[..bytes.len() - 100]).expect("write");
+    std::fs::write(&file, &bytes[..bytes.len() / 2]).expect("write");
     let cut = replay(&mut LogReader::open(&file).expect("log"), &player).expect("replay");
-    assert_eq!((cut.frames, cut.difference), (again.frames - 1, None));
+    assert_eq!(cut.difference, None);
+    assert!((1000..again.frames - 1000).contains(&cut.frames), "{} of {} frames", cut.frames, again.frames);
 }
 
 #[test]

@@ -1,11 +1,16 @@
 //! The log after a killed program and on a full disk.
 
-use std::io::{self, BufRead, BufReader, Cursor, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use paid_deploy::log::{Frame, LogHeader, LogReader, LogWriter};
-use paid_deploy::{Limits, Packet, PlayerSpec, PolicyTrace, State};
+use paid_deploy::{
+    ChannelLink, Inlet, Limits, Live, Packet, Player, PlayerSpec, PolicyTrace, Runtime, State, Told, Writer,
+    run_live,
+};
 
 const CHILD: &str = "PAID_LOG_OF_A_CHILD";
 
@@ -66,23 +71,24 @@ fn after_kill_9_no_more_than_a_tenth_of_a_second_is_missing() {
 }
 
 /// A disk with room for so many bytes.
-struct Disk(Cursor<Vec<u8>>, usize);
+struct Disk(Cursor<Vec<u8>>, Arc<AtomicUsize>);
+
+impl Disk {
+    fn new(room: usize) -> (Box<Self>, Arc<AtomicUsize>) {
+        let room = Arc::new(AtomicUsize::new(room));
+        (Box::new(Self(Cursor::new(Vec::new()), Arc::clone(&room))), room)
+    }
+}
 
 impl Write for Disk {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.0.position() as usize + bytes.len() > self.1 {
+        if self.0.position() as usize + bytes.len() > self.1.load(Ordering::Relaxed) {
             return Err(io::ErrorKind::StorageFull.into());
         }
         self.0.write(bytes)
     }
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
-    }
-}
-
-impl Read for Disk {
-    fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
-        self.0.read(room)
     }
 }
 
@@ -94,12 +100,51 @@ impl Seek for Disk {
 
 #[test]
 fn a_full_disk_ends_the_log_and_nothing_else() {
-    let disk = Disk(Cursor::new(Vec::new()), 100_000);
-    let mut log = LogWriter::to(Path::new("full.mcap"), Box::new(disk), &header()).expect("log");
+    let (disk, _) = Disk::new(100_000);
+    let mut log = LogWriter::to(Path::new("full.mcap"), disk, &header()).expect("log");
     for k in 0..500 {
         log.write(&frame(k));
     }
     assert!(log.failed().is_some());
     let error = log.finish().expect_err("full").to_string();
     assert!(error.starts_with("full.mcap: "), "{error}");
+}
+
+#[test]
+fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
+    let (player, limits) = (Arc::new(player), Limits::default());
+    let (disk, room) = Disk::new(usize::MAX);
+    let log = LogWriter::to(Path::new("full.mcap"), disk, &header()).expect("log");
+    room.store(0, Ordering::Relaxed);
+    let live = Live {
+        writer: Writer::new(&limits, player.joints()),
+        runtime: Runtime::new(player, limits),
+        dry_run: false,
+        log: Some(log),
+        switcher: None,
+        keys: None,
+        duration: None,
+    };
+    let (mut robot, link) = ChannelLink::pair();
+    let stop = AtomicBool::new(false);
+    let mut said = None;
+    let report = run_live(live, link, &stop, |told| match told {
+        Told::Event(event) if event.reason.starts_with("the log ends here") => said = Some(event.at_us),
+        // The state of things goes on for half a second, then somebody presses Ctrl-C.
+        Told::Status(status) if said.is_some_and(|at| status.runtime.at_us > at + 500_000) => {
+            stop.store(true, Ordering::Relaxed);
+        }
+        _ => {}
+    })
+    .expect("the link is well");
+    assert!(report.log_failed.as_ref().is_some_and(|why| why.starts_with("full.mcap: ")), "{report:?}");
+    assert_eq!((report.died, report.state), (None, State::Damping));
+    // It damps in the end, as if there had been no log.
+    let mut commands = 0;
+    while let Ok(Some(Packet::LowCmd(_))) = robot.receive() {
+        commands += 1;
+    }
+    assert!(commands > 100, "{commands}");
 }

@@ -21,6 +21,11 @@ const ON_LOOPBACK: &str = r#"<CycloneDDS><Domain Id="any"><General><AllowMultica
 <NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"#;
 
+/// A domain that no test beside this one has. CycloneDDS takes those up to 230.
+fn domain(test: u32) -> u16 {
+    20 + ((4 * std::process::id() + test) % 180) as u16
+}
+
 /// A peer in Python, ended with the test.
 struct Peer(Child);
 
@@ -31,14 +36,19 @@ impl Drop for Peer {
     }
 }
 
+/// What a test needs: the file that says that it is there, and its name.
+type Needs = (&'static str, &'static str);
+const CYCLONE: Needs = ("cyclonedds.ready", "CycloneDDS 0.10.2");
+const SDK: Needs = ("sdk.ready", "the vendor's SDK on CycloneDDS 0.10.2");
+
 /// Where `.ci/peers` has put them.
-fn peers(test: &str) -> Option<PathBuf> {
+fn peers(test: &str, (ready, name): Needs) -> Option<PathBuf> {
     let program = std::env::current_exe().expect("this program");
     let folder = program.ancestors().nth(3).expect("target folder").join("peers");
-    if folder.join("ready").exists() {
+    if folder.join(ready).exists() {
         return Some(folder);
     }
-    paid_testing::skipped(test, "CycloneDDS 0.10.2 and the vendor's SDK, which .ci/peers installs");
+    paid_testing::skipped(test, &format!("{name}, which .ci/peers installs"));
     None
 }
 
@@ -63,7 +73,7 @@ fn hex(bytes: &[u8]) -> String {
 
 /// Says `say` until the peer has heard it and was heard; what the peer has said, what it has heard, what came from it.
 fn exchange(test: &str, side: Side, domain: u16, say: &Packet) -> Option<([String; 2], String, Vec<u8>)> {
-    let folder = peers(test)?;
+    let folder = peers(test, CYCLONE)?;
     let other = if side == Side::Robot { "runtime" } else { "robot" };
     let mut link = DdsLink::open(domain, LOOPBACK, side).expect("DDS");
     let (_peer, mut lines) = begin(&folder, "cyclone.py", &[other, &domain.to_string()]);
@@ -104,7 +114,7 @@ fn cyclone_and_the_virtual_robot_exchange_state_and_command_byte_for_byte() {
     let state = state.sealed();
     let test = "cyclone_and_the_virtual_robot_exchange_state_and_command_byte_for_byte";
     let packet = Packet::LowState(state.to_cdr());
-    let Some(([heard, crc], said, got)) = exchange(test, Side::Robot, 171, &packet) else { return };
+    let Some(([heard, crc], said, got)) = exchange(test, Side::Robot, domain(0), &packet) else { return };
     assert_eq!((heard, crc), (hex(&state.to_cdr()), state.crc.to_string()));
     assert_eq!(hex(&got), said);
     let command = LowCmd::from_cdr(&got).expect("a command");
@@ -119,7 +129,7 @@ fn cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte() {
     let command = command.sealed();
     let test = "cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte";
     let packet = Packet::LowCmd(command.to_cdr());
-    let Some(([heard, crc], said, got)) = exchange(test, Side::Runtime, 172, &packet) else { return };
+    let Some(([heard, crc], said, got)) = exchange(test, Side::Runtime, domain(1), &packet) else { return };
     assert_eq!((heard, crc), (hex(&command.to_cdr()), command.crc.to_string()));
     assert_eq!(hex(&got), said);
     let state = LowState::from_cdr(&got).expect("a state");
@@ -135,15 +145,15 @@ fn player() -> Arc<Player> {
 #[test]
 fn a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot() {
     let test = "a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot";
-    let Some(folder) = peers(test) else { return };
+    let Some(folder) = peers(test, SDK) else { return };
     let player = player();
-    let link = DdsLink::open(173, LOOPBACK, Side::Robot).expect("DDS");
+    let link = DdsLink::open(domain(2), LOOPBACK, Side::Robot).expect("DDS");
     let line = link.switcher().expect("DDS");
     let link = VendorLink::new(link, line, SwitcherService::new("ai"), &player);
     let stop = AtomicBool::new(false);
     let (served, lines) = std::thread::scope(|scope| {
-        let robot = scope.spawn(|| serve(&player, link, 0, &stop, |_| None));
-        let (_peer, lines) = begin(&folder, "sdk_commander.py", &["173", "lo"]);
+        let robot = scope.spawn(|| serve(&player, link, 0, &stop, &mut (), |_| None));
+        let (_peer, lines) = begin(&folder, "sdk_commander.py", &[&domain(2).to_string(), "lo"]);
         let lines: Vec<String> = lines.collect();
         stop.store(true, Ordering::Relaxed);
         (robot.join().expect("robot"), lines)
@@ -160,9 +170,9 @@ fn a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot() {
 #[test]
 fn a_robot_on_the_vendors_sdk_hears_the_runtime_damp() {
     let test = "a_robot_on_the_vendors_sdk_hears_the_runtime_damp";
-    let Some(folder) = peers(test) else { return };
+    let Some(folder) = peers(test, SDK) else { return };
     let (player, limits) = (player(), Limits::default());
-    let link = DdsLink::open(174, LOOPBACK, Side::Runtime).expect("DDS");
+    let link = DdsLink::open(domain(3), LOOPBACK, Side::Runtime).expect("DDS");
     let live = Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(Arc::clone(&player), limits),
@@ -175,7 +185,7 @@ fn a_robot_on_the_vendors_sdk_hears_the_runtime_damp() {
     let stop = AtomicBool::new(false);
     let (report, lines) = std::thread::scope(|scope| {
         let runtime = scope.spawn(|| run_live(live, link, &stop, |_| {}));
-        let (_peer, lines) = begin(&folder, "sdk_robot.py", &["174", "lo"]);
+        let (_peer, lines) = begin(&folder, "sdk_robot.py", &[&domain(3).to_string(), "lo"]);
         let lines: Vec<String> = lines.collect();
         stop.store(true, Ordering::Relaxed);
         (runtime.join().expect("runtime"), lines)

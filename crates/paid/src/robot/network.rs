@@ -108,16 +108,17 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         Some(keys) => Some(Viewer::begin(keys, &stop)?),
         None => None,
     };
-    let report = run_live(live, link, &stop, |told| {
+    let shown = &mut screen;
+    let report = run_live(live, link, &stop, move |told| {
         for line in lines.iter().flat_map(|lines| lines.try_iter()) {
-            match &mut screen {
+            match shown.as_mut() {
                 Some(screen) => screen.note(&format!("eyes: {line}")),
                 None if args.json => json_line("eyes", &line),
                 None if args.quiet => {}
                 None => println!("eyes: {line}"),
             }
         }
-        match (&mut screen, told) {
+        match (shown.as_mut(), told) {
             (Some(screen), told) => screen.tell(told),
             (None, Told::Event(event)) if args.json => json_line("event", event),
             (None, Told::Status(status)) if args.json => json_line("status", status),

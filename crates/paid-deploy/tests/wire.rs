@@ -1,0 +1,94 @@
+//! Who commands the robot, asked and noticed over DDS on the loopback.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use paid_deploy::sim::VendorLink;
+use paid_deploy::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
+use paid_deploy::wire::LowCmd;
+use paid_deploy::{DdsLink, Inlet, Outlet, Packet, Player, PlayerSpec, Side};
+
+const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+/// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
+const PATIENCE: Duration = Duration::from_secs(90);
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// A domain that no test beside this one has.
+fn domain(test: u32) -> u16 {
+    20 + ((2 * std::process::id() + test) % 180) as u16
+}
+
+#[test]
+fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
+    let robot = DdsLink::open(domain(0), LOOPBACK, Side::Robot).expect("the loopback");
+    let line = robot.switcher().expect("topics");
+    let mut robot = VendorLink::new(robot, line, SwitcherService::new("ai"), &player);
+    let runtime = DdsLink::open(domain(0), LOOPBACK, Side::Runtime).expect("the loopback");
+    let mut client = SwitcherClient::new(runtime.switcher().expect("topics"));
+    let patience = Patience { answer: PATIENCE, release: PATIENCE, every: Duration::from_millis(100) };
+    let stop = AtomicBool::new(false);
+    let (kept, told) = std::thread::scope(|scope| {
+        let robot = scope.spawn(|| {
+            // What holds the robot: the vendor's command as long as it is in command, then once the one that lets go.
+            let mut held = None;
+            while !stop.load(Ordering::Relaxed) {
+                while let Ok(Some(packet)) = robot.receive() {
+                    if let Packet::LowCmd(bytes) = packet {
+                        held = LowCmd::from_cdr(&bytes).ok().map(|command| command.motors[0].mode);
+                    }
+                }
+                std::thread::sleep(PAUSE);
+            }
+            held
+        });
+        let refused = await_release(&mut client, false, patience, |_| {});
+        let mut told = Vec::new();
+        let released = await_release(&mut client, true, patience, |line| told.push(line.to_owned()));
+        stop.store(true, Ordering::Relaxed);
+        released.expect("released");
+        let error = refused.expect_err("in command").to_string();
+        assert!(error.starts_with("refused to start: the vendor's controller 'ai' is in command"), "{error}");
+        (robot.join().expect("robot"), told)
+    });
+    assert_eq!(told, ["releases the vendor's controller 'ai'", "the vendor's controller is released"]);
+    assert_eq!(kept, Some(0), "the motors are off");
+}
+
+#[test]
+fn commands_of_somebody_else_are_noticed_and_own_ones_are_not_taken_for_theirs() {
+    let open = |side| DdsLink::open(domain(1), LOOPBACK, side).expect("the loopback");
+    let (mut robot, mut own, mut other) = (open(Side::Robot), open(Side::Runtime), open(Side::Runtime));
+    let command = |kd| Packet::LowCmd(LowCmd::damping(5, 29, kd).sealed().to_cdr());
+    let begin = Instant::now();
+    // First the own commands alone, until the robot and the other program have heard a hundred of them.
+    let (mut heard, mut taken_for_others, mut noticed_by_other) = (0, 0, 0);
+    while heard < 100 || noticed_by_other < 100 {
+        assert!(begin.elapsed() < PATIENCE, "{heard} heard by the robot, {noticed_by_other} by the other");
+        own.send(command(3.0 + heard as f32 * 0.01)).expect("sent");
+        std::thread::sleep(PAUSE);
+        while let Some(packet) = robot.receive().expect("open") {
+            heard += usize::from(matches!(packet, Packet::LowCmd(_)));
+        }
+        while let Some(packet) = own.receive().expect("open") {
+            taken_for_others += usize::from(packet == Packet::OthersCommand);
+        }
+        while let Some(packet) = other.receive().expect("open") {
+            noticed_by_other += usize::from(packet == Packet::OthersCommand);
+        }
+    }
+    assert_eq!(taken_for_others, 0);
+    // Then the other program commands, too.
+    let mut noticed = false;
+    while !noticed {
+        assert!(begin.elapsed() < 2 * PATIENCE, "nobody has noticed");
+        other.send(command(8.0)).expect("sent");
+        std::thread::sleep(PAUSE);
+        while let Some(packet) = own.receive().expect("open") {
+            noticed |= packet == Packet::OthersCommand;
+        }
+    }
+}
