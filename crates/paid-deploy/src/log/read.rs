@@ -27,7 +27,7 @@ pub struct LogReader {
 
 /// What is of interest among the records.
 enum Found {
-    Header(LogHeader),
+    Header(Box<LogHeader>),
     Frame(Box<Frame>),
 }
 
@@ -52,7 +52,7 @@ impl LogReader {
             header: LogHeader { player: empty, limits: crate::Limits::default() },
         };
         match reader.next_found()? {
-            Some(Found::Header(header)) => reader.header = header,
+            Some(Found::Header(header)) => reader.header = *header,
             _ => return Err(fail(format!("expected a metadata record '{NAME}' first, found none"))),
         }
         Ok(reader)
@@ -139,5 +139,7 @@ fn header(metadata: &std::collections::BTreeMap<String, String>) -> Result<Found
     if text("version") != VERSION {
         return Err(format!("version: expected {VERSION}, found '{}'", text("version")));
     }
-    serde_json::from_str(text("header")).map(Found::Header).map_err(|e| format!("header: {e}"))
+    serde_json::from_str(text("header"))
+        .map(|header| Found::Header(Box::new(header)))
+        .map_err(|e| format!("header: {e}"))
 }
