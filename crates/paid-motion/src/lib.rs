@@ -49,6 +49,7 @@ mod resample;
 mod rotation;
 #[cfg(test)]
 mod testing;
+mod upright;
 mod write;
 
 pub use balance::{Balance, GRAVITY, balance, hull, support_margin};

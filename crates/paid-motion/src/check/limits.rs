@@ -20,6 +20,8 @@ impl Limit {
 pub struct CheckLimits {
     /// Shortest clip without a warning `[s]`: less cannot hold an approach and a kick.
     pub shortest_s: f64,
+    /// Fewest frames a second without a warning: a foot at 8 m/s moves 27 cm between two frames at 30.
+    pub least_fps: f64,
     /// Clip length `[s]`: the task's episodes last 10 s.
     pub duration_s: Limit,
     /// Stored bodies against forward kinematics of the stored joints `[m]`.
@@ -64,6 +66,7 @@ impl Default for CheckLimits {
     fn default() -> Self {
         Self {
             shortest_s: 1.0,
+            least_fps: 30.0,
             duration_s: Limit::new(10.0, 120.0),
             kinematics_m: Limit::new(1e-3, 1e-2),
             joint_rate: Limit::new(0.5, 5.0),

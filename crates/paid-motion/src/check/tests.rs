@@ -134,3 +134,90 @@ fn a_clip_that_does_not_end_standing_is_warned_of() {
     assert!(reasons.iter().any(|r| r.contains("rad/s at the end: no stand to hold")), "{reasons:?}");
     assert!(reasons.contains(&"ends with 1 of 2 feet on the floor: no stand to hold"), "{reasons:?}");
 }
+
+/// The clip `good` through files in a folder, at these rates.
+fn folder(rates: &[f64]) -> Vec<ClipReport> {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let folder = tempfile::tempdir().expect("a folder");
+    for rate in rates {
+        let clip = crate::resample(&good(), &model, *rate);
+        let path = folder.path().join(format!("{rate:03}.npz"));
+        crate::write_motion(&path, &clip, &model, &spec).expect("written");
+    }
+    let library = crate::MotionLibrary::load_unchanged(folder.path(), &model, &spec).expect("read");
+    library.clips.iter().map(report).collect()
+}
+
+#[test]
+fn a_folder_of_mixed_frame_rates_is_judged_clip_by_clip_and_the_mixture_is_told() {
+    let reports = folder(&[24.0, 30.0, 50.0, 240.0]);
+    assert_eq!(reports.iter().map(|r| r.fps).collect::<Vec<_>>(), [24.0, 30.0, 50.0, 240.0]);
+    let rate =
+        |r: &ClipReport| r.findings.iter().find(|f| f.aspect == Aspect::Rate).map(|f| f.reason.clone());
+    let told = rate(&reports[0]).expect("24 are few");
+    assert!(
+        told.starts_with("has 24 frames a second, expected 30 or more: at the kick the foot moves ")
+            && told.ends_with(" cm from one to the next"),
+        "{told}"
+    );
+    assert_eq!(reports[1..].iter().filter_map(rate).count(), 0);
+    assert!(reports.iter().all(|r| r.verdict < Verdict::Fail), "{:?}", reports[3].findings);
+    assert_eq!(
+        mixed_rates(&reports).expect("mixed"),
+        "the clips have 24, 30, 50, 240 frames a second: each was checked at its own; training brings all to its control rate"
+    );
+    assert_eq!(mixed_rates(&reports[..1]), None);
+}
+
+#[test]
+fn three_frames_get_a_verdict_that_says_so() {
+    let clip = crate::edit::cut(&good(), &RobotModel::g1(), 1.0, 1.04).expect("3 frames");
+    let report = report(&clip);
+    assert_eq!(report.frames, 3);
+    assert!(report.findings.iter().any(|f| f.reason == "lasts only 0.04 s"), "{:?}", report.findings);
+}
+
+/// A pickle as GMR writes it, protocol 0, lists: `good`, each base moved to `at(place, quaternion w, x, y, z)`.
+fn pickled(at: impl Fn([f64; 3], [f64; 4]) -> ([f64; 3], [f64; 4])) -> Clip {
+    let list = |row: &[f64]| row.iter().fold("(l".to_owned(), |text, x| format!("{text}F{x:?}\na"));
+    let (mut pos, mut rot, mut dof) = ("(l".to_owned(), "(l".to_owned(), "(l".to_owned());
+    let clip = good();
+    for t in 0..clip.frames {
+        let (p, [w, x, y, z]) = at(clip.body_pos(t)[0], clip.body_quat(t)[0]);
+        pos += &format!("{}a", list(&p));
+        rot += &format!("{}a", list(&[x, y, z, w]));
+        dof += &format!("{}a", list(clip.joint_pos(t)));
+    }
+    let text = format!("(dVfps\nF{:?}\nsVroot_pos\n{pos}sVroot_rot\n{rot}sVdof_pos\n{dof}s.", clip.fps);
+    crate::parse_gmr(
+        text.as_bytes(),
+        "kick.pkl".as_ref(),
+        &RobotModel::g1(),
+        &RobotSpec::g1(),
+        &crate::ReadOptions::default(),
+    )
+    .expect("a pickle")
+}
+
+#[test]
+fn a_pickle_in_centimeters_or_with_y_up_fails_with_a_sentence_that_says_so() {
+    let upright = |clip: &Clip| {
+        let report = report(clip);
+        let found = report.findings.iter().find(|f| f.aspect == Aspect::Upright);
+        found.map(|f| (f.verdict, f.reason.clone()))
+    };
+    assert_eq!(upright(&pickled(|p, q| (p, q))), None, "meters with z up");
+    let (verdict, reason) =
+        upright(&pickled(|p, q| (p.map(|x| 100.0 * x), q))).expect("centimeters are told");
+    assert_eq!(verdict, Verdict::Fail);
+    assert!(
+        reason.starts_with("expected a base about 0.") && reason.ends_with(": these look like centimeters"),
+        "{reason}"
+    );
+    // x, y, z of ours is x, z, -y of a file with y up: a turn by -90 degrees about x.
+    let turn = Quat::from_axis_angle(Vec3([1.0, 0.0, 0.0]), -std::f64::consts::FRAC_PI_2);
+    let y_up = pickled(|p, q| (turn.rotate(Vec3(p)).0, turn.mul(Quat(q)).0));
+    let (verdict, reason) = upright(&y_up).expect("another axis is told");
+    assert_eq!(verdict, Verdict::Fail);
+    assert!(reason.contains("100 % of the frames: it lies, or another axis points up"), "{reason}");
+}

@@ -6,6 +6,7 @@ use paid_robot::{RobotModel, RobotSpec, SpecError};
 use serde::Serialize;
 
 use super::{CheckLimits, Limit, Measures, Worst, measure};
+use crate::upright::NotUpright;
 use crate::{Clip, KickLeg};
 
 /// How fit a clip is; the worse is the greater.
@@ -34,6 +35,10 @@ impl fmt::Display for Verdict {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Aspect {
+    /// A robot on its feet, lengths in meters, z up.
+    Upright,
+    /// Frames enough to see the kick.
+    Rate,
     /// Length of the clip.
     Duration,
     /// The labeled foot is the one that kicks, in the stated frame.
@@ -90,6 +95,8 @@ pub struct ClipReport {
     pub kick_leg: KickLeg,
     /// Number of frames.
     pub frames: usize,
+    /// Frames a second, as the file has them.
+    pub fps: f64,
     /// Terms of use.
     pub license: Option<String>,
     /// That of the worst finding.
@@ -112,12 +119,17 @@ pub fn check_clip(
 ) -> Result<ClipReport, SpecError> {
     let measures = measure(clip, model, spec)?;
     let mut findings = findings(clip, &measures, limits);
+    if let Some(what) = NotUpright::of(clip, spec) {
+        let (aspect, verdict) = (Aspect::Upright, Verdict::Fail);
+        findings.push(Finding { aspect, verdict, frame: None, reason: what.to_string() });
+    }
     findings.sort_by_key(|f| (std::cmp::Reverse(f.verdict), f.aspect));
     Ok(ClipReport {
         name: clip.name.clone(),
         path: clip.path.display().to_string(),
         kick_leg: clip.kick_leg,
         frames: clip.frames,
+        fps: clip.fps,
         license: clip.license.clone(),
         verdict: findings.first().map_or(Verdict::Pass, |f| f.verdict),
         findings,
@@ -162,6 +174,15 @@ fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
     out.add(Aspect::Duration, time, None, format!("lasts {:.2} s", m.duration_s));
     if m.duration_s < limits.shortest_s {
         out.add(Aspect::Duration, Verdict::Warn, None, format!("lasts only {:.2} s", m.duration_s));
+    }
+    if clip.fps < limits.least_fps {
+        let reason = format!(
+            "has {} frames a second, expected {} or more: at the kick the foot moves {:.0} cm from one to the next",
+            per_second(clip.fps),
+            limits.least_fps,
+            1e2 * m.foot_speed.value / clip.fps
+        );
+        out.add(Aspect::Rate, Verdict::Warn, None, reason);
     }
     label(clip, m, limits, &mut out);
     let reason = format!("kicks {:.0} degrees off its first heading", m.shot_angle.to_degrees());
@@ -211,6 +232,24 @@ fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
     out.add(Aspect::Balance, judge(m.slippery, limits.slippery), None, reason);
     end(clip, m, limits, &mut out);
     out.0
+}
+
+/// A frame rate with at most two decimals.
+fn per_second(fps: f64) -> f64 {
+    (1e2 * fps).round() / 1e2
+}
+
+/// A sentence if clips have different frame rates: none is wrong, but who mixes them should know what becomes of them.
+pub fn mixed_rates(reports: &[ClipReport]) -> Option<String> {
+    let mut rates: Vec<f64> = reports.iter().map(|r| per_second(r.fps)).collect();
+    rates.sort_by(f64::total_cmp);
+    rates.dedup();
+    (rates.len() > 1).then(|| {
+        let list = rates.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
+        format!(
+            "the clips have {list} frames a second: each was checked at its own; training brings all to its control rate"
+        )
+    })
 }
 
 /// A last frame that is no stand.

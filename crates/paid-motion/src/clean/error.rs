@@ -26,27 +26,13 @@ pub enum CleanError {
         /// The first bad frame.
         frame: usize,
     },
-    /// Lengths that fit no robot.
-    #[error("{name}: expected a base about {expected:.2} m above the floor, found {found:.2}{hint}")]
-    Height {
+    /// No robot on its feet, in meters, with z up.
+    #[error("{name}: {what}")]
+    NotUpright {
         /// The clip.
         name: String,
-        /// The robot's standing height `[m]`.
-        expected: f64,
-        /// Median height of the base.
-        found: f64,
-        /// What it looks like.
-        hint: &'static str,
-    },
-    /// A robot that lies.
-    #[error(
-        "{name}: expected a robot that stands, found its base more than 60 degrees off upright in {share:.0} % of the frames: it lies, or another axis points up"
-    )]
-    Lies {
-        /// The clip.
-        name: String,
-        /// `[%]`.
-        share: f64,
+        /// What was expected and what was found.
+        what: String,
     },
     /// No feet to stand on.
     #[error("{name}: the robot lacks the feet that its TOML names")]

@@ -1,10 +1,10 @@
 //! Input that is no kick of a robot on its feet, told before anything is computed.
 
-use paid_lanes::{Quat, Vec3};
 use paid_robot::RobotSpec;
 
 use super::{CleanError, CleanOptions};
 use crate::Clip;
+use crate::upright::NotUpright;
 
 /// Shortest and longest motion `[s]`.
 const LENGTH: std::ops::RangeInclusive<f64> = 0.5..=120.0;
@@ -34,27 +34,8 @@ pub(super) fn motion(clip: &Clip, spec: &RobotSpec) -> Result<(), CleanError> {
     if !LENGTH.contains(&seconds) || clip.frames < 10 {
         return Err(CleanError::Length { name: name(), frames: clip.frames, seconds });
     }
-    let mut heights: Vec<f64> = (0..clip.frames).map(|t| clip.body_pos(t)[0][2]).collect();
-    heights.sort_by(f64::total_cmp);
-    let (found, expected) = (heights[heights.len() / 2], spec.nominal_height_m);
-    let share = found / expected;
-    let lies = |t: &usize| Quat(clip.body_quat(*t)[0]).rotate(Vec3([0.0, 0.0, 1.0])).z() < 0.5;
-    let lying = (0..clip.frames).filter(lies).count() as f64 / clip.frames as f64;
-    let hint = match share {
-        s if (30.0..300.0).contains(&s) => ": these look like centimeters",
-        s if (300.0..3000.0).contains(&s) => ": these look like millimeters",
-        s if s > 2.0 => ": it floats, or the unit of length is another",
-        s if (0.003..0.03).contains(&s) => ": meters divided by 100?",
-        _ => "",
-    };
-    if !hint.is_empty() {
-        return Err(CleanError::Height { name: name(), expected, found, hint });
+    match NotUpright::of(clip, spec) {
+        Some(what) => Err(CleanError::NotUpright { name: name(), what: what.to_string() }),
+        None => Ok(()),
     }
-    if lying > 0.5 {
-        return Err(CleanError::Lies { name: name(), share: 100.0 * lying });
-    }
-    if share < 0.4 {
-        return Err(CleanError::Height { name: name(), expected, found, hint: ": it does not stand" });
-    }
-    Ok(())
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip};
+use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip, mixed_rates};
 use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -89,6 +89,9 @@ fn print(reports: &[ClipReport]) {
             let place = finding.frame.map_or_else(String::new, |frame| format!(" (frame {frame})"));
             println!("{:<width$}    {}: {}{place}", "", finding.verdict, finding.reason);
         }
+    }
+    if let Some(note) = mixed_rates(reports) {
+        println!("note: {note}");
     }
     let count = |verdict| reports.iter().filter(|r| r.verdict == verdict).count();
     println!(
