@@ -46,6 +46,18 @@ pub enum RetargetError {
     /// Points that cannot be read.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// Too few frames for any motion.
+    #[error("{path}: expected at least {least} s of motion, found {frames} frames at {fps:.0} Hz")]
+    Short {
+        /// The file.
+        path: PathBuf,
+        /// What is needed `[s]`.
+        least: f64,
+        /// Frames of the file.
+        frames: usize,
+        /// Its rate `[Hz]`.
+        fps: f64,
+    },
     /// A player who does not stand.
     #[error(
         "{path}: expected a player on the feet, found a trunk that is {degrees:.0} degrees off upright on average: lying, or \

@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use paid_motion::{is_points_file, read_points};
 
 use crate::points::{motion_of_points, parse_skeleton};
+use crate::recognize::{Unit, recognize};
 use crate::text::LARGEST;
-use crate::{HumanMotion, RetargetError, parse_amc, parse_asf, parse_bvh};
+use crate::{HumanMotion, RetargetError, TEXT_UNIT_M, parse_amc, parse_asf, parse_bvh};
 
 /// What files of human motion leave open.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HumanOptions {
-    /// Meters of a unit of length of a BVH file [default: 0.01] or of points [default: what the TOML says, else recognized].
+    /// Meters of a unit of length of a BVH file [default: 0.01, or what a leg says] or of points [default: what the TOML says, else recognized].
     pub unit_m: Option<f64>,
     /// Frames a second of an AMC file [default: 120] or of points [default: what the files say].
     pub fps: Option<f64>,
@@ -38,7 +39,12 @@ fn begins_as_bvh(path: &Path) -> bool {
 }
 
 /// Reads a file of human motion: BVH, AMC with its ASF, or an NPZ archive with positions of points ([`paid_motion::read_points`]) and
-/// the TOML file that describes them ([`parse_skeleton`]). The skeleton of `10_01.amc` is `10_01.asf` or `10.asf` in the same folder,
+/// the TOML file that describes them ([`parse_skeleton`]).
+///
+/// Meters or millimeters in a BVH file of centimeters, another unit than an ASF file states, and z up where the format has y are recognized by
+/// the length of a leg and the way of the trunk, if the bones' names are known, and said in [`HumanMotion::notes`].
+///
+/// The skeleton of `10_01.amc` is `10_01.asf` or `10.asf` in the same folder,
 /// or the only ASF file there; that of points is found likewise.
 ///
 /// # Errors
@@ -60,7 +66,8 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
             None => skeleton_beside(path, "asf")?,
         };
         let skeleton = parse_asf(&text(&asf)?, &asf)?;
-        parse_amc(&text(path)?, path, &skeleton, options.fps.unwrap_or(120.0))
+        let motion = parse_amc(&text(path)?, path, &skeleton, options.fps.unwrap_or(120.0))?;
+        recognize(motion, Unit::Usual(skeleton.unit_m))
     } else if is_points_file(path) {
         let file = match &options.skeleton {
             Some(file) => file.clone(),
@@ -69,7 +76,9 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
         let skeleton = parse_skeleton(&text(&file)?, &file)?;
         motion_of_points(path, &read_points(path)?, &skeleton, options)
     } else if is_human_file(path) {
-        parse_bvh(&text(path)?, path, options.unit_m.unwrap_or(0.01))
+        let unit = options.unit_m.map_or(Unit::Usual(TEXT_UNIT_M), Unit::Told);
+        let (Unit::Told(meters) | Unit::Usual(meters)) = unit;
+        recognize(parse_bvh(&text(path)?, path, meters)?, unit)
     } else {
         Err(RetargetError::Extension { path: path.to_owned() })
     }

@@ -107,6 +107,8 @@ pub struct Retargeted {
 const AT_END: f64 = 1e-6;
 /// Longest part that is retargeted: a kick takes seconds `[s]`.
 const LONGEST_S: f64 = 300.0;
+/// Less is no motion of a player `[s]`.
+pub(crate) const SHORTEST_S: f64 = 0.5;
 /// A trunk farther off upright on average lies `[rad]`.
 const MOST_TILT: f64 = 1.05;
 /// Stage one only leads the way.
@@ -115,7 +117,7 @@ const LEAD: SolveLimits = SolveLimits { steps: 11, share: 1e-2 };
 /// Retargets a human motion.
 ///
 /// # Errors
-/// An option out of range, bones or bodies that no table knows.
+/// A motion of less than half a second, an option out of range, bones or bodies that no table knows.
 pub fn retarget(
     motion: &HumanMotion,
     model: &RobotModel,
@@ -124,6 +126,14 @@ pub fn retarget(
 ) -> Result<Retargeted, RetargetError> {
     check(options)?;
     let naming = Naming::of(motion)?;
+    if motion.duration_s() < SHORTEST_S {
+        return Err(RetargetError::Short {
+            path: motion.path.clone(),
+            least: SHORTEST_S,
+            frames: motion.frames,
+            fps: motion.fps,
+        });
+    }
     let cut = motion.cut(options.span_s[0], options.span_s[1]);
     if cut.frames < 2 || cut.duration_s() * options.fps < 2.0 {
         let expected = "a part of the motion of at least 3 frames";

@@ -8,17 +8,12 @@ use std::path::Path;
 use paid_lanes::{Quat, Vec3};
 use paid_motion::{MotionError, Points};
 
+use crate::recognize::{LEG_M, UNITS};
+use crate::retarget::SHORTEST_S;
 use crate::skeleton::about;
 use crate::{Bone, HumanMotion, HumanOptions, RetargetError, Skeleton};
 use pose::{Body, Part, slopes};
 pub use sheet::{PointSkeleton, parse_skeleton};
-
-/// Length of a human's leg, hip to ankle over the knee `[m]`.
-const LEG_M: core::ops::RangeInclusive<f64> = 0.35..=1.4;
-/// Units that are recognized: name, meters.
-const UNITS: [(&str, f64); 3] = [("meters", 1.0), ("centimeters", 0.01), ("millimeters", 0.001)];
-/// Less is no motion `[s]`.
-const SHORTEST_S: f64 = 0.5;
 
 /// The segments: name, parent, the point where each begins.
 const SEGMENTS: [(&str, Option<usize>, Part); 16] = [
@@ -44,7 +39,7 @@ const SEGMENTS: [(&str, Option<usize>, Part); 16] = [
 ///
 /// # Errors
 /// A point that the skeleton names and the file lacks; a frame rate that nothing states; a unit or an up axis that cannot be.
-pub(crate) fn motion_of_points(
+pub fn motion_of_points(
     path: &Path,
     points: &Points,
     skeleton: &PointSkeleton,

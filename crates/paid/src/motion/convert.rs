@@ -88,6 +88,9 @@ fn human(args: &Args, format: HumanFormat) -> Result<ExitCode, Failure> {
     }
     let options = HumanOptions { unit_m: args.unit, fps: args.fps, skeleton: args.skeleton.clone() };
     let mut motion = read_human(&args.input, &options).map_err(Failure::input)?;
+    for note in &motion.notes {
+        eprintln!("note: {}: {note}", args.input.display());
+    }
     if let Some(rate) = args.rate {
         motion = motion.resample(rate, 1.0);
     }

@@ -1,0 +1,122 @@
+//! What files of human motion leave unsaid: the unit of length and the axis that points up.
+//!
+//! A leg says the unit, the trunk the axis. Bones whose names nobody knows say nothing: such a motion stays as it is.
+
+use core::ops::RangeInclusive;
+
+use paid_lanes::{Quat, Vec3};
+
+use crate::skeleton::about;
+use crate::{HumanMotion, Naming, RetargetError, Role};
+
+/// Length of a human's leg, hip to ankle over the knee `[m]`.
+pub(crate) const LEG_M: RangeInclusive<f64> = 0.35..=1.4;
+/// Units that are recognized: name, meters.
+pub(crate) const UNITS: [(&str, f64); 3] = [("meters", 1.0), ("centimeters", 0.01), ("millimeters", 0.001)];
+/// Cosine of the angle from an axis up to which a trunk points along it: 30 degrees.
+const ALONG: f64 = 0.866;
+/// Who lies on the file's floor has the lowest point this near to it `[m]` and the hips no higher than this over that `[m]`.
+const ON_FLOOR_M: RangeInclusive<f64> = -0.1..=0.2;
+const LOW_M: f64 = 0.45;
+
+/// Where the parts are that unit and axis are told by.
+struct Parts {
+    hips: usize,
+    torso: usize,
+    /// Left, right: hip, knee, ankle.
+    legs: [[usize; 3]; 2],
+}
+
+impl Parts {
+    fn of(motion: &HumanMotion) -> Option<Self> {
+        use Role::*;
+        let naming = Naming::of(motion).ok()?;
+        let bone = |role: Role| {
+            let source = naming.sources.iter().find(|s| s.role == role)?;
+            motion.skeleton.find(source.position)
+        };
+        let leg = |roles: [Role; 3]| Some([bone(roles[0])?, bone(roles[1])?, bone(roles[2])?]);
+        Some(Self {
+            hips: bone(Hips)?,
+            torso: bone(Torso)?,
+            legs: [leg([LeftThigh, LeftShin, LeftFoot])?, leg([RightThigh, RightShin, RightFoot])?],
+        })
+    }
+
+    /// The middle of the lengths of both legs in all frames `[m]`.
+    fn leg(&self, motion: &HumanMotion) -> f64 {
+        let way = |t: usize, [a, b]: [usize; 2]| (Vec3(motion.pos(t)[a]) - Vec3(motion.pos(t)[b])).norm();
+        let frames = 0..motion.frames;
+        let legs = frames.flat_map(|t| self.legs.map(|[a, b, c]| way(t, [a, b]) + way(t, [b, c])));
+        let mut legs: Vec<f64> = legs.collect();
+        legs.sort_by(f64::total_cmp);
+        legs.get(legs.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Mean direction from the hips to the torso; zero without any.
+    fn trunk(&self, motion: &HumanMotion) -> Vec3<f64> {
+        let each = |t: usize| Vec3(motion.pos(t)[self.torso]) - Vec3(motion.pos(t)[self.hips]);
+        let sum = (0..motion.frames).map(each).fold(Vec3::zero(), |sum, way| sum + way);
+        sum.scale(1.0 / sum.norm().max(1e-12))
+    }
+}
+
+/// Where the unit of length of a motion comes from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Unit {
+    /// Whoever reads the file said it `[m]`.
+    Told(f64),
+    /// The file or its format says it `[m]`.
+    Usual(f64),
+}
+
+/// Takes the lengths of `motion`, which was read in `unit`, for what a leg says they are, and turns it if its trunk points along the
+/// file's z axis where y is up by the format. Both are noted in the motion.
+///
+/// # Errors
+/// A unit that was told and cannot be.
+pub(crate) fn recognize(mut motion: HumanMotion, unit: Unit) -> Result<HumanMotion, RetargetError> {
+    let Some(parts) = Parts::of(&motion) else { return Ok(motion) };
+    let leg = parts.leg(&motion);
+    if !LEG_M.contains(&leg) && leg > 0.0 {
+        let (Unit::Told(read) | Unit::Usual(read)) = unit;
+        let raw = leg / read;
+        let other = UNITS.into_iter().find(|(_, unit)| LEG_M.contains(&(raw * unit)));
+        match (unit, other) {
+            (Unit::Told(_), Some((name, meters))) => {
+                return Err(RetargetError::Points {
+                    path: motion.path,
+                    place: "unit of length".to_owned(),
+                    expected: format!("legs of {} to {} m", LEG_M.start(), LEG_M.end()),
+                    found: format!("{leg:.4} m: these look like {name} (--unit {meters})"),
+                });
+            }
+            (Unit::Usual(_), Some((name, meters))) => {
+                motion.pos.as_flattened_mut().iter_mut().for_each(|x| *x *= meters / read);
+                motion.notes.push(format!("the lengths were taken for {name}: a leg has {raw:.4}"));
+            }
+            (_, None) => motion.notes.push(format!(
+                "a leg has {leg:.4} m, expected {} to {}: is the unit of length another? (--unit)",
+                LEG_M.start(),
+                LEG_M.end()
+            )),
+        }
+    }
+    let trunk = parts.trunk(&motion);
+    // Ours is x, -z, y of the file's: a trunk along the file's z points along our -y.
+    if trunk.y().abs() > ALONG && !lies_on_the_floor(&motion, parts.hips) {
+        let (name, angle) = if trunk.y() < 0.0 { ("z", -1.0) } else { ("-z", 1.0) };
+        let turn = about(0, angle * std::f64::consts::FRAC_PI_2);
+        motion.pos.iter_mut().for_each(|p| *p = turn.rotate(Vec3(*p)).0);
+        motion.quat.iter_mut().for_each(|q| *q = turn.mul(Quat(*q)).normalize().0);
+        motion.notes.push(format!("{name} was taken for up: the trunk points there"));
+    }
+    Ok(motion)
+}
+
+/// Whether the body is low over a floor that is where the format has it: at height 0.
+fn lies_on_the_floor(motion: &HumanMotion, hips: usize) -> bool {
+    let lowest = motion.pos.iter().map(|p| p[2]).fold(f64::INFINITY, f64::min);
+    let hips = (0..motion.frames).map(|t| motion.pos(t)[hips][2]).sum::<f64>() / motion.frames as f64;
+    ON_FLOOR_M.contains(&lowest) && hips - lowest < LOW_M
+}

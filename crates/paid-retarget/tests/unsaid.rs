@@ -1,0 +1,156 @@
+//! Short files, other units and another axis up, for each reader: one clear error, or a note that says what was recognized.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use paid_motion::{Points, write_points};
+use paid_retarget::{
+    HumanMotion, HumanOptions, RetargetError, RetargetOptions, amc_texts, bvh_text, parse_bvh, read_human,
+    retarget,
+};
+use paid_robot::{RobotModel, RobotSpec};
+use tempfile::TempDir;
+
+const SHEET: &str = "[joints]\nleft_hip = 'LeftUpLeg'\nleft_knee = 'LeftLeg'\nleft_ankle = 'LeftFoot'\nleft_toe = 'LeftToe'\n\
+    left_shoulder = 'LeftArm'\nleft_elbow = 'LeftForeArm'\nleft_wrist = 'LeftHand'\nright_hip = 'RightUpLeg'\n\
+    right_knee = 'RightLeg'\nright_ankle = 'RightFoot'\nright_toe = 'RightToe'\nright_shoulder = 'RightArm'\n\
+    right_elbow = 'RightForeArm'\nright_wrist = 'RightHand'\n";
+
+/// A player made of numbers, who stands at (0.5, 2) `[m]`.
+fn player(frames: usize) -> HumanMotion {
+    let mut motion = parse_bvh(&common::kick_bvh(frames), Path::new("kick.bvh"), 0.01).expect("a good file");
+    motion.pos.iter_mut().for_each(|p| *p = [p[0] + 0.5, p[1] + 2.0, p[2]]);
+    motion
+}
+
+/// All lengths times `by`.
+fn scaled(mut motion: HumanMotion, by: f64) -> HumanMotion {
+    motion.pos.as_flattened_mut().iter_mut().for_each(|x| *x *= by);
+    motion
+}
+
+/// Turned about x, so that what is up is the z axis of a file that is written with y up.
+fn with_z_up(mut motion: HumanMotion) -> HumanMotion {
+    let turn =
+        paid_lanes::Quat::from_axis_angle(paid_lanes::Vec3([1.0, 0.0, 0.0]), std::f64::consts::FRAC_PI_2);
+    motion.pos.iter_mut().for_each(|p| *p = turn.rotate(paid_lanes::Vec3(*p)).0);
+    motion.quat.iter_mut().for_each(|q| *q = turn.mul(paid_lanes::Quat(*q)).0);
+    motion
+}
+
+/// The motion as a file of each format.
+fn files(motion: &HumanMotion) -> (TempDir, [PathBuf; 3]) {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("kick.bvh"), bvh_text(motion)).expect("written");
+    let [asf, amc] = amc_texts(motion);
+    std::fs::write(at("text.asf"), asf).expect("written");
+    std::fs::write(at("text.amc"), amc).expect("written");
+    let points = Points {
+        names: motion.skeleton.bones.iter().map(|b| b.name.clone()).collect(),
+        fps: Some(motion.fps),
+        frames: motion.frames,
+        pos: motion.pos.clone(),
+    };
+    write_points(&at("points.npz"), &points).expect("written");
+    std::fs::write(at("points.toml"), SHEET).expect("written");
+    let paths = ["kick.bvh", "text.amc", "points.npz"].map(at);
+    (folder, paths)
+}
+
+fn read(path: &Path) -> Result<HumanMotion, RetargetError> {
+    read_human(path, &HumanOptions { fps: Some(60.0), ..HumanOptions::default() })
+}
+
+/// Where the hips are in the first frame.
+fn hips(motion: &HumanMotion) -> [f64; 3] {
+    let of = |name: &str| motion.skeleton.find(name).map(|i| motion.pos(0)[i]);
+    of("Hips").or_else(|| of("hips")).expect("hips")
+}
+
+#[test]
+fn three_frames_are_refused_by_each_reader_with_the_file_and_what_was_expected() {
+    let (_folder, paths) = files(&player(3));
+    for path in paths {
+        let done = read(&path).and_then(|motion| {
+            retarget(&motion, &RobotModel::g1(), &RobotSpec::g1(), &RetargetOptions::default())
+        });
+        let error = done.expect_err("too short").to_string();
+        assert!(error.starts_with(&path.display().to_string()), "{error}");
+        assert!(error.contains("expected at least 0.5 s"), "{error}");
+        assert!(error.ends_with("found 3 frames at 60 Hz"), "{error}");
+    }
+}
+
+#[test]
+fn meters_in_a_file_of_centimeters_are_recognized_and_said_by_each_reader() {
+    // 0.94 units of hip height, where the formats mean centimeters; points state no unit, so they get centimeters.
+    let (_folder, [bvh, amc, _]) = files(&scaled(player(40), 0.01));
+    let (_other, [.., points]) = files(&scaled(player(40), 100.0));
+    for (path, unit) in [(bvh, "meters"), (amc, "meters"), (points, "centimeters")] {
+        let motion = read(&path).expect("a player");
+        let note = format!("the lengths were taken for {unit}: a leg has ");
+        assert!(motion.notes.iter().any(|n| n.starts_with(&note)), "{}: {:?}", path.display(), motion.notes);
+        let found = hips(&motion);
+        for (x, expected) in found.iter().zip([0.5, 2.0, 0.94]) {
+            // Six decimals of a meter are what the text has.
+            assert!((x - expected).abs() < 2e-3, "{}: {found:?}", path.display());
+        }
+    }
+}
+
+#[test]
+fn a_unit_that_was_told_and_cannot_be_is_refused() {
+    let (_folder, [bvh, ..]) = files(&player(40));
+    let told = HumanOptions { unit_m: Some(1.0), ..HumanOptions::default() };
+    let error = read_human(&bvh, &told).expect_err("84 m of leg").to_string();
+    assert!(
+        error.ends_with("unit of length: expected legs of 0.35 to 1.4 m, found 84.0000 m: these look like centimeters (--unit 0.01)"),
+        "{error}"
+    );
+    let right = read_human(&bvh, &HumanOptions { unit_m: Some(0.01), ..HumanOptions::default() });
+    assert_eq!(right.expect("centimeters").notes, [""; 0]);
+}
+
+#[test]
+fn z_up_is_recognized_and_said_by_each_reader() {
+    let upright = player(40);
+    let (_folder, [bvh, amc, _]) = files(&with_z_up(upright.clone()));
+    let (_other, [.., points]) = files(&upright);
+    for path in [bvh, amc, points] {
+        let motion = read(&path).expect("a player");
+        assert_eq!(motion.notes, ["z was taken for up: the trunk points there"], "{}", path.display());
+        for (x, expected) in hips(&motion).iter().zip([0.5, 2.0, 0.94]) {
+            assert!((x - expected).abs() < 1e-3, "{}: {:?}", path.display(), hips(&motion));
+        }
+    }
+}
+
+#[test]
+fn y_up_in_the_usual_unit_needs_no_word() {
+    let (_folder, [bvh, amc, _]) = files(&player(40));
+    for path in [bvh, amc] {
+        assert_eq!(read(&path).expect("a player").notes, [""; 0], "{}", path.display());
+    }
+}
+
+#[test]
+fn a_player_who_lies_on_the_floor_is_not_stood_up() {
+    // On the back, head along the file's z axis, hips 0.15 m above the floor.
+    let mut lying = with_z_up(player(40));
+    let low = lying.pos.iter().map(|p| p[2]).fold(f64::INFINITY, f64::min);
+    lying.pos.iter_mut().for_each(|p| p[2] -= low);
+    let (_folder, [bvh, amc, _]) = files(&lying);
+    for path in [bvh, amc] {
+        let motion = read(&path).expect("a player");
+        assert_eq!(motion.notes, [""; 0], "{}", path.display());
+        let error = retarget(&motion, &RobotModel::g1(), &RobotSpec::g1(), &RetargetOptions::default())
+            .expect_err("lying")
+            .to_string();
+        assert!(
+            error.contains("expected a player on the feet") && error.contains("up axis is another"),
+            "{error}"
+        );
+    }
+}
