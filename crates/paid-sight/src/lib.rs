@@ -3,7 +3,7 @@
 //! - [`Sight`] runs detector, position, odometry and ball memory. A simulation, a recording and a robot feed it with the same
 //!   [`Arrived`] messages, so that what one of them gives is what the others would.
 //! - [`Recorder`] and [`Recording`] write and read the messages as MCAP with ROS 2 schemas.
-//! - [`ros`] reads and writes the messages of ROS 2's camera drivers and odometries.
+//! - [`ros`] reads and writes the messages of ROS 2's drivers of cameras and LiDARs, and of odometries.
 //! - [`fit`] finds the constants of the paper's noise from sightings whose truth is known.
 //!
 //! ```
