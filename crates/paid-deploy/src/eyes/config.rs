@@ -92,6 +92,17 @@ pub enum OdometryInput {
         #[serde(default = "sample")]
         latency_s: f64,
     },
+    /// A LiDAR whose driver publishes ROS 2 topics, such as `/livox/lidar` and `/livox/imu`.
+    #[serde(rename = "lidar-topics")]
+    LidarTopics {
+        /// `sensor_msgs/PointCloud2` whose points have a time.
+        points_topic: String,
+        /// `sensor_msgs/Imu` of the inertial sensor in the LiDAR.
+        imu_topic: String,
+        /// From the measurement to the arrival of the fastest sample `[s]`. Default 0.005.
+        #[serde(default = "sample")]
+        latency_s: f64,
+    },
     /// Another odometry: a topic `nav_msgs/Odometry`.
     Topic {
         /// Its name, such as `/odometry`.
@@ -169,8 +180,13 @@ impl EyesConfig {
             ("camera.depth", &camera.depth),
             ("camera.info", &camera.info),
         ];
-        if let OdometryInput::Topic { topic, .. } = &self.odometry {
-            topics.push(("odometry.topic", topic));
+        match &self.odometry {
+            OdometryInput::Topic { topic, .. } => topics.push(("odometry.topic", topic)),
+            OdometryInput::LidarTopics { points_topic, imu_topic, .. } => {
+                topics.push(("odometry.points_topic", points_topic));
+                topics.push(("odometry.imu_topic", imu_topic));
+            }
+            OdometryInput::Lidar { .. } => {}
         }
         for (key, name) in topics {
             let sound = name.len() > 1 && name.starts_with('/') && !name.contains(char::is_whitespace);
@@ -193,7 +209,8 @@ impl EyesConfig {
         if !(0.0..=0.5).contains(&camera.latency_s) {
             return Err(format!("'camera.latency_s': expected 0 to 0.5, found {}", camera.latency_s));
         }
-        if let OdometryInput::Lidar { latency_s, .. } = &self.odometry
+        if let OdometryInput::Lidar { latency_s, .. } | OdometryInput::LidarTopics { latency_s, .. } =
+            &self.odometry
             && !(0.0..=0.1).contains(latency_s)
         {
             return Err(format!("'odometry.latency_s': expected 0 to 0.1, found {latency_s}"));
@@ -232,6 +249,22 @@ mod tests {
         assert_eq!((config.domain, config.camera.color.as_str()), (Some(1), "/head/image"));
         assert_eq!(config.camera.info, CameraInput::default().info);
         assert!(matches!(config.odometry, OdometryInput::Lidar { points, .. } if points.port() == 56301));
+    }
+
+    #[test]
+    fn a_lidar_may_come_by_two_topics() {
+        let text = "[odometry]\nsource = \"lidar-topics\"\npoints_topic = \"/livox/lidar\"\nimu_topic = ";
+        let config = read(&format!("{text}\"/livox/imu\"\n")).expect("eyes");
+        let expected = OdometryInput::LidarTopics {
+            points_topic: "/livox/lidar".to_owned(),
+            imu_topic: "/livox/imu".to_owned(),
+            latency_s: 0.005,
+        };
+        assert_eq!(config.odometry, expected);
+        let error = read(&format!("{text}\"imu\"\n")).expect_err("no topic");
+        assert!(error.contains("'odometry.imu_topic': expected a topic"), "{error}");
+        let error = read(&format!("{text}\"/imu\"\nlatency_s = 1.0\n")).expect_err("late");
+        assert!(error.contains("'odometry.latency_s': expected 0 to 0.1, found 1"), "{error}");
     }
 
     #[test]

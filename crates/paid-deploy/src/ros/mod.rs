@@ -10,6 +10,10 @@
 //! Pictures have a participant of their own, and with it a thread and sockets: half a megabyte does not stand in the way of a command.
 //! A reader takes what a driver offers, reliable or not (`best effort`). The writers are reliable, which serves readers of either kind.
 
+mod lidar;
+
+pub use lidar::{AccelUnit, LidarTopics};
+
 use std::net::IpAddr;
 
 use rustdds::no_key::{DataReader, DataWriter};
@@ -23,6 +27,10 @@ use crate::raw::{Raw, participant, sent};
 pub const IMAGE: &str = "sensor_msgs::msg::dds_::Image_";
 /// `sensor_msgs/CameraInfo`.
 pub const CAMERA_INFO: &str = "sensor_msgs::msg::dds_::CameraInfo_";
+/// `sensor_msgs/PointCloud2`.
+pub const POINT_CLOUD: &str = "sensor_msgs::msg::dds_::PointCloud2_";
+/// `sensor_msgs/Imu`.
+pub const IMU: &str = "sensor_msgs::msg::dds_::Imu_";
 /// `nav_msgs/Odometry`.
 pub const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";
 

@@ -12,7 +12,7 @@ use super::teller::Teller;
 use super::{SILENT_NS, of_system};
 use crate::DeployError;
 use crate::eyes::{Desk, DeviceClock, OdometryInput, StampClock, TorsoEyes, TorsoFix};
-use crate::ros::{ODOMETRY, RosReader, RosTopics};
+use crate::ros::{LidarTopics, ODOMETRY, RosReader, RosTopics};
 
 /// Wrong packets of the LiDAR are told so often `[ns]`.
 const COUNT_NS: u64 = 5_000_000_000;
@@ -44,6 +44,35 @@ impl Follow {
         }
     }
 
+    /// What a LiDAR has measured, or that it is silent.
+    fn measured(&mut self, data: Option<Data>, eyes: &mut TorsoEyes, now_ns: u64) {
+        match data {
+            Some(Data::Imu(sample)) => {
+                if let Some(fix) = eyes.imu(sample, now_ns) {
+                    self.fix(fix);
+                }
+            }
+            Some(Data::Scan(scan)) => eyes.scan(scan, now_ns),
+            None => eyes.poll(now_ns),
+        }
+    }
+
+    /// By a LiDAR's topics.
+    fn lidar_topics(&mut self, mut source: LidarTopics, mut eyes: TorsoEyes, stop: &AtomicBool) {
+        while !stop.load(Ordering::Acquire) {
+            let data = source.next(Duration::from_millis(5));
+            let now_ns = self.desk.now_ns();
+            match data {
+                Ok(data) => self.measured(data, &mut eyes, now_ns),
+                Err(line) => {
+                    self.teller.tell(format!("LiDAR: {line}"));
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            }
+            self.state(&eyes);
+        }
+    }
+
     /// By a LiDAR's packets.
     fn lidar(&mut self, mut source: UdpSource, mut eyes: TorsoEyes, stop: &AtomicBool) {
         let (mut counts, mut counted_ns) = (Counts::default(), 0);
@@ -51,13 +80,7 @@ impl Follow {
             let data = source.next(Duration::from_millis(5));
             let now_ns = self.desk.now_ns();
             match data {
-                Ok(Some((Data::Imu(sample), _))) => {
-                    if let Some(fix) = eyes.imu(sample, now_ns) {
-                        self.fix(fix);
-                    }
-                }
-                Ok(Some((Data::Scan(scan), _))) => eyes.scan(scan, now_ns),
-                Ok(None) => eyes.poll(now_ns),
+                Ok(data) => self.measured(data.map(|(data, _)| data), &mut eyes, now_ns),
                 Err(error) => {
                     self.teller.tell(format!("LiDAR: {error}"));
                     std::thread::sleep(Duration::from_millis(100));
@@ -129,6 +152,7 @@ impl Follow {
 /// What the torso is followed by.
 pub(super) enum Torso {
     Lidar(Box<(UdpSource, TorsoEyes)>),
+    LidarTopics(Box<(LidarTopics, TorsoEyes)>),
     Topic { reader: Box<RosReader>, child: String, clock: StampClock },
 }
 
@@ -138,6 +162,11 @@ impl Torso {
             OdometryInput::Lidar { points, imu, latency_s } => {
                 let source = UdpSource::bind(*points, *imu).map_err(DeployError::eyes)?;
                 Self::Lidar(Box::new((source, TorsoEyes::lidar(paid_lidar::Config::g1(), *latency_s)?)))
+            }
+            OdometryInput::LidarTopics { points_topic, imu_topic, latency_s } => {
+                let source = LidarTopics::open(topics, points_topic, imu_topic)?;
+                let eyes = TorsoEyes::lidar(paid_lidar::Config::g1(), *latency_s)?;
+                Self::LidarTopics(Box::new((source, eyes)))
             }
             OdometryInput::Topic { topic, child, clock } => {
                 let reader = Box::new(topics.reader(topic, ODOMETRY, false)?);
@@ -151,6 +180,10 @@ impl Torso {
             Self::Lidar(parts) => {
                 let (source, eyes) = *parts;
                 follow.lidar(source, eyes, stop);
+            }
+            Self::LidarTopics(parts) => {
+                let (source, eyes) = *parts;
+                follow.lidar_topics(source, eyes, stop);
             }
             Self::Topic { reader, child, clock } => follow.topic(*reader, &child, clock, stop),
         }
