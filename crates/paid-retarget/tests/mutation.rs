@@ -8,7 +8,11 @@ mod mutate;
 use std::path::Path;
 
 use mutate::damaged;
-use paid_retarget::{HumanMotion, RetargetError, parse_amc, parse_asf, parse_bvh};
+use paid_motion::Points;
+use paid_retarget::{
+    HumanMotion, HumanOptions, RetargetError, motion_of_points, parse_amc, parse_asf, parse_bvh,
+    parse_skeleton,
+};
 
 const ASF: &str = ":units\n length 0.45\n angle deg\n:root\n order TX TY TZ RX RY RZ\n axis XYZ\n position 0 0 0\n \
     orientation 0 0 0\n:bonedata\n begin\n name hip\n direction 1 0 0\n length 2\n axis 0 0 0 XYZ\n end\n begin\n name thigh\n \
@@ -68,4 +72,71 @@ fn damaged_skeletons_are_refused_or_whole() {
 fn damaged_angles_are_refused_or_whole() {
     let skeleton = parse_asf(ASF, Path::new("a.asf")).expect("a good skeleton");
     run("amc", AMC, 6000, |text| parse_amc(text, Path::new("a.amc"), &skeleton, 120.0));
+}
+
+const SHEET: &str = "up = 'y'\nunit_m = 0.01\nfps = 30\n[joints]\nleft_hip='a'\nleft_knee='b'\nleft_ankle='c'\nleft_toe='d'\nleft_shoulder='e'\n\
+    left_elbow='f'\nleft_wrist='g'\nright_hip='h'\nright_knee='i'\nright_ankle='j'\nright_toe=['k', 'l']\nright_shoulder='l'\nright_elbow='m'\n\
+    right_wrist='n'\n";
+
+/// Numbers of a person in a stand with y up, in centimeters: 20 frames of 14 points.
+fn person() -> Vec<f32> {
+    let side = |s: f32| {
+        [
+            [0.0, 90.0, 10.0 * s],
+            [0.0, 50.0, 10.0 * s],
+            [0.0, 10.0, 10.0 * s],
+            [15.0, 3.0, 10.0 * s],
+            [0.0, 140.0, 20.0 * s],
+            [0.0, 110.0, 20.0 * s],
+            [25.0, 110.0, 20.0 * s],
+        ]
+    };
+    let one: Vec<f32> = [side(-1.0), side(1.0)].as_flattened().as_flattened().to_vec();
+    one.iter().copied().cycle().take(20 * one.len()).collect()
+}
+
+#[test]
+fn damaged_descriptions_and_points_are_refused_or_whole() {
+    let path = Path::new("a.toml");
+    let points = |pos: &[u8]| {
+        let numbers = pos.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
+        let numbers: Vec<f64> = numbers.filter(|x| x.is_finite()).collect();
+        let pos = numbers.as_chunks::<3>().0;
+        let frames = pos.len() / 14;
+        let names = ('a'..='n').map(String::from).collect();
+        Points { names, fps: None, frames, pos: pos[..14 * frames].to_vec() }
+    };
+    let whole: Vec<u8> = person().iter().flat_map(|x| x.to_le_bytes()).collect();
+    let read = |sheet: &str, bytes: &[u8]| {
+        let skeleton = parse_skeleton(sheet, path)?;
+        let points = points(bytes);
+        if points.frames < 2 {
+            return Ok(None);
+        }
+        motion_of_points(Path::new("a.npz"), &points, &skeleton, &HumanOptions::default()).map(Some)
+    };
+    assert!(matches!(read(SHEET, &whole), Ok(Some(_))), "the undamaged person is read");
+    let (mut good, mut bad) = (0, 0);
+    for number in 0..4000 {
+        // The sheet in every other, the numbers in the rest.
+        let result = if number % 2 == 0 {
+            read(&String::from_utf8_lossy(&damaged(SHEET.as_bytes(), number)), &whole)
+        } else {
+            read(SHEET, &damaged(&whole, number))
+        };
+        match result {
+            Ok(Some(motion)) => {
+                good += 1;
+                let numbers = motion.pos.as_flattened().iter().chain(motion.quat.as_flattened());
+                assert!(numbers.into_iter().all(|x| x.is_finite()), "{number}");
+            }
+            Ok(None) => {}
+            Err(error) => {
+                bad += 1;
+                let text = error.to_string();
+                assert!(text.starts_with("a.toml: ") || text.starts_with("a.npz: "), "{number}: {text}");
+            }
+        }
+    }
+    assert!(good > 400 && bad > 400, "{good} {bad}");
 }
