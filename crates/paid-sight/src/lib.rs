@@ -20,6 +20,7 @@
 
 mod body;
 mod cdr;
+mod chunks;
 mod error;
 pub mod fit;
 mod message;

@@ -112,6 +112,8 @@ impl Recording {
     /// Calls `see` with topic, time of arrival, time of making `[ns]` and data of every message, until it returns false.
     fn each(&self, see: &mut See<'_>) -> Result<(), SightError> {
         let whole = |error: mcap::McapError| self.wrong("the file", "a whole MCAP file", error.to_string());
+        crate::chunks::fit(&self.bytes)
+            .map_err(|(expected, found)| self.wrong("the file", &expected, found))?;
         for (number, message) in MessageStream::new(&self.bytes).map_err(whole)?.enumerate() {
             let message = message.map_err(whole)?;
             let topic = message.channel.topic.as_str();
