@@ -206,6 +206,13 @@ fn every_command_and_option_in_the_text_exists() {
         let words = command.words.iter().skip_while(|w| w.contains('=')).collect::<Vec<_>>();
         match &words[..] {
             [script] if *script == ".ci/run" => {}
+            // Its own options, then the program and its arguments.
+            [mpirun, rest @ ..] if *mpirun == "mpirun" => {
+                let start = rest.iter().position(|w| *w == "paid" || w.ends_with("/paid"));
+                let args = &rest[start.expect("mpirun starts paid") + 1..];
+                help.knows(&args.iter().map(|w| (*w).clone()).collect::<Vec<_>>(), &command.place);
+                number += 1;
+            }
             [cargo, name, ..] if *cargo == "cargo" => {
                 let known = ["build", "run", "test", "clippy", "fmt"].contains(&name.as_str())
                     || aliases.lines().any(|l| l.split('=').next().is_some_and(|k| k.trim() == *name));
