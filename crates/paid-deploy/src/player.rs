@@ -74,6 +74,7 @@ impl Player {
         let motions =
             MotionLibrary::open(&folder, &trained.model, &trained.spec, rate).map_err(DeployError::policy)?;
         let library = ReferenceLibrary::from_motions(&motions, &trained.model, &trained.spec)
+            .and_then(|library| library.with_contacts(&task.ball.contact_s))
             .map_err(DeployError::policy)?;
         Self::new(trained, task, library)
     }

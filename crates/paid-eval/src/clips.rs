@@ -13,7 +13,7 @@ use crate::EvalError;
 use crate::engine::EngineFacts;
 use crate::episodes::EvalSetup;
 use crate::policy::DriverMaker;
-use crate::shooting::{self, CellScore, Placement, ShootingOptions, Trial};
+use crate::shooting::{self, CellScore, Outcome, Placement, ShootingOptions, Trial};
 use crate::table::{Table, number};
 
 /// Redraws of a ball before a clip counts as having no room for one.
@@ -69,6 +69,24 @@ pub fn evaluate(
     policy: &DriverMaker,
     options: &ClipsOptions,
 ) -> Result<ClipsReport, EvalError> {
+    let outcomes = shots(setup, policy, options)?;
+    let rows = setup.library.facts().iter().enumerate().filter_map(|(motion, facts)| {
+        let of_clip: Vec<_> = outcomes.iter().filter(|o| o.trial.motion == motion).collect();
+        (!of_clip.is_empty()).then(|| ClipRow {
+            motion: facts.name.clone(),
+            score: CellScore::of(Some(own_place(facts)), &of_clip),
+        })
+    });
+    let rows = rows.collect();
+    Ok(ClipsReport { engine: setup.engine.facts(&setup.preset), options: options.clone(), rows })
+}
+
+/// What came of every shot.
+pub(crate) fn shots(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    options: &ClipsOptions,
+) -> Result<Vec<Outcome>, EvalError> {
     let bad = |option, expected: &str, found: String| {
         Err(EvalError::Option { option, expected: expected.to_owned(), found })
     };
@@ -80,16 +98,7 @@ pub fn evaluate(
     }
     let trials = plan(setup, options)?;
     let shots = ShootingOptions { limit_s: options.limit_s, ..ShootingOptions::default() };
-    let outcomes = shooting::outcomes(setup, policy, &shots, &trials)?;
-    let rows = setup.library.facts().iter().enumerate().filter_map(|(motion, facts)| {
-        let of_clip: Vec<_> = outcomes.iter().filter(|o| o.trial.motion == motion).collect();
-        (!of_clip.is_empty()).then(|| ClipRow {
-            motion: facts.name.clone(),
-            score: CellScore::of(Some(own_place(facts)), &of_clip),
-        })
-    });
-    let rows = rows.collect();
-    Ok(ClipsReport { engine: setup.engine.facts(&setup.preset), options: options.clone(), rows })
+    shooting::outcomes(setup, policy, &shots, &trials)
 }
 
 fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<Vec<Trial>, EvalError> {

@@ -11,6 +11,7 @@ pub mod agreement;
 pub mod bench;
 pub mod clips;
 pub mod compare;
+pub mod contacts;
 pub mod curves;
 pub mod dataset;
 pub mod divergence;

@@ -137,6 +137,11 @@ impl Checkpoint {
         self.file.tensors.get(&format!("blob.{name}")).map(|tensor| tensor.data.as_slice())
     }
 
+    /// Puts other bytes under a name, in memory.
+    pub fn set_blob(&mut self, name: &str, bytes: &[u8]) {
+        self.file.put_bytes(format!("blob.{name}"), bytes);
+    }
+
     /// The names of all such bytes, sorted.
     pub fn blob_names(&self) -> Vec<&str> {
         self.file.tensors.keys().filter_map(|name| name.strip_prefix("blob.")).collect()

@@ -1,5 +1,7 @@
 //! Where ball and goal are, and what is shown of the ball after the strike.
 
+use std::collections::BTreeMap;
+
 use paid_perceive::AfterStrikeTimes;
 use serde::{Deserialize, Serialize};
 
@@ -52,6 +54,10 @@ pub struct BallPlacement {
     pub rolling_share: f64,
     /// Placements nearer than this to a foot (ankle to ball center, horizontally) are redrawn `[m]`.
     pub clearance_m: f64,
+    /// When the policy's foot meets a ball, by the motion's name, in seconds from its first frame; a motion that is not named counts with
+    /// its strike. A rolling ball is predicted until then. Training leaves empty what it does not know yet; its end measures it.
+    #[serde(default)]
+    pub contact_s: BTreeMap<String, f64>,
     /// What policy and critic are shown of the ball after the strike, in training and in evaluations.
     #[serde(default)]
     pub after_strike: AfterStrikePreset,

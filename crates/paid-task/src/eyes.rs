@@ -129,20 +129,20 @@ impl<V: Real> Kernel for Look<'_, V> {
 
 /// What a group's eyes make of the scene, and the pose that odometry gives the base in which it is shown.
 ///
-/// `goal` is the goal's center in the world `[m]`, as the robot was told it when odometry began; `to_strike_s` the time from this state to
-/// the reference's strike `[s]`.
+/// `goal` is the goal's center in the world `[m]`, as the robot was told it when odometry began; `to_strike_s` and
+/// `to_contact_s` the times from this state to the reference's strike and to the foot's contact `[s]`.
 #[inline(always)]
 pub(crate) fn seen_scene<V: Real>(
     eyes: &Eyes<V>,
     preset: &EyesPreset,
     base: &BodyState<V>,
     goal: Vec3<V>,
-    to_strike_s: V,
+    [to_strike_s, to_contact_s]: [V; 2],
 ) -> (SceneView<V>, Pose<V>) {
     let belief = eyes.belief(to_strike_s, preset);
     let [vx, vy] = belief.ball.velocity;
     let ball = eyes.on_the_ground(belief.ball.position);
-    let wait = effective_time(to_strike_s, eyes.decay());
+    let wait = effective_time(to_contact_s, eyes.decay());
     let at_strike = ball + predicted_displacement(Vec3([vx, vy, V::zero()]), wait);
     let BodyPose { pos, rot } = eyes.estimated(&pose(base));
     let base = Pose { pos, rot };

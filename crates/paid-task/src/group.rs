@@ -33,7 +33,9 @@ pub(crate) struct GroupTask<V> {
     pub heading: [V; 2],
     /// Time from the reference's frame to its strike, negative after it `[s]`; follows from motion and frame.
     pub to_strike_s: V,
-    /// What a rolling ball's velocity is multiplied by for its displacement until the reference strikes `[s]`, see
+    /// The same until the policy's foot meets the ball `[s]`.
+    pub to_contact_s: V,
+    /// What a rolling ball's velocity is multiplied by for its displacement until the foot meets it `[s]`, see
     /// [`paid_perceive::effective_time`]; follows from motion and frame.
     pub prediction_s: V,
     /// Contacts and outcome of the kick.
@@ -72,6 +74,7 @@ impl<V: Real> GroupTask<V> {
             goal: Vec3::zero(),
             heading: [V::one(), V::zero()],
             to_strike_s: V::zero(),
+            to_contact_s: V::zero(),
             prediction_s: V::zero(),
             kick: KickState::new(),
             memory: BallMemory::new(),

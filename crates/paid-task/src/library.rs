@@ -1,11 +1,14 @@
 //! Reference motions, packed for gathering one frame a lane.
 
+use std::collections::BTreeMap;
+
 use paid_lanes::{Quat, Vec3};
 use paid_motion::MotionLibrary;
 use paid_robot::kinematics::forward;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::TaskError;
+use crate::preset::value_error;
 
 /// One motion at the control rate, in model order. Row `t` of a `[T, N]` array is at `t * N ..`.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +48,9 @@ pub struct MotionFacts {
     pub kick_foot: usize,
     /// Frame of the strike: the stated one, or the one in which the kicking foot's center of mass is fastest.
     pub strike_frame: usize,
-    /// Speed of the foot's center of mass in that frame `[m/s]`.
+    /// Frame in which the policy's foot meets the ball: the strike's, unless it was measured ([`ReferenceLibrary::with_contacts`]).
+    pub contact_frame: usize,
+    /// Speed of the foot's center of mass in the frame of the strike `[m/s]`.
     pub strike_speed: f64,
     /// Anchor position (x, y) in the first frame, world `[m]`.
     pub start_xy: [f64; 2],
@@ -213,6 +218,28 @@ impl ReferenceLibrary {
         Ok(library)
     }
 
+    /// Takes over when a policy's foot meets the ball, in seconds from a motion's first frame, by the motion's name
+    /// ([`crate::preset::BallPlacement::contact_s`]). Names of other motions mean nothing here.
+    ///
+    /// # Errors
+    /// If a time lies after its motion's end.
+    pub fn with_contacts(mut self, contact_s: &BTreeMap<String, f64>) -> Result<Self, TaskError> {
+        for (facts, clip) in self.facts.iter_mut().zip(&self.clips) {
+            let Some(&time_s) = contact_s.get(&facts.name) else { continue };
+            let frame = (time_s * clip.fps).round() as usize;
+            if frame >= facts.frames {
+                let end_s = (facts.frames - 1) as f64 / clip.fps;
+                return Err(value_error(
+                    "ball.contact_s",
+                    &format!("times up to {end_s} s for '{}'", facts.name),
+                    time_s.to_string(),
+                ));
+            }
+            facts.contact_frame = frame;
+        }
+        Ok(self)
+    }
+
     /// True for [`ReferenceLibrary::standing`].
     pub fn is_standing(&self) -> bool {
         self.standing
@@ -319,6 +346,7 @@ fn facts(clip: &ReferenceClip, bodies: usize, anchor: usize, foot: usize) -> Mot
         frames: clip.frames,
         kick_foot: clip.kick_foot,
         strike_frame: strike,
+        contact_frame: strike,
         strike_speed: speed(strike),
         start_xy: [start[0], start[1]],
         base_xy: [clip.body_pos[0][0], clip.body_pos[0][1]],

@@ -232,8 +232,8 @@ impl<V: Real> Kernel for Observe<'_, V> {
             (Some(shown), _) => (shown.scene, shown.base),
             (None, Some(eyes)) => {
                 // The state is a frame before the one that it will be scored against.
-                let to_strike_s = group.to_strike_s + V::c(config.dt_s);
-                seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, to_strike_s)
+                let times = [group.to_strike_s, group.to_contact_s].map(|time| time + V::c(config.dt_s));
+                seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, times)
             }
             (None, None) => (self.perceived.unwrap_or(truth), base),
         };

@@ -52,9 +52,9 @@ pub struct RollingBall {
 }
 
 impl RollingBall {
-    /// Where it will be when a motion strikes that has begun at `frame` `[m]`.
+    /// Where it will be when it is met in a motion that has begun at `frame` `[m]`.
     pub(crate) fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
-        let wait = facts.strike_frame.saturating_sub(frame) as f64 * dt_s;
+        let wait = facts.contact_frame.saturating_sub(frame) as f64 * dt_s;
         let time = effective_time(wait, self.decay);
         [0, 1].map(|k| self.place[k] + time * self.velocity[k])
     }
@@ -193,6 +193,7 @@ mod tests {
             frames: 100,
             kick_foot: 1,
             strike_frame: 70,
+            contact_frame: 70,
             strike_speed: 5.0,
             start_xy: [1.0, 2.0],
             base_xy: [1.1, 2.0],
@@ -215,6 +216,7 @@ mod tests {
             velocity: 0.3,
             rolling_share: 0.5,
             clearance_m: 0.3,
+            contact_s: Default::default(),
             after_strike: crate::preset::AfterStrikePreset::default(),
         }
     }
@@ -263,6 +265,7 @@ mod tests {
             frames: 2,
             kick_foot: 0,
             strike_frame: 1,
+            contact_frame: 1,
             strike_speed: 0.0,
             start_xy: [3.0, 4.0],
             base_xy: [3.0, 4.0],
@@ -287,7 +290,7 @@ mod tests {
     #[test]
     fn a_rolling_ball_belongs_to_the_motion_that_meets_it() {
         // Both at 0.02 s a frame: 1.4 s to the first one's strike, 0.5 s to the second one's.
-        let early = MotionFacts { displacement: [0.6, -0.8], strike_frame: 25, ..facts() };
+        let early = MotionFacts { displacement: [0.6, -0.8], contact_frame: 25, ..facts() };
         let motions = [facts(), early];
         // Ahead is -y, left is +x: the second motion ends 0.6 m to the left of the first one.
         let ball = |velocity, decay| RollingBall { place: [0.8, 0.2], velocity, decay };

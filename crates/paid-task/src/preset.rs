@@ -198,6 +198,13 @@ impl TaskPreset {
                 return Err(value_error(key, "a share between 0 and 1", value.to_string()));
             }
         }
+        if let Some((name, time_s)) = self.ball.contact_s.iter().find(|(_, s)| !(0.0..=60.0).contains(*s)) {
+            return Err(value_error(
+                &format!("ball.contact_s.{name}"),
+                "a time from 0 to 60 s",
+                time_s.to_string(),
+            ));
+        }
         if self.sampling.kernel_size == 0 || self.scene.substeps == 0 {
             return Err(value_error("sampling.kernel_size, scene.substeps", "at least 1", "0".into()));
         }

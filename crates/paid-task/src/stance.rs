@@ -219,6 +219,7 @@ mod tests {
             frames: 10,
             kick_foot: 1,
             strike_frame: 5,
+            contact_frame: 5,
             strike_speed: 1.0,
             start_xy: [-1.0, 4.0],
             base_xy: [-1.0, 4.0],

@@ -21,9 +21,10 @@ const ENVS: usize = 16;
 fn shard(overrides: &[&str], envs: usize) -> (Box<dyn TaskShard>, Arc<ReferenceLibrary>, TaskPreset) {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 1.0 / DT).expect("the built-in kicks");
-    let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit"));
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with("paper_stage2", &overrides).expect("valid");
+    let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit");
+    let library = Arc::new(library.with_contacts(&preset.ball.contact_s).expect("within the motions"));
     let task =
         TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
     let shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds");
@@ -102,4 +103,48 @@ fn rolling_balls_of_the_workspace_arrive_where_their_motion_meets_them() {
     // A ball that would begin under a foot is moved aside and arrives elsewhere; near a border between two motions with other strike
     // times each may be nearest at its own.
     assert!(met > 230, "{met} of 256");
+}
+
+#[test]
+fn a_ball_is_predicted_to_the_foots_contact_where_that_is_known() {
+    // Half a second before and after the strike of the first kick.
+    let (_, library, _) = shard(&[AT_STRIKE], ENVS);
+    let facts = &library.facts()[0];
+    for (contact, motion) in
+        [(facts.strike_frame - 25, 0), (facts.strike_frame + 25, 0), (facts.strike_frame, 1)]
+    {
+        let value = format!("ball.contact_s={{ {} = {} }}", facts.name, contact as f64 * DT);
+        let (mut shard, library, preset) = shard(&[AT_STRIKE, &value], ENVS);
+        let facts = &library.facts()[motion];
+        let frame = if motion == 0 { contact } else { facts.strike_frame };
+        assert_eq!(facts.contact_frame, frame);
+        shard.eval().set_rules(EpisodeRules::evaluation());
+        let start = InitialState {
+            ball_xy: Some([0.5, 2.5]),
+            ball_velocity: [0.25, 0.15],
+            ..InitialState::nominal(motion)
+        };
+        shard.eval().force_start(0, &start).expect("exists");
+        let seen = seen_balls(shard.as_mut())[0];
+        let (wait, decay) = (frame as f64 * DT, roll_decay(&preset.ball_params));
+        let way_s = (1.0 - (-decay * wait).exp()) / decay;
+        let expected = [0.5 + 0.25 * way_s, 2.5 + 0.15 * way_s];
+        let off = [0, 1].map(|k| seen[k] - expected[k]);
+        assert!(off[0].hypot(off[1]) < 1e-3, "{motion} {contact}: {seen:?} instead of {expected:?}");
+    }
+}
+
+#[test]
+fn a_contact_after_the_motions_end_is_refused_and_one_of_another_motion_is_not_read() {
+    let (_, library, _) = shard(&[AT_STRIKE], ENVS);
+    let name = library.facts()[0].name.clone();
+    let of = |name: &str, time_s: f64| {
+        ReferenceLibrary::clone(&library).with_contacts(&[(name.to_owned(), time_s)].into())
+    };
+    let error = of(&name, 30.0).expect_err("too late").to_string();
+    assert!(error.starts_with("preset: ball.contact_s is 30, expected times up to "), "{error}");
+    assert_eq!(of("another", 30.0).expect("no such motion").facts(), library.facts());
+    let value = format!("ball.contact_s={{ {name} = -0.1 }}");
+    let error = TaskPreset::builtin_with("paper_stage2", &[value]).expect_err("negative").to_string();
+    assert!(error.starts_with(&format!("preset: ball.contact_s.{name} is -0.1, expected a time")), "{error}");
 }

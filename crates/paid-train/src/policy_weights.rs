@@ -1,5 +1,6 @@
 //! The weights of a run's policy: those of one checkpoint, or the mean of the last ones.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use paid_learn::Checkpoint;
@@ -11,7 +12,7 @@ use crate::{RunPreset, TrainError};
 pub const WEIGHTS_FILE: &str = "policy.safetensors";
 
 /// A checkpoint file as it is, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks
-/// ([`crate::RunConfig::average_last`]).
+/// ([`crate::RunConfig::average_last`]), with the contacts that were measured of it ([`write_contacts`]).
 ///
 /// # Errors
 /// If there is none, or one is damaged or of other networks than the others.
@@ -19,6 +20,24 @@ pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
     if run.is_file() {
         return Ok(Checkpoint::load(run)?);
     }
+    let mut weights = mean_of_run(run)?;
+    let file = run.join(WEIGHTS_FILE);
+    if file.is_file() {
+        let policy = Checkpoint::load(&file)?;
+        // One of an earlier end of the run met the ball at other times.
+        if policy.meta().iteration == weights.meta().iteration {
+            let contact_s = RunPreset::of_checkpoint(&policy)?.task.ball.contact_s;
+            set_contacts(&mut weights, contact_s)?;
+        }
+    }
+    Ok(weights)
+}
+
+/// The mean over the checkpoints of the last part of a run.
+///
+/// # Errors
+/// As [`load_weights`].
+pub(crate) fn mean_of_run(run: &Path) -> Result<Checkpoint, TrainError> {
     let ((end, newest), earlier) = newest_and_earlier(run)?;
     if !run.join(PRESET_FILE).is_file() {
         return mean(&newest, &[]);
@@ -62,6 +81,26 @@ pub fn write_weights(weights: &Checkpoint, path: &Path) -> Result<(), TrainError
     let mut preset = RunPreset::of_checkpoint(weights)?;
     preset.run.motions = folder_name(&preset.run.motions);
     weights.save_weights(path, &[(PRESET_FILE, preset.to_toml()?.as_bytes())])?;
+    Ok(())
+}
+
+/// Writes into a policy file when its foot meets the ball, in seconds from the first frame of each motion
+/// ([`paid_task::preset::BallPlacement::contact_s`]).
+///
+/// # Errors
+/// If it is no checkpoint with a preset, or cannot be written; the file stays whole then.
+pub fn write_contacts(path: &Path, contact_s: BTreeMap<String, f64>) -> Result<(), TrainError> {
+    let mut weights = Checkpoint::load(path)?;
+    set_contacts(&mut weights, contact_s)?;
+    let preset = weights.blob(PRESET_FILE).unwrap_or_default();
+    weights.save_weights(path, &[(PRESET_FILE, preset)])?;
+    Ok(())
+}
+
+fn set_contacts(weights: &mut Checkpoint, contact_s: BTreeMap<String, f64>) -> Result<(), TrainError> {
+    let mut preset = RunPreset::of_checkpoint(weights)?;
+    preset.task.ball.contact_s = contact_s;
+    weights.set_blob(PRESET_FILE, preset.to_toml()?.as_bytes());
     Ok(())
 }
 

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use paid_learn::{Alone, Checkpoint};
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
-use crate::policy_weights::load_weights;
+use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_contacts, write_weights};
 use crate::stage::run_stage;
 use crate::toy::Toy;
 use crate::{End, Judge, Limits, Named, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
@@ -241,6 +241,31 @@ fn a_run_starts_from_the_mean_of_the_last_checkpoints_of_another() {
     for ((a, b), found) in a.iter().zip(&b).zip(params(&next.checkpoint)) {
         assert!((f32::midpoint(*a, *b) - found).abs() < 1e-6, "{a}, {b}: {found}");
     }
+}
+
+#[test]
+fn measured_contacts_belong_to_the_policy_that_they_were_measured_of() {
+    let folder = tempfile::tempdir().expect("folder");
+    let out = folder.path().join("run");
+    run(&out, &Toy::preset(&[]), false, 4);
+    let weights = load_weights(&out).expect("a policy");
+    let file = out.join(WEIGHTS_FILE);
+    write_weights(&weights, &file).expect("writes");
+    let contacts = [("kick".to_owned(), 1.25)];
+    write_contacts(&file, contacts.clone().into()).expect("writes");
+    let of = |path: &Path| {
+        let weights = load_weights(path).expect("a policy");
+        RunPreset::of_checkpoint(&weights).expect("a preset").task.ball.contact_s
+    };
+    assert_eq!(of(&file), contacts.clone().into());
+    assert_eq!(of(&out), contacts.into());
+    assert_eq!(
+        Checkpoint::load(&file).expect("reads").policy().expect("policy").params,
+        weights.policy().expect("policy").params
+    );
+    // Trained further, it meets the ball at other times.
+    run(&out, &Toy::preset(&[]), true, u64::MAX);
+    assert!(of(&out).is_empty());
 }
 
 #[test]

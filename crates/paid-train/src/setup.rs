@@ -43,7 +43,9 @@ pub(crate) fn clips_of(
     let rate = 1.0 / preset.task.control_dt_s();
     let motions = MotionLibrary::open(Path::new(&preset.run.motions), model, spec, rate)
         .map_err(|e| TrainError::Setup(e.to_string()))?;
-    ReferenceLibrary::from_motions(&motions, model, spec).map_err(|e| TrainError::Setup(e.to_string()))
+    ReferenceLibrary::from_motions(&motions, model, spec)
+        .and_then(|library| library.with_contacts(&preset.task.ball.contact_s))
+        .map_err(|e| TrainError::Setup(e.to_string()))
 }
 
 /// The robot and the motions of a run.

@@ -11,7 +11,7 @@ use paid_task::TrainShard;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
 use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
-use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_weights};
+use crate::policy_weights::{WEIGHTS_FILE, load_weights, mean_of_run, write_weights};
 use crate::trainer::progress_of;
 use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};
 
@@ -122,7 +122,7 @@ pub fn train_judged_stage(
 
 /// The policy as ONNX and as a small checkpoint.
 fn write_policy(job: &StageJob) -> Result<(), TrainError> {
-    let weights = load_weights(&job.out)?;
+    let weights = mean_of_run(&job.out)?;
     write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;
     TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)
 }

@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use paid_eval::ablation::{has_run, is_same_run};
 use paid_eval::compare::{Comparison, Contender, JudgePlan, Plan, Row, Scores};
+use paid_eval::contacts;
 use paid_eval::file::write_whole;
 use paid_eval::monitor::Monitor;
 use paid_eval::results::to_json;
@@ -147,6 +148,7 @@ fn train(
             return Ok(None);
         }
         samples.push(outcome.samples);
+        contacts::keep_of_run(&folder, threads)?;
         before = Some(folder);
     }
     Ok(before.map(|policy| (policy, samples)))

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use paid_eval::EvalError;
+use paid_eval::contacts;
 use paid_eval::curves::Curves;
 use paid_eval::file::write_whole;
 use paid_eval::judge::MujocoJudge;
@@ -295,6 +296,12 @@ fn run_stage(
     let outcome = train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))
         .map_err(Failure::input)?;
     printer.end(&job, &outcome);
+    if first && outcome.end != End::Stopped {
+        let report = contacts::keep_of_run(&job.out, threads)?;
+        if let Some(report) = report.filter(|_| !printer.quiet && !printer.json) {
+            println!("{}", report.summary());
+        }
+    }
     Ok(outcome)
 }
 

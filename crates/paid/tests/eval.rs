@@ -312,3 +312,34 @@ fn bad_arguments_are_named() {
     );
     assert!(!Path::new("scores").exists());
 }
+
+#[test]
+fn a_policys_contacts_are_measured_and_kept_in_its_file() {
+    let folder = tempfile::tempdir().expect("folder");
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo");
+    for file in ["stage2.safetensors", "policy.onnx"] {
+        fs::copy(demo.join(file), folder.path().join(file)).expect("copies");
+    }
+    let measure = |also: &[&str]| {
+        let args = ["eval", "contacts", "--policy", "stage2.safetensors", "--json"];
+        json(&succeeds(&paid(folder.path(), &[&args[..], also].concat())))
+    };
+    // As if they had not been measured: the balls are at rest, so that makes no difference.
+    let found = measure(&["--set", "ball.contact_s={}", "--keep"]);
+    let rows = found["rows"].as_array().expect("rows");
+    assert_eq!(rows.len(), 13);
+    for row in rows {
+        let [strike, contact] = ["strike_s", "contact_s"].map(|key| row[key].as_f64().expect("a time"));
+        assert!((0.1..0.35).contains(&(strike - contact)), "{row}");
+        assert!(row["spread_s"].as_f64().is_some_and(|spread| spread <= 0.02), "{row}");
+    }
+    let kept = paid_policy::Checkpoint::load(&folder.path().join("stage2.safetensors")).expect("reads");
+    let preset = paid_train::RunPreset::of_checkpoint(&kept).expect("a preset");
+    let first = rows[0]["motion"].as_str().expect("a name");
+    assert_eq!(Some(preset.task.ball.contact_s[first]), rows[0]["contact_s"].as_f64());
+    let shipped = paid_policy::Checkpoint::load(&demo.join("stage2.safetensors")).expect("reads");
+    assert_eq!(kept.policy().expect("weights").params, shipped.policy().expect("weights").params);
+
+    let error = refuses(&paid(folder.path(), &["eval", "contacts", "--policy", "policy.onnx", "--keep"]));
+    assert!(error.contains("--keep: expected --policy to be a checkpoint file"), "{error}");
+}

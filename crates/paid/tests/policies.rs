@@ -35,7 +35,7 @@ fn the_demo_scores_in_mujoco() {
     let Some(_) = paid_testing::mujoco("the_demo_scores_in_mujoco", Library::get()) else { return };
     let [at_rest, rolling] = goals("demo/stage2.safetensors", None);
     assert!(at_rest >= 59, "{at_rest} goals of 63; 99.7% of 630 are on the policy's page");
-    assert!(rolling >= 34, "{rolling} goals of 63; 75.1% of 630 are on the policy's page");
+    assert!(rolling >= 48, "{rolling} goals of 63; 92.4% of 630 are on the policy's page");
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl Runtime {
         let ball = self.sight.ball_ahead(&belief).ok_or("odometry")?;
         let facts = self.player.library.facts();
         let motion = motion_for(facts, &ball, POLICY_US as f64 * 1e-6);
-        let wait = facts[motion].strike_frame as f64 * POLICY_US as f64 * 1e-6;
+        let wait = facts[motion].contact_frame as f64 * POLICY_US as f64 * 1e-6;
         let time = paid_perceive::effective_time(wait, ball.decay);
         let at = [0, 1].map(|k| ball.place[k] + time * ball.velocity[k]);
         let within = |x: f64, [lo, hi]: [f64; 2]| lo <= x && x <= hi;
@@ -162,8 +162,9 @@ impl Runtime {
     fn scene(&mut self, now_us: u64) -> Option<SceneView<f64>> {
         let to_strike = self.to_strike();
         let playing = self.playing.as_ref()?;
-        let strike = self.player.library.facts()[playing.motion].strike_frame;
-        let of_motion = (strike as f64 - playing.step as f64) * POLICY_US as f64 * 1e-6;
+        let facts = &self.player.library.facts()[playing.motion];
+        let of_motion = [facts.strike_frame, facts.contact_frame]
+            .map(|frame| (frame as f64 - playing.step as f64) * POLICY_US as f64 * 1e-6);
         let (blind, unseen, shown) = (playing.blind, playing.unseen, playing.shown);
         if self.state == State::Kick && to_strike > 0.0 && !blind {
             let odometry = self.sight.odometry_age(now_us);

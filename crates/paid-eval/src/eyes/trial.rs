@@ -336,7 +336,8 @@ impl Stage<'_> {
         task.force_start(0, &start_of(trial))?;
         let sample = task.sample(0)?;
         let dt_s = self.setup.preset.control_dt_s();
-        let strike_s = facts.strike_frame as f64 * dt_s;
+        let [strike_s, contact_s] =
+            [facts.strike_frame, facts.contact_frame].map(|frame| frame as f64 * dt_s);
         kick.log.strike_s = Some(kick.log.start_s + strike_s);
         let first = self.moment_of(rolling.start_ns, &sample, &start);
         self.get_ready(kick, standing, &first, rolling, strike_s)?;
@@ -370,7 +371,7 @@ impl Stage<'_> {
             {
                 kick.judge_strike(&believed);
             }
-            let believed_scene = scene(&believed, goal, rolling, to_strike_s);
+            let believed_scene = scene(&believed, goal, rolling, contact_s - step as f64 * dt_s);
             shown = believed_scene.or(shown);
             let Some(now) = &shown else { return Err(eyes_error("no belief at the start of a kick")) };
             task.show(0, Some(now))?;
@@ -455,13 +456,13 @@ impl Stage<'_> {
     }
 }
 
-/// Ball and goal as the policy is shown them; `None` while something of it is not known.
-fn scene(believed: &Believed, goal: [f64; 2], rolling: &Rolling, to_strike_s: f64) -> Option<Shown> {
+/// Ball and goal as the policy is shown them, `to_contact_s` before its foot meets the ball `[s]`; `None` while something of it is not known.
+fn scene(believed: &Believed, goal: [f64; 2], rolling: &Rolling, to_contact_s: f64) -> Option<Shown> {
     let (base, ball) = (believed.base?, believed.ball?);
     let z = believed.floor_m? + rolling.radius;
     let ([x, y], [vx, vy]) = (ball.belief.ball.position, ball.belief.ball.velocity);
     let now = Vec3([x, y, z]);
-    let wait = effective_time(to_strike_s, rolling.decay);
+    let wait = effective_time(to_contact_s, rolling.decay);
     let then = now + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
     let base = paid_policy::Pose { pos: base.pos, rot: base.rot };
     let scene = SceneView {

@@ -143,7 +143,8 @@ impl Subject {
                 None => source.motions_here()?,
             };
             let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / dt_s)?;
-            let library = ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?;
+            let library = ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?
+                .with_contacts(&task.ball.contact_s)?;
             (library, motions.clips.iter().map(|clip| set_of(&clip.path)).collect())
         };
         let library = Arc::new(library);

@@ -27,7 +27,7 @@ pub(super) fn reaches(place: [f64; 2]) -> bool {
     within(place[0], x) && within(place[1], y)
 }
 
-/// Where a rolling ball will be when the clip strikes that is chosen for it, robot's axes `[m]`.
+/// Where a rolling ball will be when it is met in the clip that is chosen for it, robot's axes `[m]`.
 pub(super) fn at_strike(
     setup: &EvalSetup,
     place: [f64; 2],
@@ -38,7 +38,7 @@ pub(super) fn at_strike(
         return place;
     }
     let motion = clip.unwrap_or_else(|| Placement::new(setup).motion(0, 0, place, velocity));
-    let wait_s = setup.library.facts()[motion].strike_frame as f64 * setup.preset.control_dt_s();
+    let wait_s = setup.library.facts()[motion].contact_frame as f64 * setup.preset.control_dt_s();
     let time_s = effective_time(wait_s, roll_decay(&setup.ball()));
     [0, 1].map(|k| place[k] + time_s * velocity[k])
 }

@@ -260,12 +260,14 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         for lane in 0..V::LANES {
             let env = &self.envs[group * V::LANES + lane];
             (motions[lane], frames[lane]) = (env.motion, env.frame);
-            let strike = self.library.facts()[env.motion].strike_frame;
-            let to_strike_s = (strike as f64 - env.frame as f64) * self.config.dt_s;
-            self.groups[group].to_strike_s.set_lane(lane, to_strike_s);
+            let facts = &self.library.facts()[env.motion];
+            let until = |frame: usize| (frame as f64 - env.frame as f64) * self.config.dt_s;
+            let to_contact_s = until(facts.contact_frame);
+            self.groups[group].to_strike_s.set_lane(lane, until(facts.strike_frame));
+            self.groups[group].to_contact_s.set_lane(lane, to_contact_s);
             if self.config.observations.predicts {
                 // The policy sees the frame after the state's.
-                let wait = to_strike_s + self.config.dt_s;
+                let wait = to_contact_s + self.config.dt_s;
                 let prediction_s = effective_time(wait, roll_decay(&env.params.ball));
                 self.groups[group].prediction_s.set_lane(lane, prediction_s);
             }

@@ -1,6 +1,7 @@
 //! `paid eval`: scores a policy and draws what it does.
 
 mod clips;
+mod contacts;
 pub mod demo;
 mod engine;
 pub mod episode;
@@ -47,6 +48,8 @@ enum Command {
     Likeness(Box<likeness::Args>),
     /// Shoot with every clip at balls near its own place.
     Clips(Box<clips::Args>),
+    /// Measure when the foot meets the ball in every motion, which says until when a rolling ball must be predicted.
+    Contacts(Box<contacts::Args>),
     /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
     /// turf and in a hall.
     Panel(Box<panel::Args>),
@@ -66,6 +69,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Gap(args) => gap::run(&args),
         Command::Match(args) => matches::run(&args),
         Command::Clips(args) => clips::run(&args),
+        Command::Contacts(args) => contacts::run(&args),
         Command::Likeness(args) => likeness::run(&args),
         Command::Panel(args) => panel::run(&args),
         Command::Impacts(args) => impacts::run(&args),

@@ -120,19 +120,19 @@ impl Sight {
         Some(angle.sin().atan2(angle.cos()))
     }
 
-    /// Ball and goal as the policy sees them, in the base frame `[m]`. `to_strike_s` is the motion's, `of_ball_s` the tracker's: infinite
-    /// once the next ball is awaited.
+    /// Ball and goal as the policy sees them, in the base frame `[m]`. The motion's strike and the foot's contact are
+    /// `to_strike_s` and `to_contact_s` ahead; `of_ball_s` is the tracker's strike: infinite once the next ball is awaited.
     pub fn scene(
         &mut self,
         base: &Pose<f64>,
         player: &Player,
-        to_strike_s: f64,
+        [to_strike_s, to_contact_s]: [f64; 2],
         of_ball_s: f64,
     ) -> SceneView<f64> {
         let belief = self.belief(of_ball_s);
         let ([x, y], [vx, vy]) = (belief.ball.position, belief.ball.velocity);
         let ball = Vec3([x, y, self.ball.height()]);
-        let wait = effective_time(to_strike_s, self.ball.decay);
+        let wait = effective_time(to_contact_s, self.ball.decay);
         let at_strike = ball + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
         let (mut ball, mut at_strike) = (ball, at_strike);
         if let Some(times) = player.task.ball.after_strike.times() {

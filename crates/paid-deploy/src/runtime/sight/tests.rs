@@ -133,7 +133,7 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
     assert!(belief.known && (belief.ball.position[0] - 2.0 - way).abs() < 1e-12 && way > 0.025);
     assert!((belief.age_s - 0.1).abs() < 1e-12 && sight.looks() == 33);
     // The floor is 1.2 m below odometry's origin.
-    let scene = sight.scene(&base, &player, f64::INFINITY, f64::INFINITY);
+    let scene = sight.scene(&base, &player, [f64::INFINITY; 2], f64::INFINITY);
     assert!((scene.ball.z() + 1.2 - sight.ball.radius + 0.76).abs() < 1e-9, "{scene:?}");
     sight.goal_ahead([5.0, 0.0]);
     assert!(sight.goal.is_some() && sight.goal_bearing().expect("a goal").abs() < 1e-9);

@@ -1,0 +1,62 @@
+//! `paid eval contacts`.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use paid_eval::contacts;
+use paid_eval::results::to_json;
+use paid_eval::subject::Subject;
+use paid_train::policy_weights::write_contacts;
+
+use super::ended;
+use super::progress::Progress;
+use super::subject::Common;
+use crate::failure::Failure;
+
+/// Arguments of `paid eval contacts`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    common: Common,
+    /// Write the times into the policy's file (a checkpoint), so that rolling balls are predicted until then.
+    #[arg(long)]
+    keep: bool,
+    /// Print one line of JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Kicks with every clip, prints when the foot meets the ball, and keeps it if asked.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    args.common.setting.one_engine()?;
+    let spec = args.common.spec("paper_stage2")?;
+    let is_file = spec.policy.is_file() && spec.policy.extension().is_none_or(|e| e != "onnx");
+    if args.keep && !is_file {
+        let found = spec.policy.display();
+        return Err(Failure::input(format!(
+            "--keep: expected --policy to be a checkpoint file, such as a run's policy.safetensors, found {found}"
+        )));
+    }
+    let mut subject = Subject::load(&spec)?;
+    subject.require_ball()?;
+    let (monitor, progress) = Progress::start(args.json)?;
+    subject.setup.monitor = monitor;
+    let report = contacts::measure(&subject.setup, &*subject.maker)?;
+    progress.finish();
+    let code = ended(&subject.setup.monitor);
+    if args.keep && code == ExitCode::SUCCESS {
+        keep(&spec.policy, &report)?;
+    }
+    if args.json {
+        println!("{}", to_json(&report)?);
+    } else {
+        print!("{}", report.table());
+    }
+    Ok(code)
+}
+
+fn keep(policy: &Path, report: &contacts::ContactReport) -> Result<(), Failure> {
+    write_contacts(policy, report.times()).map_err(Failure::input)?;
+    eprintln!("written into {}", policy.display());
+    Ok(())
+}
