@@ -28,11 +28,11 @@ pub struct ContactRow {
     pub motion: String,
     /// Its strike, from the first frame `[s]`.
     pub strike_s: f64,
-    /// Median of the times at which a foot met the ball `[s]`; `None` if none did.
+    /// Median of the times at which a foot met the ball `[s]`; `None` if it did so in less than half of the shots.
     pub contact_s: Option<f64>,
     /// Half of the way from the first to the third quartile of these times `[s]`.
     pub spread_s: f64,
-    /// Kicks with a foot's contact.
+    /// Shots in which a foot met the ball before the motion's end.
     pub kicks: usize,
 }
 
@@ -97,13 +97,16 @@ pub fn measure(setup: &EvalSetup, policy: &DriverMaker) -> Result<ContactReport,
     let dt_s = setup.preset.control_dt_s();
     let rows = setup.library.facts().iter().enumerate().map(|(motion, facts)| {
         let of_motion = outcomes.iter().filter(|o| o.trial.motion == motion && o.foot_contact);
-        let mut times: Vec<f64> = of_motion.filter_map(|o| o.kick_time_s).collect();
+        // A robot that fell may roll over the ball later.
+        let end_s = (facts.frames - 1) as f64 * dt_s;
+        let mut times: Vec<f64> =
+            of_motion.filter_map(|o| o.kick_time_s).filter(|time| *time < end_s).collect();
         times.sort_by(f64::total_cmp);
         let at = |share: f64| times.get((share * times.len() as f64) as usize).copied();
         ContactRow {
             motion: facts.name.clone(),
             strike_s: facts.strike_frame as f64 * dt_s,
-            contact_s: at(0.5),
+            contact_s: at(0.5).filter(|_| 2 * times.len() >= OPTIONS.trials),
             spread_s: at(0.75).zip(at(0.25)).map_or(0.0, |(high, low)| (high - low) / 2.0),
             kicks: times.len(),
         }

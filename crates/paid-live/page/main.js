@@ -107,6 +107,7 @@ function picture(now) {
   view.draw(hand.ball && !course.replay ? inHand(moment) : moment, {
     ghost: layers.ghost,
     forces: layers.forces,
+    belief: layers.belief,
     trail: layers.trail && !held ? course.trail(moment.time, 1.6) : [],
     heat: Math.max(layers.heat ? 0.8 : 0, 0.5 * reach),
     reach,

@@ -11,7 +11,7 @@ export class Panel {
     this.actions = actions;
     this.shots = null;
     this.notice = null;
-    this.layers = { ghost: false, forces: false, rewards: false, trail: true, heat: false };
+    this.layers = { ghost: false, forces: false, rewards: false, trail: true, heat: false, belief: false };
     const click = (id, act) => $(id).addEventListener("click", () => (act(), $(id).blur()));
     click("pause", () => this.send(command.pause(!this.frame?.paused)));
     click("step", () => this.send(command.step()));
@@ -53,6 +53,7 @@ export class Panel {
       0: () => send(command.reset()),
       p: () => actions.nudge(),
       g: () => layer("ghost"),
+      b: () => this.scene?.camera && layer("belief"),
       c: () => layer("forces"),
       w: () => layer("rewards"),
       t: () => layer("trail"),
@@ -85,6 +86,7 @@ export class Panel {
     clips.replaceChildren(new Option("by the ball", "-1"), ...scene.clips.map((name, i) => new Option(name, String(i))));
     $("engine").replaceChildren(...scene.engines.map((engine, i) => new Option(engine.name, String(i))));
     $("what").textContent = `${scene.policy.split(/[\\/]/).slice(-2).join("/")} on ${scene.robot.toUpperCase()}`;
+    $("seen").hidden = !scene.camera;
     $("what").title = `${scene.policy}; knowledge: ${scene.knowledge}`;
     $("rewards").replaceChildren(
       ...scene.rewards.map((name) => {

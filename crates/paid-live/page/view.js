@@ -24,6 +24,10 @@ const LOOKS = {
 };
 const COLORS = { shell: [0.62, 0.65, 0.7], sole: [0.05, 0.055, 0.065], bone: [0.07, 0.075, 0.09], head: [0.62, 0.65, 0.7] };
 const ROUND = [1, 0, 0, 0];
+// A ball that was seen so long ago is remembered [s].
+const REMEMBERED = 0.2;
+const SEEN = [0.1, 0.75, 1];
+const KEPT = [1, 0.5, 0.08];
 
 export class View {
   static async create(canvas) {
@@ -345,6 +349,20 @@ export class View {
         if (at) arrow(at, scale(force.newton, FORCE), 0.014, [1, 0.16, 0.2]);
       }
     if (show.push) arrow(show.push.from, show.push.vector, 0.03, [1, 0.78, 0.1]);
+    const belief = show.belief && scene.camera && moment.belief;
+    const fresh = belief && belief.age < REMEMBERED ? SEEN : KEPT;
+    if (belief) {
+      const way = (points, color) =>
+        points.forEach((from, i) => {
+          const along = sub(points[(i + 1) % points.length], from);
+          put(shining, fromX(along), add(from, scale(along, 0.5)), [norm(along) / 2, 0.008, 0.008, 0.0079], [...color, 3]);
+        });
+      way(this.footprint(moment), moment.inView ? SEEN : KEPT);
+      const [x, y] = belief.pos;
+      const spread = Math.max(2 * belief.deviation, 0.01);
+      const around = (k) => [x + spread * Math.cos((k * Math.PI) / 12), y + spread * Math.sin((k * Math.PI) / 12), 0.008];
+      way([...Array(24).keys()].map(around), fresh);
+    }
     this.upload(this.coarse, shining);
     this.instances(this.coarse);
     this.upload(this.tip, tips);
@@ -352,18 +370,27 @@ export class View {
 
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE);
-    if (show.ghost && moment.ghost.length) {
-      const ghost = [];
-      robot(moment.ghost, ghost, [0.12, 0.4, 1, 4]);
-      this.upload(this.coarse, ghost);
+    const glass = (mesh, list) => {
+      this.upload(mesh, list);
       // Depth first, so that only what is in front is seen through.
       gl.colorMask(false, false, false, false);
-      this.instances(this.coarse);
+      this.instances(mesh);
       gl.colorMask(true, true, true, true);
       gl.depthFunc(gl.LEQUAL);
       gl.uniform1f(solid.uAlpha, 0.42);
-      this.instances(this.coarse);
+      this.instances(mesh);
       gl.depthFunc(gl.LESS);
+    };
+    if (show.ghost && moment.ghost.length) {
+      const ghost = [];
+      robot(moment.ghost, ghost, [0.12, 0.4, 1, 4]);
+      glass(this.coarse, ghost);
+    }
+    if (belief) {
+      const ball = [];
+      const r = 1.06 * scene.ball_radius_m;
+      put(ball, ROUND, belief.pos, [r, r, r, r], [...fresh, 4]);
+      glass(this.fine, ball);
     }
     const net = common(this.net);
     gl.uniform3f(net.uGoal, gx, gy, heading);
@@ -374,6 +401,22 @@ export class View {
     gl.depthMask(true);
     gl.disable(gl.BLEND);
     gl.bindVertexArray(null);
+  }
+
+  // The way around the ground in the robot's picture; where that ends at the horizon, as far as it finds a ball.
+  footprint(moment) {
+    const { body, mount, corners, far_m } = this.scene.camera;
+    const carrier = moment.bodies[body];
+    const eye = add(carrier.pos, rotate(carrier.quat, mount));
+    return corners.flatMap((from, i) =>
+      [...Array(6).keys()].map((k) => {
+        const to = corners[(i + 1) % corners.length];
+        const ray = unit(rotate(carrier.quat, add(from, scale(sub(to, from), k / 6))));
+        const reach = ray[2] < -0.001 ? Math.min(-eye[2] / ray[2], far_m) : far_m;
+        const [x, y] = add(eye, scale(ray, reach));
+        return [x, y, 0.008];
+      }),
+    );
   }
 
   upload(mesh, list) {

@@ -1,6 +1,6 @@
 // What page and program say to each other. The tables stand in the documentation of the Rust types `Frame` and `Command`.
 
-export const VERSION = 1;
+export const VERSION = 2;
 
 // A moment of the scene; null if the message is none of this version.
 export function decode(buffer) {
@@ -9,8 +9,9 @@ export function decode(buffer) {
   const f32 = (at) => view.getFloat32(at, true);
   const quat = (at) => [0, 2, 4, 6].map((k) => view.getInt16(at + k, true) / 32767);
   const [bodies, ghosts, forces, rewards] = [64, 65, 66, 67].map((at) => view.getUint8(at));
-  if (buffer.byteLength !== 72 + 20 * (bodies + ghosts) + 7 * forces + 4 * rewards) return null;
   const bits = view.getUint16(2, true);
+  const believes = (bits >> 9) & 1;
+  if (buffer.byteLength !== 72 + 20 * (bodies + ghosts) + 7 * forces + 4 * rewards + 20 * believes) return null;
   const flag = (k) => ((bits >> k) & 1) === 1;
   let at = 72;
   const list = (count) => {
@@ -28,6 +29,7 @@ export function decode(buffer) {
     kicking: flag(5),
     held: flag(6),
     fresh: flag(7),
+    inView: flag(8),
     step: view.getUint32(4, true),
     time: view.getFloat64(8, true),
     rate: f32(16),
@@ -43,10 +45,12 @@ export function decode(buffer) {
     ghost: list(ghosts),
     forces: [],
     rewards: [],
+    belief: null,
   };
   for (let i = 0; i < forces; i++, at += 7)
     frame.forces.push({ body: view.getUint8(at), newton: [1, 3, 5].map((k) => view.getInt16(at + k, true)) });
   for (let i = 0; i < rewards; i++, at += 4) frame.rewards.push(f32(at));
+  if (believes) frame.belief = { pos: [f32(at), f32(at + 4), f32(at + 8)], deviation: f32(at + 12), age: f32(at + 16) };
   return frame;
 }
 

@@ -8,11 +8,11 @@ use paid_eval::subject::Subject;
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_policy::StepBuffers;
 use paid_task::{
-    Disturbance, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, RewardTermsInSamples,
-    TaskShard, TimeLimit,
+    BelievedBall, Disturbance, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick,
+    RewardTermsInSamples, TaskShard, TimeLimit,
 };
 
-use crate::wire::{Body, Force};
+use crate::wire::{Belief, Body, Force};
 use crate::{LiveError, Pose2};
 
 /// Contact forces below this are not shown `[N]`.
@@ -49,6 +49,7 @@ pub(crate) struct Arena {
     reward: Vec<f32>,
     ended: [Vec<u8>; 2],
     sample: EnvSample,
+    believed: Option<BelievedBall>,
     /// The world's axes on the pitch.
     axes: Pose2,
     ball_quat: Quat<f64>,
@@ -88,6 +89,7 @@ impl Arena {
             driver,
             envs,
             sample,
+            believed: None,
         };
         arena.stand(&Pose2::default(), [1.0, 0.0], [5.0, 0.0])?;
         Ok(arena)
@@ -112,6 +114,7 @@ impl Arena {
             act(control, env)?;
         }
         self.sample = control.sample(0)?;
+        self.believed = control.believed_ball(0)?;
         Ok(())
     }
 
@@ -190,6 +193,7 @@ impl Arena {
         self.shard.step(&self.actions, StepBuffers::new(&mut self.reward, terminated, truncated));
         let control = self.shard.eval();
         self.sample = control.sample(0)?;
+        self.believed = control.believed_ball(0)?;
         let spin = Vec3(control.ball_spin(0)?);
         let angle = spin.norm() * self.setup.preset.control_dt_s();
         if angle > 1e-9 {
@@ -235,6 +239,16 @@ impl Arena {
     pub fn ball(&self) -> Body {
         let yaw: Quat<f64> = Quat::from_roll_pitch_yaw(0.0, 0.0, self.axes.heading);
         Body { pos: self.place(self.sample.ball_pos), quat: yaw.mul(self.ball_quat).0 }
+    }
+
+    /// Where the robot believes the ball to be, and whether the ball is in its picture.
+    pub fn belief(&self) -> (Option<Belief>, bool) {
+        let belief = self.believed.map(|ball| Belief {
+            pos: self.place(ball.pos).map(|x| x as f32),
+            deviation_m: ball.deviation_m as f32,
+            age_s: ball.age_s as f32,
+        });
+        (belief, self.believed.is_some_and(|ball| ball.in_view))
     }
 
     /// The robot, model order.

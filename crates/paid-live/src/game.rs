@@ -417,6 +417,7 @@ impl<'a> Game<'a> {
     pub fn frame(&self, rate: [f32; 2], paused: bool, late: bool, viewers: usize) -> Frame {
         let sample = self.arena.sample();
         let speed = sample.ball_vel.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let (belief, in_view) = self.arena.belief();
         Frame {
             flags: Flags {
                 paused,
@@ -427,6 +428,7 @@ impl<'a> Game<'a> {
                 kicking: self.playing.is_some(),
                 held: self.grip.is_some(),
                 fresh: self.fresh,
+                in_view,
             },
             step: self.step,
             time_s: self.seconds(self.step),
@@ -442,6 +444,7 @@ impl<'a> Game<'a> {
             ghost: self.arena.ghost(),
             forces: self.arena.forces(),
             rewards: sample.rewards.iter().map(|r| *r as f32).collect(),
+            belief,
         }
     }
 }

@@ -31,4 +31,4 @@ pub use error::LiveError;
 pub use live::{PlayOptions, Summary, play};
 pub use pose2::Pose2;
 pub use server::{Counts, ServeOptions, Server, USUAL_PORT};
-pub use wire::{Body, Command, CommandError, Flags, Force, Frame, LONGEST_COMMAND, VERSION};
+pub use wire::{Belief, Body, Command, CommandError, Flags, Force, Frame, LONGEST_COMMAND, VERSION};

@@ -3,6 +3,7 @@
 use paid_eval::shooting::Grid;
 use paid_eval::subject::Subject;
 use paid_lanes::{Quat, Vec3};
+use paid_perceive::EyesPreset;
 use paid_robot::{RobotModel, Shape};
 use paid_task::REWARD_NAMES;
 use serde::Serialize;
@@ -43,6 +44,19 @@ struct Part {
     look: Look,
 }
 
+/// The camera through which the robot sees its ball.
+#[derive(Debug, Serialize)]
+struct Camera {
+    /// Number of the body that carries it: the anchor.
+    body: usize,
+    /// Place in the body's frame `[m]`.
+    mount: [f64; 3],
+    /// The rays through the corners of its picture, body frame, in order around it.
+    corners: [[f64; 3]; 4],
+    /// How far it finds a ball `[m]`.
+    far_m: f64,
+}
+
 #[derive(Debug, Serialize)]
 struct Engine {
     name: &'static str,
@@ -58,6 +72,8 @@ pub(crate) struct Scene {
     robot: String,
     /// What the policy knows of ball and goal.
     knowledge: String,
+    /// `None` where it is told.
+    camera: Option<Camera>,
     bodies: Vec<String>,
     /// Number of the body that a push is drawn from, and that places are measured from.
     anchor: usize,
@@ -132,20 +148,33 @@ fn parts(model: &RobotModel) -> Vec<Part> {
     parts
 }
 
+fn camera(eyes: &EyesPreset, body: usize) -> Camera {
+    let geometry = eyes.camera.geometry();
+    let corner = |left: f64, up: f64| geometry.ray(left, up).0;
+    Camera {
+        body,
+        mount: geometry.mount::<f64>().0,
+        corners: [corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)],
+        far_m: eyes.range_m[1],
+    }
+}
+
 impl Scene {
     /// Of a subject.
     pub fn new(subject: &Subject) -> Self {
         let setup = &subject.setup;
         let builtin = paid_eval::engine::EngineChoice::Builtin.facts(&setup.preset);
         let mujoco = subject.in_mujoco().engine.facts(&setup.preset);
+        let anchor = setup.robot.body_index(&setup.spec.anchor_body).unwrap_or(0);
         Self {
             kind: "scene",
             version: VERSION,
             policy: subject.name.clone(),
             robot: setup.robot.name.clone(),
             knowledge: builtin.knowledge.as_ref().map_or_else(String::new, ToString::to_string),
+            camera: setup.preset.perceives().then(|| camera(&setup.preset.eyes, anchor)),
             bodies: setup.robot.body_names(),
-            anchor: setup.robot.body_index(&setup.spec.anchor_body).unwrap_or(0),
+            anchor,
             parts: parts(&setup.robot),
             ball_radius_m: setup.preset.ball_params.radius_m,
             goal_half_width_m: GOAL_HALF_WIDTH_M,

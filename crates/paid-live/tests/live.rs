@@ -2,8 +2,10 @@
 
 mod common;
 
-use common::{News, Page, played, subject};
+use common::{News, Page, demo, played, subject};
+use paid_eval::subject::{Subject, SubjectSpec};
 use paid_live::Command;
+use paid_task::preset::KnowledgeMode;
 use serde_json::Value;
 
 /// Steps of a shot from the ball's fall to its verdict, at most.
@@ -14,12 +16,43 @@ fn distance(a: [f64; 3], b: [f64; 2]) -> f64 {
 }
 
 #[test]
+fn a_robot_that_sees_says_where_it_believes_the_ball() {
+    let subject = subject();
+    played(&subject, 0, |address| {
+        let mut page = Page::open(address, "", None).expect("comes in");
+        let News::Scene(scene) = page.next() else { panic!("the scene comes first") };
+        assert_eq!(scene["camera"]["body"], scene["anchor"]);
+        assert_eq!(scene["camera"]["corners"].as_array().map(Vec::len), Some(4));
+        page.pause();
+        page.send(Command::Drop { at: [1.1, 0.1], velocity: [0.0; 2] });
+        let mut frame = page.frame(|f| f.flags.kicking);
+        let mut seen = false;
+        for _ in 0..60 {
+            frame = page.step(&frame);
+            let belief = frame.belief.expect("it is not told");
+            let off = distance(belief.pos.map(f64::from), [frame.ball.pos[0], frame.ball.pos[1]]);
+            assert!(off < 0.15 && belief.deviation_m > 0.0, "{belief:?} {:?}", frame.ball);
+            seen |= frame.flags.in_view && belief.age_s < 0.2;
+        }
+        assert!(seen, "the ball lies 1.1 m ahead");
+    });
+    let spec = SubjectSpec { knowledge: Some(KnowledgeMode::Truth), ..demo() };
+    let told = Subject::load(&spec).expect("the demo's policy");
+    played(&told, 0, |address| {
+        let mut page = Page::open(address, "", None).expect("comes in");
+        let News::Scene(scene) = page.next() else { panic!("the scene comes first") };
+        assert_eq!(scene["camera"], Value::Null);
+        assert_eq!(page.pause().belief, None);
+    });
+}
+
+#[test]
 fn a_dragged_ball_is_kicked_counted_and_scored() {
     let subject = subject();
     let (board, summary) = played(&subject, 0, |address| {
         let mut page = Page::open(address, "", None).expect("comes in");
         let News::Scene(scene) = page.next() else { panic!("the scene comes first") };
-        assert_eq!((&scene["version"], scene["parts"].as_array().map(Vec::len)), (&Value::from(1), Some(55)));
+        assert_eq!((&scene["version"], scene["parts"].as_array().map(Vec::len)), (&Value::from(2), Some(55)));
         page.pause();
         let mut board = Value::Null;
         for y in [0.1_f32, -0.2, 0.3] {
@@ -50,7 +83,7 @@ fn a_dragged_ball_is_kicked_counted_and_scored() {
         board
     });
     assert_eq!(board["shots"].as_u64().map(|n| n as usize), Some(summary.shots));
-    assert!(summary.goals >= 1, "the demo's policy scores 95 of 100 such balls: {board}");
+    assert!(summary.goals >= 1, "the demo's policy scores 99 of 100 such balls: {board}");
     let last = &board["last"][0];
     assert!(last["outcome"] == "goal" && last["miss_m"] == 0.0, "{last}");
     assert!(last["speed_m_s"].as_f64() > Some(1.0) && last["lateral_m"].as_f64().is_some(), "{last}");

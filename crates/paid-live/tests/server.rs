@@ -5,13 +5,20 @@ mod common;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
 
 use common::{News, Page};
-use paid_live::{Command, Frame, LONGEST_COMMAND, LiveError, ServeOptions, Server};
+use paid_live::{Command, Frame, LONGEST_COMMAND, LiveError, ServeOptions, Server, VERSION};
 
-fn start(port: u16) -> (Server, std::sync::mpsc::Receiver<Command>) {
+fn start(port: u16) -> (Server, Receiver<Command>) {
     Server::start(&ServeOptions { port: Some(port), listen: None }, r#"{"kind":"scene"}"#.to_owned())
         .expect("a free port")
+}
+
+/// The next command; one that never comes fails the test instead of holding it up.
+fn received(commands: &Receiver<Command>) -> Result<Command, RecvTimeoutError> {
+    commands.recv_timeout(Duration::from_secs(60))
 }
 
 fn http(address: SocketAddr, path: &str, host: &str) -> String {
@@ -56,7 +63,7 @@ fn a_page_of_another_origin_cannot_open_the_socket() {
     let own = format!("http://{address}");
     let mut page = Page::open(address, "", Some(&own)).expect("the own page");
     page.send(Command::Pause(true));
-    assert_eq!(commands.recv(), Ok(Command::Pause(true)), "the first that got through");
+    assert_eq!(received(&commands), Ok(Command::Pause(true)), "the first that got through");
 }
 
 #[test]
@@ -64,13 +71,13 @@ fn malformed_messages_are_dropped_and_counted_and_the_next_one_counts() {
     let (server, commands) = start(0);
     let mut page = Page::open(server.address(), "", None).expect("comes in");
     page.raw(vec![]);
-    page.raw(vec![1]);
-    page.raw(vec![1, 99]);
-    page.raw(vec![1, 6, 7]);
+    page.raw(vec![VERSION]);
+    page.raw(vec![VERSION, 99]);
+    page.raw(vec![VERSION, 6, 7]);
     page.raw(Command::Hold([f32::NAN, 0.0]).encode());
     page.socket.send(tungstenite::Message::Text("{}".into())).expect("sent");
     page.send(Command::Step);
-    assert_eq!(commands.recv(), Ok(Command::Step));
+    assert_eq!(received(&commands), Ok(Command::Step));
     // The empty one has no version at all; it ends nothing.
     assert_eq!(server.counts().dropped.load(Ordering::Relaxed), 6);
 }
@@ -80,21 +87,21 @@ fn a_long_message_is_dropped_and_a_huge_one_ends_its_connection_alone() {
     let (server, commands) = start(0);
     let mut hostile = Page::open(server.address(), "", None).expect("comes in");
     let mut other = Page::open(server.address(), "", None).expect("comes in");
-    hostile.raw(vec![1; LONGEST_COMMAND + 1]);
+    hostile.raw(vec![VERSION; LONGEST_COMMAND + 1]);
     hostile.send(Command::Reset);
-    assert_eq!(commands.recv(), Ok(Command::Reset));
+    assert_eq!(received(&commands), Ok(Command::Reset));
     assert_eq!(server.counts().dropped.load(Ordering::Relaxed), 1);
-    hostile.raw(vec![1; 100_000]);
+    hostile.raw(vec![VERSION; 100_000]);
     while !matches!(hostile.next(), News::Closed(_)) {}
     other.send(Command::Step);
-    assert_eq!(commands.recv(), Ok(Command::Step));
+    assert_eq!(received(&commands), Ok(Command::Step));
 }
 
 #[test]
 fn a_page_of_another_version_is_told_so() {
     let (server, _commands) = start(0);
     let mut page = Page::open(server.address(), "", None).expect("comes in");
-    page.raw(vec![2, 7]);
+    page.raw(vec![VERSION + 1, 7]);
     loop {
         if let News::Closed(code) = page.next() {
             assert_eq!(code, Some(4001));

@@ -210,10 +210,8 @@ impl<V: Real> Eyes<V> {
         self.next = V::select(due, wait + self.period, wait);
 
         let (camera, TrueScene { base, carrier, ball, .. }) = (preset.camera.geometry(), scene);
-        let [near, far] = preset.range_m.map(V::c);
-        let in_carrier = carrier.rot.tr_mul_vec(*ball - carrier.pos);
-        let range = (in_carrier - camera.mount()).norm();
-        let visible = camera.sees(in_carrier).and(range.ge(near)).and(range.le(far));
+        let far = V::c(preset.range_m[1]);
+        let visible = preset.in_picture(carrier, *ball);
         // A uniform number in (-1, 1) is below 2 p - 1 with probability p.
         let below = |number: V, share: V| number.lt(share + share - V::one());
         let found = visible.and(below(symmetric[0], self.dropout).not());

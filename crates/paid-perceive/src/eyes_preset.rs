@@ -1,10 +1,11 @@
 //! What the simulated eyes of a robot are like.
 
 use paid_lanes::rng::Rng;
+use paid_lanes::{Mask, Real, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{range_within, within};
-use crate::{CameraPreset, OdometryPreset, PositionNoise, TrackerPreset, ValueError};
+use crate::{BodyPose, CameraPreset, OdometryPreset, PositionNoise, TrackerPreset, ValueError};
 
 /// Camera, odometry and tracker. Ranges are drawn from for each episode; equal ends give a constant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +81,17 @@ pub struct EyesDraw {
 impl EyesPreset {
     /// Longest latency `[s]`.
     pub const LATEST_S: f64 = 0.5;
+
+    /// Where a ball at `ball` is in the picture of a camera on `carrier`, and neither too near nor too far to be found; both in the world
+    /// `[m]`.
+    #[inline(always)]
+    pub fn in_picture<V: Real>(&self, carrier: &BodyPose<V>, ball: Vec3<V>) -> V::Mask {
+        let camera = self.camera.geometry();
+        let [near, far] = self.range_m.map(V::c);
+        let in_carrier = carrier.rot.tr_mul_vec(ball - carrier.pos);
+        let range = (in_carrier - camera.mount()).norm();
+        camera.sees(in_carrier).and(range.ge(near)).and(range.le(far))
+    }
 
     /// Checks every value.
     ///

@@ -65,6 +65,20 @@ pub struct Shown {
     pub base: Pose<f64>,
 }
 
+/// Where a robot believes the ball to be, seen from its base, as its policy is shown it. Odometry's error moves robot and ball alike and
+/// is left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BelievedBall {
+    /// Center, world `[m]`.
+    pub pos: [f64; 3],
+    /// Standard deviation of x and of y `[m]`, as the tracker has it.
+    pub deviation_m: f64,
+    /// Time since the capture of the last picture that was believed `[s]`.
+    pub age_s: f64,
+    /// True if the true ball is in the camera's picture now, near enough to be found.
+    pub in_view: bool,
+}
+
 /// The first contact of an episode between robot and ball.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KickEvent {
@@ -168,6 +182,11 @@ pub trait EvalControl {
     /// # Errors
     /// If the environment does not exist.
     fn ball_spin(&self, env: usize) -> Result<[f64; 3], TaskError>;
+    /// Where the robot of environment `env` believes the ball to be; `None` where it is told the truth, or somebody else's belief.
+    ///
+    /// # Errors
+    /// If the environment does not exist.
+    fn believed_ball(&self, env: usize) -> Result<Option<BelievedBall>, TaskError>;
     /// The state of an environment.
     ///
     /// # Errors

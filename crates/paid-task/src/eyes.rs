@@ -1,7 +1,7 @@
 //! Knowledge of ball and goal through simulated eyes: how the task's knobs reach [`paid_perceive::Eyes`].
 
 use paid_lanes::rng::{Rng, fill_normal, fill_symmetric};
-use paid_lanes::{Kernel, Real, Vec3};
+use paid_lanes::{Kernel, Mask, Real, Vec3};
 use paid_perceive::{
     BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, EyesStart, TrueScene, effective_time,
     predicted_displacement,
@@ -10,10 +10,10 @@ use paid_physics::{BodyState, GroupState};
 use paid_policy::{Pose, SceneView};
 use serde::{Deserialize, Serialize};
 
-use crate::RollingBall;
 use crate::config::TaskConfig;
 use crate::reset::Start;
 use crate::rolling::roll_decay;
+use crate::{BelievedBall, RollingBall};
 
 /// What the policy knows of ball and goal, in training and in evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -124,6 +124,28 @@ impl<V: Real> Kernel for Look<'_, V> {
             ball_vel: state.ball.vel,
         };
         self.eyes.look(&scene, &numbers, self.to_strike_s, &self.config.preset.eyes);
+    }
+}
+
+/// What one lane's eyes believe of the ball. `to_strike_s` is the time from the next state to the reference's strike `[s]`.
+pub(crate) fn believed_ball<V: Real>(
+    eyes: &Eyes<V>,
+    config: &TaskConfig,
+    state: &GroupState<V>,
+    to_strike_s: V,
+    lane: usize,
+) -> BelievedBall {
+    let preset = &config.preset.eyes;
+    let (base, carrier) = (&state.bodies[0], &state.bodies[config.followed[config.anchor]]);
+    let belief = eyes.belief(to_strike_s + V::c(config.dt_s), preset);
+    let BodyPose { pos, rot } = eyes.estimated(&pose(base));
+    let in_base = Pose { pos, rot }.point_in_body(eyes.on_the_ground(belief.ball.position));
+    let believed = base.rot.mul_vec(in_base) + base.pos;
+    BelievedBall {
+        pos: believed.lane(lane),
+        deviation_m: belief.ball.covariance[0].lane(lane).max(0.0).sqrt(),
+        age_s: belief.age_s.lane(lane),
+        in_view: preset.in_picture(&pose(carrier), state.ball.pos).lane(lane),
     }
 }
 

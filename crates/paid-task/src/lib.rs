@@ -63,7 +63,9 @@ pub use episode_rules::{
     SamplingStatistics, TimeLimit,
 };
 pub use error::TaskError;
-pub use eval_control::{BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick, Shown};
+pub use eval_control::{
+    BelievedBall, BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick, Shown,
+};
 pub use eyes::first_look;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};

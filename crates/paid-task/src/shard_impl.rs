@@ -5,14 +5,15 @@ use paid_physics::Simulator;
 use paid_policy::env::STYLE_GROUP;
 use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
+use crate::eyes::believed_ball;
 use crate::score::Sums;
 use crate::shown::ShownScene;
 use crate::stance::heading_of;
 use crate::task::EnvTask;
 use crate::{
-    BallCurriculum, BodySample, Disturbance, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick,
-    REWARD_TERMS, RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task, TaskError, TaskMetrics,
-    TaskShard, TrainShard,
+    BallCurriculum, BelievedBall, BodySample, Disturbance, EnvSample, EpisodeRules, EvalControl,
+    InitialState, NextKick, REWARD_TERMS, RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task,
+    TaskError, TaskMetrics, TaskShard, TrainShard,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
@@ -176,6 +177,13 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
     fn ball_spin(&self, env: usize) -> Result<[f64; 3], TaskError> {
         let (group, lane) = self.env_index(env)?;
         Ok(self.sim.state(group).ball.ang_vel.lane(lane))
+    }
+
+    fn believed_ball(&self, env: usize) -> Result<Option<BelievedBall>, TaskError> {
+        let (group, lane) = self.env_index(env)?;
+        let (state, task) = (self.sim.state(group), &self.groups[group]);
+        let Some(eyes) = task.eyes.as_ref().filter(|_| task.shown.is_none()) else { return Ok(None) };
+        Ok(Some(believed_ball(eyes, &self.config, state, task.to_strike_s, lane)))
     }
 
     fn sample(&self, env: usize) -> Result<EnvSample, TaskError> {

@@ -356,3 +356,32 @@ fn a_policy_that_is_shown_a_belief_sees_nothing_of_the_simulators_ball() {
     let [policy, critic] = seen(shard.as_mut());
     assert_eq!(policy, critic);
 }
+
+#[test]
+fn a_believed_ball_lies_where_its_policy_is_shown_it_and_is_looked_at_from_its_height() {
+    let mut f = fixture(&[&[PERCEIVED], &EXACT[..]].concat(), ENVS);
+    place(&mut f, [0.0, 0.0]);
+    for _ in 0..3 {
+        let [policy, _] = seen(f.shard.as_mut());
+        for (env, shown) in policy.iter().enumerate() {
+            let control = f.shard.eval();
+            let (ball, sample) =
+                (control.believed_ball(env).expect("exists"), control.sample(env).expect("exists"));
+            let ball = ball.expect("perceived");
+            let base = &sample.bodies[0];
+            let world = Mat3(base.rot).mul_vec(Vec3([shown[0], shown[1], shown[2]])) + Vec3(base.pos);
+            assert!(distance(&ball.pos, &world.0) < 1e-4, "{env}: {:?} {:?}", ball.pos, world.0);
+            assert!(distance(&ball.pos, &sample.ball_pos) < 0.01);
+            assert!(ball.deviation_m > 0.0 && ball.deviation_m < 0.05, "{ball:?}");
+            assert!((0.0..0.1).contains(&ball.age_s), "{ball:?}");
+            // 0.8 to 1.5 m ahead and 0.3 m to the left: in the picture of a camera that sees 0.5 to 2.4 m ahead.
+            assert!(ball.in_view, "{ball:?}");
+        }
+        step(f.shard.as_mut());
+    }
+    let behind = InitialState { ball_xy: Some([-1.0, 0.0]), ..InitialState::nominal(0) };
+    f.shard.eval().force_start(0, &behind).expect("exists");
+    assert!(!f.shard.eval().believed_ball(0).expect("exists").expect("perceived").in_view);
+    let mut truth = fixture(&[], ENVS);
+    assert_eq!(truth.shard.eval().believed_ball(0).expect("exists"), None);
+}

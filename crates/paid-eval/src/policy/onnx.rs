@@ -201,6 +201,9 @@ mod tests {
         fn ball_spin(&self, _: usize) -> Result<[f64; 3], paid_task::TaskError> {
             Ok([0.0; 3])
         }
+        fn believed_ball(&self, _: usize) -> Result<Option<paid_task::BelievedBall>, paid_task::TaskError> {
+            Ok(None)
+        }
         fn sample(&self, _: usize) -> Result<paid_task::EnvSample, paid_task::TaskError> {
             Err(paid_task::TaskError::Simulator("no world".into()))
         }

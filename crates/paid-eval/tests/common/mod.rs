@@ -12,6 +12,7 @@ use paid_lanes::{Isa, Quat, Vec3};
 use paid_motion::{Clip, KickLeg, MotionLibrary, resample, write_npz};
 use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
+use paid_task::preset::ShownAfterStrike;
 use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::policy_weights::load_weights;
 
@@ -87,6 +88,8 @@ pub fn demo() -> (EvalSetup, PlainNetwork) {
     let motions = MotionLibrary::builtin(&setup.robot, &setup.spec, 50.0).expect("kicks");
     let library = ReferenceLibrary::from_motions(&motions, &setup.robot, &setup.spec).expect("fits");
     setup.library = Arc::new(library);
+    // As it was trained: a ball that flies off makes it fall.
+    setup.preset.ball.after_strike.show = ShownAfterStrike::WhereItLay;
     for term in &mut setup.preset.observations.policy {
         if *term == ObservationId::BallPos {
             *term = ObservationId::BallAtStrike;

@@ -184,27 +184,30 @@ mod tests {
     fn a_ball_let_go_is_these_eighteen_bytes() {
         let drop = Command::Drop { at: [1.0, -0.5], velocity: [0.0, 2.0] };
         // 1.0 is 0x3F800000, -0.5 is 0xBF000000, 2.0 is 0x40000000.
-        let bytes = [1, 2, 0, 0, 0x80, 0x3F, 0, 0, 0, 0xBF, 0, 0, 0, 0, 0, 0, 0, 0x40];
+        let bytes = [VERSION, 2, 0, 0, 0x80, 0x3F, 0, 0, 0, 0xBF, 0, 0, 0, 0, 0, 0, 0, 0x40];
         assert_eq!(drop.encode(), bytes);
         assert_eq!(Command::decode(&bytes), Ok(drop));
     }
 
     #[test]
     fn clips_are_numbers_and_minus_one_is_none() {
-        assert_eq!(Command::Clip(None).encode(), [1, 5, 0xFF, 0xFF]);
-        assert_eq!(Command::decode(&[1, 5, 0x02, 0x01]), Ok(Command::Clip(Some(258))));
-        assert_eq!(Command::decode(&[1, 5, 0xFE, 0xFF]), Err(CommandError::Value { kind: 5 }));
+        assert_eq!(Command::Clip(None).encode(), [VERSION, 5, 0xFF, 0xFF]);
+        assert_eq!(Command::decode(&[VERSION, 5, 0x02, 0x01]), Ok(Command::Clip(Some(258))));
+        assert_eq!(Command::decode(&[VERSION, 5, 0xFE, 0xFF]), Err(CommandError::Value { kind: 5 }));
     }
 
     #[test]
     fn another_version_a_wrong_length_or_a_value_beyond_its_limits_is_refused() {
         assert_eq!(Command::decode(&[]), Err(CommandError::Version(None)));
-        assert_eq!(Command::decode(&[2, 7]), Err(CommandError::Version(Some(2))));
-        assert_eq!(Command::decode(&[1]), Err(CommandError::Kind(None)));
-        assert_eq!(Command::decode(&[1, 0]), Err(CommandError::Kind(Some(0))));
-        assert_eq!(Command::decode(&[1, 15]), Err(CommandError::Kind(Some(15))));
-        assert_eq!(Command::decode(&[1, 7, 0]), Err(CommandError::Length { kind: 7, expected: 2, found: 3 }));
-        assert_eq!(Command::decode(&[1, 6, 2]), Err(CommandError::Value { kind: 6 }));
+        assert_eq!(Command::decode(&[VERSION + 1, 7]), Err(CommandError::Version(Some(VERSION + 1))));
+        assert_eq!(Command::decode(&[VERSION]), Err(CommandError::Kind(None)));
+        assert_eq!(Command::decode(&[VERSION, 0]), Err(CommandError::Kind(Some(0))));
+        assert_eq!(Command::decode(&[VERSION, 15]), Err(CommandError::Kind(Some(15))));
+        assert_eq!(
+            Command::decode(&[VERSION, 7, 0]),
+            Err(CommandError::Length { kind: 7, expected: 2, found: 3 })
+        );
+        assert_eq!(Command::decode(&[VERSION, 6, 2]), Err(CommandError::Value { kind: 6 }));
         for bad in [f32::NAN, f32::INFINITY, 31.0] {
             assert_eq!(
                 Command::decode(&Command::Hold([bad, 0.0]).encode()),

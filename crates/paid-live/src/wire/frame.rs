@@ -6,6 +6,8 @@ use super::VERSION;
 const HEAD: usize = 72;
 /// Bytes of a body.
 const BODY: usize = 20;
+/// Bytes of what is believed.
+const BELIEF: usize = 20;
 /// Bytes of a force.
 const FORCE: usize = 7;
 /// Marks the force of the robot on the ball.
@@ -31,6 +33,17 @@ pub struct Force {
     pub newton: [f64; 3],
 }
 
+/// Where the robot believes the ball to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Belief {
+    /// Center `[m]`.
+    pub pos: [f32; 3],
+    /// Standard deviation of x and of y `[m]`.
+    pub deviation_m: f32,
+    /// Age of what was seen last `[s]`.
+    pub age_s: f32,
+}
+
 /// Yes or no.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags {
@@ -50,12 +63,17 @@ pub struct Flags {
     pub held: bool,
     /// Bit 7: the robot takes its first pose before every kick.
     pub fresh: bool,
+    /// Bit 8: the ball is in the camera's picture.
+    pub in_view: bool,
 }
+
+/// The bit of a frame that says what is believed.
+const BELIEVES: u16 = 1 << 9;
 
 impl Flags {
     fn bits(self) -> u16 {
-        let Self { paused, auto, fallen, late, touched, kicking, held, fresh } = self;
-        let all = [paused, auto, fallen, late, touched, kicking, held, fresh];
+        let Self { paused, auto, fallen, late, touched, kicking, held, fresh, in_view } = self;
+        let all = [paused, auto, fallen, late, touched, kicking, held, fresh, in_view];
         all.iter().enumerate().fold(0, |bits, (k, on)| bits | u16::from(*on) << k)
     }
 
@@ -70,6 +88,7 @@ impl Flags {
             kicking: on(5),
             held: on(6),
             fresh: on(7),
+            in_view: on(8),
         }
     }
 }
@@ -79,7 +98,7 @@ impl Flags {
 /// | byte | what |
 /// |---|---|
 /// | 0, 1 | [`VERSION`], kind 1 |
-/// | 2 | u16: [`Flags`] |
+/// | 2 | u16: [`Flags`]; bit 9: a belief follows at the end |
 /// | 4 | u32: number of the control step |
 /// | 8 | f64: time `[s]` |
 /// | 16, 20 | f32: course of time asked for, and kept |
@@ -94,6 +113,7 @@ impl Flags {
 /// | 72 | bodies: 3 f32 and 4 i16 each; the reference's bodies alike |
 /// | | forces: u8 body, 255 for the ball, and 3 i16 `[N]` each |
 /// | | reward terms: f32 each |
+/// | | belief: 3 f32 `[m]`, deviation `[m]`, age `[s]` |
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
     /// Yes or no.
@@ -126,6 +146,8 @@ pub struct Frame {
     pub forces: Vec<Force>,
     /// Reward terms of the step.
     pub rewards: Vec<f32>,
+    /// Where the robot believes the ball to be, if it is not told.
+    pub belief: Option<Belief>,
 }
 
 fn put_body(out: &mut Vec<u8>, body: &Body) {
@@ -147,9 +169,11 @@ impl Frame {
         let count = |n: usize| n.min(255);
         let counts = [self.bodies.len(), self.ghost.len(), self.forces.len(), self.rewards.len()].map(count);
         let [bodies, ghost, forces, rewards] = counts;
-        let mut out = Vec::with_capacity(HEAD + BODY * (bodies + ghost) + FORCE * forces + 4 * rewards);
+        let lists = BODY * (bodies + ghost) + FORCE * forces + 4 * rewards;
+        let mut out = Vec::with_capacity(HEAD + lists + BELIEF);
         out.extend([VERSION, KIND]);
-        out.extend(self.flags.bits().to_le_bytes());
+        let believes = if self.belief.is_some() { BELIEVES } else { 0 };
+        out.extend((self.flags.bits() | believes).to_le_bytes());
         out.extend(self.step.to_le_bytes());
         out.extend(self.time_s.to_le_bytes());
         for x in self.rate {
@@ -179,6 +203,11 @@ impl Frame {
         for x in &self.rewards[..rewards] {
             out.extend(x.to_le_bytes());
         }
+        if let Some(Belief { pos: [x, y, z], deviation_m, age_s }) = self.belief {
+            for x in [x, y, z, deviation_m, age_s] {
+                out.extend(x.to_le_bytes());
+            }
+        }
         out
     }
 
@@ -188,7 +217,8 @@ impl Frame {
         if r.take::<2>()? != [VERSION, KIND] {
             return None;
         }
-        let flags = Flags::from_bits(u16::from_le_bytes(r.take()?));
+        let bits = u16::from_le_bytes(r.take()?);
+        let flags = Flags::from_bits(bits);
         let step = u32::from_le_bytes(r.take()?);
         let time_s = f64::from_le_bytes(r.take()?);
         let rate = [r.f32()?, r.f32()?];
@@ -210,6 +240,12 @@ impl Frame {
         };
         let forces = (0..forces).map(force).collect::<Option<Vec<_>>>()?;
         let rewards = (0..rewards).map(|_| r.f32()).collect::<Option<Vec<_>>>()?;
+        let belief = if bits & BELIEVES == 0 {
+            None
+        } else {
+            let pos = [r.f32()?, r.f32()?, r.f32()?];
+            Some(Belief { pos, deviation_m: r.f32()?, age_s: r.f32()? })
+        };
         (r.at == bytes.len()).then_some(Self {
             flags,
             step,
@@ -226,6 +262,7 @@ impl Frame {
             ghost,
             forces,
             rewards,
+            belief,
         })
     }
 }
@@ -278,15 +315,16 @@ mod tests {
             ghost: Vec::new(),
             forces: vec![Force { body: None, newton: [-1.0, 2.0, 300.0] }],
             rewards: vec![-0.5],
+            belief: Some(Belief { pos: [1.0, -2.0, 0.125], deviation_m: 0.25, age_s: 0.5 }),
         }
     }
 
     #[test]
     fn every_number_is_where_the_table_says() {
         let bytes = frame().encode();
-        assert_eq!(bytes.len(), 72 + 20 + 7 + 4);
-        // Bits 0 and 6; step 258 = 0x0102.
-        assert_eq!(bytes[..8], [1, 1, 0b0100_0001, 0, 2, 1, 0, 0]);
+        assert_eq!(bytes.len(), 72 + 20 + 7 + 4 + 20);
+        // Bits 0, 6 and 9; step 258 = 0x0102.
+        assert_eq!(bytes[..8], [2, 1, 0b0100_0001, 2, 2, 1, 0, 0]);
         assert_eq!(bytes[16..24], [0, 0, 0, 0x3F, 0, 0, 0x80, 0x3E]);
         assert_eq!(bytes[28..32], [0, 0, 0, 0xC0], "y of the ball is -2");
         assert_eq!(bytes[40..48], [0xFF, 0x7F, 0, 0, 0, 0, 0x01, 0x80], "1 and -1 of 32767");
@@ -294,7 +332,11 @@ mod tests {
         assert_eq!(bytes[80..84], [0, 0, 0x40, 0x3F], "the body is 0.75 m high");
         // On the ball: -1, 2 and 300 = 0x012C N.
         assert_eq!(bytes[92..99], [255, 0xFF, 0xFF, 2, 0, 0x2C, 1]);
-        assert_eq!(bytes[99..], [0, 0, 0, 0xBF]);
+        assert_eq!(bytes[99..103], [0, 0, 0, 0xBF]);
+        // What is believed: 1 m ahead, deviation 0.25 m, 0.5 s old.
+        assert_eq!(bytes[103..107], [0, 0, 0x80, 0x3F]);
+        assert_eq!(bytes[115..], [0, 0, 0x80, 0x3E, 0, 0, 0, 0x3F]);
+        assert_eq!(Frame { belief: None, ..frame() }.encode().len(), 72 + 20 + 7 + 4);
         assert_eq!(Frame::decode(&bytes), Some(frame()));
     }
 

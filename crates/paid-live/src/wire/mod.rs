@@ -8,9 +8,9 @@ mod command;
 mod frame;
 
 pub use command::{Command, CommandError};
-pub use frame::{Body, Flags, Force, Frame};
+pub use frame::{Belief, Body, Flags, Force, Frame};
 
 /// Version of the messages. A page of another version is told so and loads itself anew.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Longest message that a page may send `[bytes]`.
 pub const LONGEST_COMMAND: usize = 32;

@@ -147,12 +147,13 @@ fn plays(browser: &mut Browser) {
     browser.eval("paid.link.send(paid.command.engine(0)); 0");
     wait(browser, "and back", "paid.course.newest.engine == 0");
     // Every layer, and a heat map.
-    browser.eval("for (const l of ['ghost', 'forces', 'rewards', 'heat']) document.getElementById('layer-' + l).click(); 0");
+    browser.eval("for (const l of ['ghost', 'forces', 'rewards', 'heat', 'belief']) document.getElementById('layer-' + l).click(); 0");
     browser.eval("paid.hand.follow = true; paid.link.send(paid.command.auto(true)); 0");
     wait(browser, "it plays by itself", "paid.panel.shots >= 3");
+    wait(browser, "what it believes comes, too", "paid.state.moment.belief.deviation > 0");
     wait(browser, "and touches the ball", "paid.course.newest.touched && paid.course.newest.kicking");
     screenshot(browser, "layers");
-    browser.eval("for (const l of ['ghost', 'forces', 'rewards', 'heat']) document.getElementById('layer-' + l).click(); 0");
+    browser.eval("for (const l of ['ghost', 'forces', 'rewards', 'heat', 'belief']) document.getElementById('layer-' + l).click(); 0");
 }
 
 /// Dark, small, reloaded.

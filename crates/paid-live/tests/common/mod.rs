@@ -110,9 +110,14 @@ impl Page {
 }
 
 /// The demo's policy.
-pub fn subject() -> Subject {
+pub fn demo() -> SubjectSpec {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Subject::load(&SubjectSpec { threads: 1, ..SubjectSpec::new(policy) }).expect("the demo's policy")
+    SubjectSpec { threads: 1, ..SubjectSpec::new(policy) }
+}
+
+/// The same, loaded.
+pub fn subject() -> Subject {
+    Subject::load(&demo()).expect("the demo's policy")
 }
 
 /// Plays while `visit` looks on; what came of it.
