@@ -158,7 +158,7 @@ mod tests {
     fn the_default_is_valid_and_sees_three_quarters_of_a_meter_and_two_meters_ahead() {
         let preset = EyesPreset::default();
         preset.check().expect("valid");
-        let sees = |ahead: f64| preset.camera.geometry().sees(paid_lanes::Vec3([ahead, 0.0, 0.11 - 0.84]));
+        let sees = |ahead: f64| preset.camera.geometry().sees(Vec3([ahead, 0.0, 0.11 - 0.84]));
         // Edges 68.6 and 26.6 degrees below the horizontal, 1.16 m above the ball: 0.51 and 2.37 m.
         assert!(!sees(0.5) && sees(0.53) && sees(2.35) && !sees(2.4));
     }
