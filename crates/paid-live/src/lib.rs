@@ -5,13 +5,13 @@
 //! training can show its present policy on the same page; [`Frame`] and [`Command`] are the bytes.
 //!
 //! ```
-//! use paid_live::{Command, Frame, ServeOptions, Server};
+//! use paid_live::{Command, Frame, ServeOptions, Server, VERSION};
 //!
 //! // A page without a simulation: port 0 is any free one.
 //! let (server, _commands) = Server::start(&ServeOptions { port: Some(0), listen: None }, "{}".to_owned())?;
 //! assert!(server.url().starts_with("http://127.0.0.1:"));
 //! server.show(Frame::default().encode());
-//! assert_eq!(Command::decode(&[1, 7]), Ok(Command::Step));
+//! assert_eq!(Command::decode(&[VERSION, 7]), Ok(Command::Step));
 //! # Ok::<(), paid_live::LiveError>(())
 //! ```
 
