@@ -12,7 +12,7 @@ use paid_vision::{ColorImage, DepthImage, Intrinsics};
 use crate::cdr::CdrWriter;
 use crate::schema::{self, Topic};
 use crate::setup::SetupRecord;
-use crate::{Arrived, Believed, Message, PictureMessage, SightError, SightSetup};
+use crate::{Arrived, Believed, Message, PictureMessage, SightError, SightSetup, ros};
 
 /// The frames of a recording.
 const ODOMETRY: &str = "odom";
@@ -66,16 +66,7 @@ impl Recorder {
         match &arrived.message {
             Message::Picture(picture) => self.picture(picture, at),
             Message::Imu(imu) => {
-                let mut data = CdrWriter::new();
-                data.header(imu.stamp_ns, LIDAR);
-                // No orientation: its covariance begins with -1.
-                data.f64s(&[0.0, 0.0, 0.0, 1.0, -1.0]);
-                data.f64s(&[0.0; 8]);
-                data.f64s(&imu.gyro);
-                data.f64s(&[0.0; 9]);
-                data.f64s(&imu.accel);
-                data.f64s(&[0.0; 9]);
-                self.write(&schema::IMU, [at, imu.stamp_ns], data)
+                self.write_bytes(&schema::IMU, [at, imu.stamp_ns], &ros::write_imu(imu, LIDAR))
             }
             Message::Scan(scan) => {
                 let mut data = CdrWriter::new();
@@ -108,15 +99,8 @@ impl Recorder {
                 self.write(&schema::JOINTS, [at, joints.stamp_ns], data)
             }
             Message::Pose(pose) => {
-                let mut data = CdrWriter::new();
-                data.header(pose.stamp_ns, ODOMETRY);
-                data.string(TORSO);
-                let [w, x, y, z] = pose.quat;
-                data.f64s(&pose.position);
-                data.f64s(&[x, y, z, w]);
-                data.f64s(&[0.0; 36]);
-                data.f64s(&[0.0; 42]);
-                self.write(&schema::ODOMETRY, [at, pose.stamp_ns], data)
+                let data = ros::write_odometry(pose, ODOMETRY, TORSO);
+                self.write_bytes(&schema::ODOMETRY, [at, pose.stamp_ns], &data)
             }
             Message::Step { to_strike_s } => {
                 let mut data = CdrWriter::new();
