@@ -73,8 +73,7 @@ impl Player {
         let rate = 1.0 / task.control_dt_s();
         let motions =
             MotionLibrary::open(&folder, &trained.model, &trained.spec, rate).map_err(DeployError::policy)?;
-        let library = ReferenceLibrary::from_motions(&motions, &trained.model, &trained.spec)
-            .and_then(|library| library.with_contacts(&task.ball.contact_s))
+        let library = ReferenceLibrary::for_task(&motions, &trained.model, &trained.spec, &task)
             .map_err(DeployError::policy)?;
         Self::new(trained, task, library)
     }

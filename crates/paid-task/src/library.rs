@@ -7,8 +7,8 @@ use paid_motion::MotionLibrary;
 use paid_robot::kinematics::forward;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::TaskError;
 use crate::preset::value_error;
+use crate::{TaskError, TaskPreset};
 
 /// One motion at the control rate, in model order. Row `t` of a `[T, N]` array is at `t * N ..`.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,6 +184,19 @@ impl ReferenceLibrary {
             body_ang_vel: clip.body_ang_vel.clone(),
         });
         Self::new(clips.collect(), robot, spec)
+    }
+
+    /// The same for a task: its policy's contacts are taken over ([`ReferenceLibrary::with_contacts`]).
+    ///
+    /// # Errors
+    /// As [`ReferenceLibrary::from_motions`] and [`ReferenceLibrary::with_contacts`].
+    pub fn for_task(
+        motions: &MotionLibrary,
+        robot: &RobotModel,
+        spec: &RobotSpec,
+        task: &TaskPreset,
+    ) -> Result<Self, TaskError> {
+        Self::from_motions(motions, robot, spec)?.with_contacts(&task.ball.contact_s)
     }
 
     /// The library of a task without a reference: the robot stands in its default pose, heading along x, with the nominal ball

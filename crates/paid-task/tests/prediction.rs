@@ -23,8 +23,7 @@ fn shard(overrides: &[&str], envs: usize) -> (Box<dyn TaskShard>, Arc<ReferenceL
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 1.0 / DT).expect("the built-in kicks");
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with("paper_stage2", &overrides).expect("valid");
-    let library = ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit");
-    let library = Arc::new(library.with_contacts(&preset.ball.contact_s).expect("within the motions"));
+    let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset).expect("they fit"));
     let task =
         TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
     let shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds");

@@ -43,8 +43,7 @@ pub(crate) fn clips_of(
     let rate = 1.0 / preset.task.control_dt_s();
     let motions = MotionLibrary::open(Path::new(&preset.run.motions), model, spec, rate)
         .map_err(|e| TrainError::Setup(e.to_string()))?;
-    ReferenceLibrary::from_motions(&motions, model, spec)
-        .and_then(|library| library.with_contacts(&preset.task.ball.contact_s))
+    ReferenceLibrary::for_task(&motions, model, spec, &preset.task)
         .map_err(|e| TrainError::Setup(e.to_string()))
 }
 

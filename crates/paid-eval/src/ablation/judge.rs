@@ -122,10 +122,7 @@ impl<'a> Judge<'a> {
         let (robot, spec) = load_robot(&preset.robot)?;
         let rate = 1.0 / preset.task.control_dt_s();
         let motions = MotionLibrary::open(Path::new(&preset.run.motions), &robot, &spec, rate)?;
-        let library = Arc::new(
-            ReferenceLibrary::from_motions(&motions, &robot, &spec)?
-                .with_contacts(&preset.task.ball.contact_s)?,
-        );
+        let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset.task)?);
         Ok(Self { robot, spec, library, policy, preset: preset.clone(), settings, threads })
     }
 

@@ -143,8 +143,7 @@ impl Subject {
                 None => source.motions_here()?,
             };
             let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / dt_s)?;
-            let library = ReferenceLibrary::from_motions(&motions, &robot, &robot_spec)?
-                .with_contacts(&task.ball.contact_s)?;
+            let library = ReferenceLibrary::for_task(&motions, &robot, &robot_spec, &task)?;
             (library, motions.clips.iter().map(|clip| set_of(&clip.path)).collect())
         };
         let library = Arc::new(library);
