@@ -16,6 +16,7 @@ mod ball_prox;
 mod body_ori;
 mod body_pos;
 mod contact;
+mod fall;
 mod feet_vel;
 mod foot_pos;
 mod foot_sep;
@@ -177,7 +178,7 @@ macro_rules! reward_terms {
     };
 }
 
-// The 19 terms of the paper's table, then four of this project's.
+// The 19 terms of the paper's table, then five of this project's.
 reward_terms! {
     anchor_pos: AnchorPos,
     anchor_ori: AnchorOri,
@@ -202,6 +203,7 @@ reward_terms! {
     feet_vel: FeetVel,
     kick_foot_pos: KickFootPos,
     hand_pos: HandPos,
+    fall: Fall,
 }
 
 /// False for a term of weight 0, and for one about the ball in a scene without it.

@@ -1,6 +1,7 @@
 //! A fall, without a reference.
 
 use paid_lanes::{Mask, Real};
+use paid_physics::BodyState;
 use paid_policy::projected_gravity;
 
 use super::{TerminationInput, TerminationTerm};
@@ -27,7 +28,14 @@ impl TerminationTerm for Fallen {
 
     #[inline(always)]
     fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask {
-        let base = &input.state.bodies[0];
+        self.is_down(&input.state.bodies[0])
+    }
+}
+
+impl Fallen {
+    /// True where the base is too low or tilted too far; nowhere if both limits are 0.
+    #[inline(always)]
+    pub(crate) fn is_down<V: Real>(&self, base: &BodyState<V>) -> V::Mask {
         let low =
             if self.height_m > 0.0 { base.pos.z().lt(V::c(self.height_m)) } else { V::Mask::splat(false) };
         if self.tilt_deg > 0.0 {
