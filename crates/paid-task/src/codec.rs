@@ -23,7 +23,9 @@ impl<'a> Reader<'a> {
     pub(crate) fn new(bytes: &'a [u8], magic: &[u8]) -> Result<Self, String> {
         match bytes.strip_prefix(magic) {
             Some(left) => Ok(Self { bytes, left }),
-            None => Err("task snapshot: it does not begin as one of this version should".into()),
+            None => Err("task snapshot: it does not begin as one of this version of the program should; \
+                         train on with the program that wrote it, or begin with its policy (--from)"
+                .into()),
         }
     }
 

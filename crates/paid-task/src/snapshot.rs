@@ -11,7 +11,7 @@ use crate::task::EnvTask;
 use crate::{BallCurriculum, EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics};
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x06";
+const MAGIC: &[u8; 8] = b"paidtsk\x07";
 
 /// What a shard must agree with.
 #[derive(Serialize, Deserialize)]
