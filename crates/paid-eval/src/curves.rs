@@ -96,7 +96,8 @@ impl Curves {
         Figure::tiled(&charts, COLUMNS)
     }
 
-    fn series(&self, path: &[&str], color: [u8; 3]) -> Series {
+    /// A value of the log, over millions of samples.
+    pub(crate) fn series(&self, path: &[&str], color: [u8; 3]) -> Series {
         let number =
             |record: &Value| path.iter().try_fold(record, |v, key| v.get(key)).and_then(Value::as_f64);
         let points: Vec<[f64; 2]> = self
@@ -109,6 +110,11 @@ impl Curves {
         let mean = |part: &[[f64; 2]], k: usize| part.iter().map(|p| p[k]).sum::<f64>() / part.len() as f64;
         let points = points.chunks(bin).map(|part| [mean(part, 0), mean(part, 1)]).collect();
         Series { points, color, dots: false }
+    }
+
+    /// Samples at the end of the run.
+    pub(crate) fn samples(&self) -> f64 {
+        self.lines.last().and_then(|(.., record)| record["samples"].as_f64()).unwrap_or(0.0)
     }
 
     /// One line: how much was trained, how long it took, and with which instruction set.

@@ -6,15 +6,17 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use paid_eval::ablation::{has_run, is_same_run};
+use paid_eval::compare::curves::{self, Course};
 use paid_eval::compare::{Comparison, Contender, JudgePlan, Plan, Row, Scores};
 use paid_eval::contacts;
 use paid_eval::file::write_whole;
+use paid_eval::html::write_report;
 use paid_eval::monitor::Monitor;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
 use paid_train::folder::PRESET_FILE;
-use paid_train::{Alone, End, Limits, Scene, StageJob, Start, train_stage};
+use paid_train::{Alone, End, Limits, RunPreset, Scene, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
 use crate::stop::{self, STOPPED};
@@ -54,12 +56,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     for contender in &contenders {
         for preset in &contender.stages {
-            refuse_another(&args.out.join(&contender.folder).join(&preset.stage), preset)?;
+            refuse_another(&run_folder(args, contender, preset), preset)?;
             Scene::load(preset).map_err(Failure::input)?;
         }
     }
     Engines::Mujoco.check()?;
     let stop = stop::flag()?;
+    let mut courses: Vec<Course> = Vec::new();
     let mut comparison = Comparison { title: plan.title.clone(), rows: Vec::new() };
     for (k, contender) in contenders.iter().enumerate() {
         let seed = contender.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
@@ -82,9 +85,18 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             seed: contender.seed,
             scores,
         });
+        if !contender.stages.is_empty() {
+            let seed = contender.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
+            let stages = contender.stages.iter().map(|preset| run_folder(args, contender, preset)).collect();
+            courses.push(Course { name: format!("{}{seed}", contender.name), stages });
+        }
         // After every policy, so that a comparison of days can be read on its way.
         write_whole(&args.out.join("comparison.txt"), comparison.table().as_bytes())?;
         write_whole(&args.out.join("comparison.json"), to_json(&comparison)?.as_bytes())?;
+        if !courses.is_empty() {
+            curves::figure(&courses)?.save(&args.out.join("comparison_curves"))?;
+        }
+        write_report(&args.out)?;
     }
     if args.json {
         println!("{}", to_json(&comparison)?);
@@ -94,8 +106,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Where a stage of a contender is trained.
+fn run_folder(args: &Args, contender: &Contender, preset: &RunPreset) -> PathBuf {
+    args.out.join(&contender.folder).join(&preset.stage)
+}
+
 /// A run of other values in the folder would be continued with a policy that is not the plan's.
-fn refuse_another(folder: &Path, preset: &paid_train::RunPreset) -> Result<(), Failure> {
+fn refuse_another(folder: &Path, preset: &RunPreset) -> Result<(), Failure> {
     if has_run(folder) && !is_same_run(folder, preset)? {
         return Err(Failure::input(format!(
             "{}: expected a run with the values of this plan, found another; choose another --out",
@@ -116,9 +133,9 @@ fn train(
     if let Some(policy) = &contender.policy {
         return Ok(Some((policy.clone(), Vec::new())));
     }
-    let (mut before, mut samples): (Option<PathBuf>, Vec<u64>) = (None, Vec::new());
+    let (mut before, mut samples) = (contender.from.clone(), Vec::new());
     for preset in &contender.stages {
-        let folder = args.out.join(&contender.folder).join(&preset.stage);
+        let folder = run_folder(args, contender, preset);
         let start =
             if has_run(&folder) { Start::Resume } else { before.take().map_or(Start::Fresh, Start::From) };
         let (stage, iterations) = (&preset.stage, preset.run.iterations);

@@ -19,6 +19,7 @@ const PLAN: &str = r#"
     grid_step_m = 2.0
     limit_s = 0.2
     likeness_trials = 1
+    clip_trials = 1
 
     [[entry]]
     name = "Without clips"
@@ -49,6 +50,12 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
         assert!(table.contains(word), "{word}: {table}");
     }
     assert_eq!(fs::read_to_string(folder.path().join("out/comparison.txt")).expect("a table"), table);
+    assert!(
+        table.contains("near each clip's own place") && table.matches("Two stages").count() > 5,
+        "{table}"
+    );
+    let page = fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    assert!(page.contains("a small comparison") && page.contains("Two stages, seed 1"), "{page}");
     let one = |path: &str| fs::read_to_string(folder.path().join(path)).expect(path);
     assert_eq!(one("out/two-stages/seed-1/stage2/metrics.jsonl").lines().count(), 1);
     assert_eq!(one("out/amp/seed-1/amp/metrics.jsonl").lines().count(), 2);

@@ -47,6 +47,9 @@ pub struct Entry {
     /// Stages, each from the one before.
     #[serde(default)]
     pub stages: Vec<StagePlan>,
+    /// The first stage begins with this policy instead of from scratch, and keeps its action noise except where Stage II follows
+    /// Stage I: a run folder or checkpoint. A path is relative to the plan.
+    pub from: Option<PathBuf>,
     /// Instead of stages: a run folder, checkpoint or ONNX file. A path is relative to the plan.
     pub policy: Option<PathBuf>,
     /// Instead of the plan's.
@@ -85,6 +88,8 @@ pub struct JudgePlan {
     pub knowledge: Vec<KnowledgeMode>,
     /// Trials at each place with each of the ten balls and grounds of the panel, `truth`, still balls; 0 leaves it out.
     pub panel_trials: usize,
+    /// Shots with each clip, `truth`, still balls within 0.25 m of the clip's own place; 0 leaves it out, as does a policy without clips.
+    pub clip_trials: usize,
     /// Trials at each place, `truth`, still balls, whose kicks are compared with the clips; 0 leaves it out.
     pub likeness_trials: usize,
     /// Seed of the trials.
@@ -100,6 +105,7 @@ impl Default for JudgePlan {
             limit_s: 12.0,
             knowledge,
             panel_trials: 0,
+            clip_trials: 0,
             likeness_trials: 0,
             seed: 0,
         }
@@ -132,6 +138,8 @@ pub struct Contender {
     pub folder: PathBuf,
     /// What is trained.
     pub stages: Vec<RunPreset>,
+    /// What the first stage begins with.
+    pub from: Option<PathBuf>,
     /// What there is.
     pub policy: Option<PathBuf>,
 }
@@ -169,22 +177,30 @@ impl Plan {
                 seed,
                 folder: PathBuf::from(&slug),
                 stages: Vec::new(),
+                from: None,
                 policy: None,
             };
+            let there = |option: &'static str, path: &Path| {
+                let path = folder.join(path);
+                let found = path.display().to_string();
+                path.exists()
+                    .then_some(path)
+                    .ok_or_else(|| wrong(option, "a run folder or a policy file", &found))
+            };
             match (&entry.policy, entry.stages.is_empty()) {
+                (Some(_), true) if entry.from.is_some() => {
+                    return Err(wrong("entry.from", "stages that begin with it", &entry.name));
+                }
                 (Some(policy), true) => {
-                    let policy = folder.join(policy);
-                    if !policy.exists() {
-                        let expected = "a run folder or a policy file";
-                        return Err(wrong("entry.policy", expected, &policy.display().to_string()));
-                    }
+                    let policy = there("entry.policy", policy)?;
                     contenders.push(Contender { policy: Some(policy), ..new(None) });
                 }
                 (None, false) => {
+                    let from = entry.from.as_deref().map(|from| there("entry.from", from)).transpose()?;
                     for &seed in entry.seeds.as_ref().unwrap_or(&self.seeds) {
                         let stages = self.stages(entry, seed, folder, motions)?;
                         let folder = PathBuf::from(&slug).join(format!("seed-{seed}"));
-                        contenders.push(Contender { stages, folder, ..new(Some(seed)) });
+                        contenders.push(Contender { stages, folder, from: from.clone(), ..new(Some(seed)) });
                     }
                 }
                 _ => return Err(wrong("entry", "either stages or a policy", &entry.name)),
@@ -318,6 +334,19 @@ mod tests {
         assert_eq!(iterations, [1, 2]);
         assert_eq!(contenders[1].stages[0].run.seed, 2);
         assert_eq!(contenders[2].stages[0].run.iterations, 3);
+        let begun: Plan = toml::from_str(&PLAN.replace("seeds = [7]", "from = \"src\"")).expect("reads");
+        let from: Vec<_> =
+            begun.contenders(Path::new(""), None).expect("fits").into_iter().map(|c| c.from).collect();
+        assert_eq!(from[1..], [None, Some("src".into()), Some("src".into())]);
+    }
+
+    #[test]
+    fn the_shipped_plans_fit() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
+        for (name, rows) in [("paper.toml", 6), ("short.toml", 7), ("ablations.toml", 20)] {
+            let plan = Plan::read(&folder.join(name)).expect(name);
+            assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
+        }
     }
 
     #[test]
@@ -334,6 +363,16 @@ mod tests {
         let missing = with(r#"stages = [{ preset = "amp" }]"#, r#"policy = "no/such/run""#);
         assert!(missing.contains("expected a run folder or a policy file, found no/such/run"), "{missing}");
         assert!(with(r#"preset = "amp""#, r#"preset = "stage1""#).contains("a last stage with a ball"));
+        let both = r#"name = "AMP"
+        from = "src"
+        policy = "src""#;
+        let both = with(r#"name = "AMP""#, both).replace('\n', " ");
+        assert!(both.contains("either stages or a policy"), "{both}");
+        let missing = with("seeds = [7]", "from = \"no/such/run\"");
+        assert!(
+            missing.contains("entry.from: expected a run folder or a policy file, found no/such/run"),
+            "{missing}"
+        );
         assert!(with("share = 0.4", "share = 0.0").contains("above zero"));
     }
 }

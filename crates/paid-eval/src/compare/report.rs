@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::score::{Scores, Shots};
+use super::score::{ClipShots, Scores, Shots};
+use super::seeds;
 use crate::likeness::Likeness;
 use crate::shooting::PAPER;
 use crate::table::{Table, number};
@@ -85,6 +86,9 @@ impl Comparison {
             let _ = write!(out, "\n{table}");
         }
         out.push_str(&self.paper());
+        if let Some(table) = seeds::table(&self.rows) {
+            let _ = write!(out, "\n{table}");
+        }
         let mut panel = Table::new(&["panel of balls, static", "seed", "mean", "worst", "which"]);
         let mut any = false;
         for row in &self.rows {
@@ -102,11 +106,46 @@ impl Comparison {
         if any {
             let _ = write!(out, "\n{panel}");
         }
+        if let Some(table) = self.clips() {
+            let _ = write!(out, "\n{table}");
+        }
         let likeness = self.likeness();
         if !likeness.is_empty() {
             let _ = write!(out, "\n{}", crate::likeness::table(&likeness));
         }
         out
+    }
+
+    /// Goals with each clip, the ball within 0.25 m of the clip's own place; `None` where nobody was asked for them.
+    fn clips(&self) -> Option<Table> {
+        let mut table = Table::new(&[
+            "near each clip's own place, truth",
+            "seed",
+            "clip",
+            "static [95%]",
+            "accuracy",
+            "falls",
+            "ball [m/s]",
+        ]);
+        let mut any = false;
+        for row in &self.rows {
+            for ClipShots { clip, shots } in &row.scores.clips {
+                any = true;
+                table.row([
+                    row.name.clone(),
+                    row.seed.map_or("-".to_owned(), |seed| seed.to_string()),
+                    clip.clone(),
+                    shots.goals.text(),
+                    shots.accuracy.map_or("-".to_owned(), |x| number(x, 3)),
+                    format!(
+                        "{}%",
+                        number(100.0 * shots.falls.count as f64 / shots.falls.trials.max(1) as f64, 1)
+                    ),
+                    shots.ball_speed.map_or("-".to_owned(), |x| number(x, 2)),
+                ]);
+            }
+        }
+        any.then_some(table)
     }
 
     /// The clips, then every policy whose kicks were compared with them.
@@ -184,11 +223,22 @@ mod tests {
                 fixed: shots(50),
                 rolling: shots(10),
             }],
+            clips: vec![ClipShots { clip: "stylized-001".into(), shots: shots(40) }],
             panel: Some(PanelScore { mean: 0.4, worst: 0.1, worst_ball: "dead".into() }),
             likeness: ["the clips", "the policy"].map(likeness).into(),
         };
         let row = Row { name: "AMP".into(), paper: Some("AMP".into()), seed: Some(1), scores };
-        let table = Comparison { title: "a title".into(), rows: vec![row] }.table();
+        let mut other = Row { seed: Some(2), ..row.clone() };
+        other.scores.likeness.clear();
+        other.scores.panel = None;
+        other.scores.clips.clear();
+        other.scores.judgments[0].fixed = shots(54);
+        let table = Comparison { title: "a title".into(), rows: vec![row, other] }.table();
+        let seeds = table.lines().find(|l| l.contains("52.0%")).expect("the mean of 50 and 54");
+        // Deviation sqrt(8), over sqrt(2), times 12.706; the others are equal.
+        assert!(seeds.contains("[26.6, 77.4]") && seeds.contains("10.0% [10.0, 10.0]"), "{seeds}");
+        let clip = table.lines().find(|l| l.contains("stylized-001")).expect("a clip");
+        assert!(clip.contains("40.0% [30.9, 49.8]") && clip.contains("0.750"), "{clip}");
         let line = |start: &str| table.lines().find(|l| l.starts_with(start)).unwrap_or_default().to_owned();
         assert!(table.starts_with("a title\n"));
         let ours = table.lines().find(|l| l.contains("truth")).expect("a row");

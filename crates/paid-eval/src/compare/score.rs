@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::JudgePlan;
 use crate::EvalError;
 use crate::ablation::Count;
+use crate::clips::{ClipRow, ClipsOptions};
 use crate::likeness::{self, Likeness, load_clips};
 use crate::monitor::Monitor;
 use crate::panel::{self, PanelOptions};
@@ -81,6 +82,16 @@ pub struct PanelScore {
     pub worst_ball: String,
 }
 
+/// Shots with one clip, the ball near the clip's own place.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ClipShots {
+    /// Name of the clip.
+    pub clip: String,
+    /// What came of them.
+    pub shots: Shots,
+}
+
 /// Everything about one policy.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -93,6 +104,9 @@ pub struct Scores {
     pub judgments: Vec<Judgment>,
     /// If the plan asks for it.
     pub panel: Option<PanelScore>,
+    /// Shots with each clip; empty unless the plan asks for it.
+    #[serde(default)]
+    pub clips: Vec<ClipShots>,
     /// How the kicks compare with the clips: the clips themselves, then the policy; empty unless the plan asks for it.
     #[serde(default)]
     pub likeness: Vec<Likeness>,
@@ -173,6 +187,22 @@ impl Scores {
                 .and_then(|part| Some((part.mean?, part.worst?)))
                 .map(|(mean, (worst, ball))| PanelScore { mean, worst, worst_ball: ball.to_owned() });
         }
+        let mut clips = Vec::new();
+        if judge.clip_trials > 0 {
+            let subject = load(KnowledgeMode::Truth)?;
+            // A policy without a reference has no clip to shoot with.
+            if !subject.setup.library.is_standing() {
+                let options = ClipsOptions {
+                    trials: judge.clip_trials,
+                    limit_s: judge.limit_s,
+                    ..ClipsOptions::default()
+                };
+                let report = crate::clips::evaluate(&subject.setup, &*subject.maker, &options)?;
+                let row =
+                    |row: &ClipRow| ClipShots { clip: row.motion.clone(), shots: Shots::of(&row.score) };
+                clips = report.rows.iter().map(row).collect();
+            }
+        }
         let mut likeness = Vec::new();
         if judge.likeness_trials > 0 {
             let subject = load(KnowledgeMode::Truth)?;
@@ -185,6 +215,6 @@ impl Scores {
         if monitor.stopped() {
             return Ok(None);
         }
-        Ok(Some(Self { judge: judge.clone(), samples: samples.to_vec(), judgments, panel, likeness }))
+        Ok(Some(Self { judge: judge.clone(), samples: samples.to_vec(), judgments, panel, clips, likeness }))
     }
 }
