@@ -112,8 +112,13 @@ impl Curves {
         Series { points, color, dots: false }
     }
 
+    /// The last iteration.
+    pub fn iteration(&self) -> u64 {
+        self.lines.last().map_or(0, |(iteration, ..)| *iteration)
+    }
+
     /// Samples at the end of the run.
-    pub(crate) fn samples(&self) -> f64 {
+    pub fn samples(&self) -> f64 {
         self.lines.last().and_then(|(.., record)| record["samples"].as_f64()).unwrap_or(0.0)
     }
 

@@ -9,6 +9,7 @@ use paid_eval::ablation::{has_run, is_same_run};
 use paid_eval::compare::curves::{self, Course};
 use paid_eval::compare::{Comparison, Contender, JudgePlan, Plan, Row, Scores};
 use paid_eval::contacts;
+use paid_eval::curves::Curves;
 use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
 use paid_eval::monitor::Monitor;
@@ -67,13 +68,24 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for (k, contender) in contenders.iter().enumerate() {
         let seed = contender.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
         let name = format!("{} of {}: {}{seed}", k + 1, contenders.len(), contender.name);
-        let Some((policy, samples)) = train(args, contender, &name, threads, &stop)? else {
-            return Ok(ExitCode::from(STOPPED));
-        };
-        let spec = SubjectSpec { motions: args.motions.clone(), threads, ..SubjectSpec::new(policy) };
         let file = args.out.join(&contender.folder).join("scores.json");
-        let Some(scores) = score(&plan.judge, &spec, &samples, &file)? else {
-            return Ok(ExitCode::from(STOPPED));
+        // Who is trained and judged is not even loaded: an earlier version's checkpoints may not go on in this one.
+        let known = match trained(args, contender) {
+            Some(samples) => Scores::read(&file, &plan.judge, &samples)?,
+            None => None,
+        };
+        let scores = match known {
+            Some(scores) => scores,
+            None => {
+                let Some((policy, samples)) = train(args, contender, &name, threads, &stop)? else {
+                    return Ok(ExitCode::from(STOPPED));
+                };
+                let spec = SubjectSpec { motions: args.motions.clone(), threads, ..SubjectSpec::new(policy) };
+                let Some(scores) = score(&plan.judge, &spec, &samples, &file)? else {
+                    return Ok(ExitCode::from(STOPPED));
+                };
+                scores
+            }
         };
         for judgment in &scores.judgments {
             let goals = [judgment.fixed, judgment.rolling].map(|shots| shots.goals.text());
@@ -120,6 +132,15 @@ fn refuse_another(folder: &Path, preset: &RunPreset) -> Result<(), Failure> {
         )));
     }
     Ok(())
+}
+
+/// The samples of each stage, if all of them were trained to their end.
+fn trained(args: &Args, contender: &Contender) -> Option<Vec<u64>> {
+    let samples = |preset: &RunPreset| {
+        let curves = Curves::read(&run_folder(args, contender, preset)).ok()?;
+        (curves.iteration() >= preset.run.iterations).then(|| curves.samples() as u64)
+    };
+    contender.stages.iter().map(samples).collect()
 }
 
 /// Trains what is to be trained. The policy and the samples of its stages; `None` after Ctrl-C.
@@ -171,16 +192,13 @@ fn train(
     Ok(before.map(|policy| (policy, samples)))
 }
 
-/// Scores that there are already, or new ones; `None` after Ctrl-C.
+/// Judges a policy and keeps its scores; `None` after Ctrl-C.
 fn score(
     judge: &JudgePlan,
     spec: &SubjectSpec,
     samples: &[u64],
     file: &Path,
 ) -> Result<Option<Scores>, Failure> {
-    if let Some(scores) = Scores::read(file, judge, samples)? {
-        return Ok(Some(scores));
-    }
     let monitor = Monitor::stopped_by(stop::flag()?);
     let scores = Scores::judge(judge, spec, samples, &monitor)?;
     if let Some(scores) = &scores {
