@@ -204,7 +204,8 @@ export class Hand {
     if (!this.follow || this.holds) return;
     const base = moment.bodies[0].pos;
     const heading = Math.atan2(moment.goal[1] - base[1], moment.goal[0] - base[0]);
-    const wanted = [base[0] + 1.2 * Math.cos(heading), base[1] + 1.2 * Math.sin(heading), 0.55];
+    const ahead = this.view.scene.ball ? 1.2 : 0;
+    const wanted = [base[0] + ahead * Math.cos(heading), base[1] + ahead * Math.sin(heading), 0.55];
     const share = 1 - Math.exp(-passed * 2.2);
     const { camera } = this.view;
     camera.target = add(camera.target, scale(sub(wanted, camera.target), share));

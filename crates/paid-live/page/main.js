@@ -1,6 +1,7 @@
 // Brings the parts together: link, course, view, hand, panel.
 
 import { Course } from "./course.js";
+import { showCurves } from "./curves.js";
 import { Hand } from "./hand.js";
 import { heading } from "./math.js";
 import { Panel } from "./panel.js";
@@ -108,7 +109,7 @@ function picture(now) {
     ghost: layers.ghost,
     forces: layers.forces,
     belief: layers.belief,
-    trail: layers.trail && !held ? course.trail(moment.time, 1.6) : [],
+    trail: layers.trail && !held && view.scene.ball ? course.trail(moment.time, 1.6) : [],
     heat: Math.max(layers.heat ? 0.8 : 0, 0.5 * reach),
     reach,
     stance,
@@ -145,10 +146,16 @@ async function start() {
   canvas.addEventListener("webglcontextlost", (e) => (e.preventDefault(), location.reload()));
   link = new Link({
     scene(scene) {
+      document.body.classList.remove("waiting");
+      document.body.classList.toggle("no-ball", !scene.ball);
       view.setScene(scene);
       panel.setScene(scene);
       panel.setGone(null);
       if (heat.length) view.setHeat(heat, scene.cells);
+    },
+    training(told) {
+      showCurves(told);
+      panel.setGone(null);
     },
     board(board) {
       heat = board.cells;

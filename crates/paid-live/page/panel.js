@@ -87,6 +87,12 @@ export class Panel {
     $("engine").replaceChildren(...scene.engines.map((engine, i) => new Option(engine.name, String(i))));
     $("what").textContent = `${scene.policy.split(/[\\/]/).slice(-2).join("/")} on ${scene.robot.toUpperCase()}`;
     $("seen").hidden = !scene.camera;
+    $("another").textContent = scene.ball ? "new ball" : "next clip";
+    $("another").title = scene.ball ? "A ball at another place (K)" : "The next clip (K)";
+    // What it follows is shown where there is nothing else to see.
+    const follows = !scene.ball;
+    if (follows !== Boolean(this.follows) && follows !== this.layers.ghost) $("layer-ghost").click();
+    this.follows = follows;
     $("what").title = `${scene.policy}; knowledge: ${scene.knowledge}`;
     $("rewards").replaceChildren(
       ...scene.rewards.map((name) => {

@@ -259,9 +259,9 @@ export class View {
     robot(moment.bodies, coarse);
     const [gx, gy, heading] = moment.goal;
     const turn = [Math.cos(heading / 2), 0, 0, Math.sin(heading / 2)];
-    for (const part of this.posts) put(coarse, quatMul(turn, part.quat), add([gx, gy, 0], rotate(turn, part.center)), part.half, part.color);
+    for (const part of scene.ball ? this.posts : []) put(coarse, quatMul(turn, part.quat), add([gx, gy, 0], rotate(turn, part.center)), part.half, part.color);
     const r = scene.ball_radius_m;
-    put(fine, moment.ball.quat, moment.ball.pos, [r, r, r, r], [1, 1, 1, 1]);
+    if (scene.ball) put(fine, moment.ball.quat, moment.ball.pos, [r, r, r, r], [1, 1, 1, 1]);
 
     // Shadows of everything solid.
     const middle = [moment.bodies[0].pos[0] + 2.2 * Math.cos(heading), moment.bodies[0].pos[1] + 2.2 * Math.sin(heading), 0];
@@ -397,7 +397,7 @@ export class View {
     gl.uniform3fv(net.uThread, this.dark ? [0.55, 0.6, 0.65] : [0.8, 0.82, 0.84]);
     gl.depthMask(false);
     gl.bindVertexArray(this.netMesh.array);
-    gl.drawArrays(gl.TRIANGLES, 0, this.netMesh.count);
+    if (scene.ball) gl.drawArrays(gl.TRIANGLES, 0, this.netMesh.count);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
     gl.bindVertexArray(null);

@@ -119,6 +119,7 @@ export class Link {
         if (text.version !== VERSION) return this.reload();
         this.on.scene(text);
       } else if (text.kind === "board") this.on.board(text);
+      else if (text.kind === "training") this.on.training(text);
     };
     socket.onclose = (event) => {
       if (event.code === 4001) return this.reload();

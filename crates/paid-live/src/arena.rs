@@ -152,8 +152,29 @@ impl Arena {
         self.each(|control, env| control.next_kick(env, &next))
     }
 
-    /// The ball lies or rolls at a place of the pitch `[m]`, `[m/s]`.
+    /// Another policy of the same shape acts from now on.
+    pub fn act_by(&mut self, mut driver: Box<dyn Driver>) {
+        driver.begin(self.envs);
+        self.driver = driver;
+    }
+
+    /// The robot follows a clip from its first frame, with its anchor at the pitch's origin.
+    pub fn follow(&mut self, motion: usize) -> Result<(), LiveError> {
+        self.each(|control, env| control.force_start(env, &InitialState::nominal(motion)))?;
+        self.driver.begin(self.envs);
+        self.axes = Pose2::default().over(&self.anchor_in_world());
+        Ok(())
+    }
+
+    fn has_ball(&self) -> bool {
+        self.setup.preset.scene.ball
+    }
+
+    /// The ball lies or rolls at a place of the pitch `[m]`, `[m/s]`; nothing happens where there is none.
     pub fn put_ball(&mut self, at: [f64; 2], velocity: [f64; 2]) -> Result<(), LiveError> {
+        if !self.has_ball() {
+            return Ok(());
+        }
         let [x, y] = self.axes.local(at);
         let [vx, vy] = crate::pose2::turned(velocity, -self.axes.heading);
         let ball = Disturbance::Ball { pos: [x, y, self.ball_radius_m()], vel: [vx, vy, 0.0] };
@@ -169,6 +190,9 @@ impl Arena {
 
     /// The goal's middle is at a place of the pitch `[m]`.
     pub fn put_goal(&mut self, at: [f64; 2]) -> Result<(), LiveError> {
+        if !self.has_ball() {
+            return Ok(());
+        }
         let goal = Disturbance::Goal(self.axes.local(at));
         self.each(|control, env| control.disturb(env, &goal))
     }

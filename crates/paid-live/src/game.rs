@@ -6,6 +6,7 @@ mod stance;
 use paid_eval::engine::EngineChoice;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::metrics::shooting::{Goal, fallen};
+use paid_eval::policy::Driver;
 use paid_eval::shooting::{Grid, Placement};
 use paid_eval::subject::Subject;
 use paid_lanes::rng::Rng;
@@ -111,6 +112,11 @@ impl<'a> Game<'a> {
     /// Duration of a control step `[s]`.
     pub fn dt_s(&self) -> f64 {
         self.arena.setup().preset.control_dt_s()
+    }
+
+    /// Another policy of the same shape acts from now on.
+    pub fn act_by(&mut self, driver: Box<dyn Driver>) {
+        self.arena.act_by(driver);
     }
 
     fn steps(&self, seconds: f64) -> u32 {

@@ -2,7 +2,7 @@
 //!
 //! [`play`] serves one page on this machine and simulates one robot in real time, by 50 control steps a second. Visitors take the
 //! ball, flick it, move the goal, push the robot; several can look on. [`Server`] carries bytes and knows no robot, so that a
-//! training can show its present policy on the same page; [`Frame`] and [`Command`] are the bytes.
+//! training shows its present policy on the same page ([`TrainingPage`]); [`Frame`] and [`Command`] are the bytes.
 //!
 //! ```
 //! use paid_live::{Command, Frame, ServeOptions, Server, VERSION};
@@ -24,6 +24,7 @@ mod pace;
 mod pose2;
 mod scene;
 mod server;
+mod training;
 mod wire;
 
 pub use board::{Board, Cell, Outcome, Shot};
@@ -31,4 +32,5 @@ pub use error::LiveError;
 pub use live::{PlayOptions, Summary, play};
 pub use pose2::Pose2;
 pub use server::{Counts, ServeOptions, Server, USUAL_PORT};
+pub use training::{Seen, TrainingPage};
 pub use wire::{Belief, Body, Command, CommandError, Flags, Force, Frame, LONGEST_COMMAND, VERSION};

@@ -46,6 +46,11 @@ impl Pace {
         }
     }
 
+    /// The next step is due at `at` or later: a late step is not made up for.
+    pub fn not_before(&mut self, at: Instant) {
+        self.due = self.due.max(at);
+    }
+
     /// Time stood still until now, or the course of time has changed: measuring begins anew.
     pub fn resume(&mut self, now: Instant, rate: f32) {
         *self = Self { kept: rate, ..Self::new(now) };

@@ -78,6 +78,8 @@ pub(crate) struct Scene {
     /// Number of the body that a push is drawn from, and that places are measured from.
     anchor: usize,
     parts: Vec<Part>,
+    /// False: the robot follows clips, there is neither ball nor goal.
+    ball: bool,
     ball_radius_m: f64,
     goal_half_width_m: f64,
     goal_height_m: f64,
@@ -176,6 +178,7 @@ impl Scene {
             bodies: setup.robot.body_names(),
             anchor,
             parts: parts(&setup.robot),
+            ball: setup.preset.scene.ball,
             ball_radius_m: setup.preset.ball_params.radius_m,
             goal_half_width_m: GOAL_HALF_WIDTH_M,
             goal_height_m: GOAL_HEIGHT_M,

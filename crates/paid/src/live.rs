@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use paid_eval::subject::Subject;
-use paid_live::{PlayOptions, ServeOptions, play};
+use paid_live::{LiveError, PlayOptions, ServeOptions, TrainingPage, play};
 
 use crate::failure::Failure;
 use crate::stop::flag;
@@ -13,7 +13,7 @@ use crate::stop::flag;
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "The page in the browser")]
 pub struct LiveArgs {
-    /// Play with it in a browser: serves a page on this machine until Ctrl-C, and prints its address.
+    /// Play with it in a browser, or watch it learn: serves a page on this machine and prints its address.
     #[arg(long)]
     pub live: bool,
     /// Port of the page; 0 is a free one [default: 4747, or a free one if that is taken].
@@ -26,11 +26,33 @@ pub struct LiveArgs {
 }
 
 impl LiveArgs {
+    /// The page of a training, if it was asked for. Without one the training goes on, and says why.
+    pub fn training(&self) -> Option<TrainingPage> {
+        if !self.live {
+            return None;
+        }
+        let failed = |error: &LiveError| eprintln!("--live: the page ends, the training goes on: {error}");
+        match TrainingPage::start(&self.options(), failed) {
+            Ok(page) => {
+                // Standard output may be lines of JSON.
+                eprintln!("{}  <- open this in a browser to watch it learn", page.url());
+                Some(page)
+            }
+            Err(error) => {
+                failed(&error);
+                None
+            }
+        }
+    }
+
+    fn options(&self) -> ServeOptions {
+        ServeOptions { port: self.port, listen: self.listen }
+    }
+
     /// Serves the page until the program is stopped, and prints what came of it.
     pub fn serve(&self, subject: &Subject, clip: Option<u16>) -> Result<ExitCode, Failure> {
         let stop = flag()?;
-        let serve = ServeOptions { port: self.port, listen: self.listen };
-        let options = PlayOptions { serve, clip, ..PlayOptions::default() };
+        let options = PlayOptions { serve: self.options(), clip, ..PlayOptions::default() };
         let ready = |url: &str| {
             println!("{url}  <- open this in a browser, then drag the ball");
             println!("{} in {}; Ctrl-C ends it", subject.name, subject.setup.engine.name());

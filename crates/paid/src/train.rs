@@ -14,6 +14,7 @@ use paid_eval::file::write_whole;
 use paid_eval::judge::MujocoJudge;
 use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
+use paid_live::TrainingPage;
 use paid_train::folder::PRESET_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
@@ -21,6 +22,7 @@ use paid_train::{
 
 use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
+use crate::live::LiveArgs;
 use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
@@ -75,6 +77,8 @@ pub struct Args {
     /// Print nothing but errors.
     #[arg(long)]
     quiet: bool,
+    #[command(flatten)]
+    live: LiveArgs,
 }
 
 /// The share of the wall clock that Stage I may use where there are two.
@@ -184,7 +188,8 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
             }
             return Ok(ExitCode::SUCCESS);
         }
-        let outcome = run_stage(&args, stage, start, out, args.minutes, &stop, joined)?;
+        let watched = Watched { joined, page: page(&args, joined) };
+        let outcome = run_stage(&args, stage, start, out, args.minutes, &stop, &watched)?;
         return Ok(exit_code(&outcome));
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs"));
@@ -206,6 +211,7 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
         // A mistake in it is told now and not after Stage I.
         args.resolve(Stage::Stage2, &Start::Fresh, &out)?;
     }
+    let watched = Watched { joined, page: page(&args, joined) };
     let clock = Instant::now();
     let mut previous: Option<PathBuf> = None;
     for &(stage, share) in stages {
@@ -217,7 +223,7 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
         };
         // Stage II has all that Stage I leaves, also where its iterations end before its minutes.
         let minutes = args.minutes.map(|all| share * (all - clock.elapsed().as_secs_f64() / 60.0).max(0.0));
-        let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop, joined)?;
+        let outcome = run_stage(&args, stage, start, folder.clone(), minutes, &stop, &watched)?;
         if outcome.end == End::Stopped {
             return Ok(exit_code(&outcome));
         }
@@ -276,6 +282,17 @@ fn exit_code(outcome: &Outcome) -> ExitCode {
     if outcome.end == End::Stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
 }
 
+/// The processes that train, and the page that shows it.
+struct Watched<'a> {
+    joined: &'a Joined,
+    page: Option<TrainingPage>,
+}
+
+/// The page, if it was asked for. Of several processes the first one serves it.
+fn page(args: &Args, joined: &Joined) -> Option<TrainingPage> {
+    joined.is_first().then(|| args.live.training()).flatten()
+}
+
 fn run_stage(
     args: &Args,
     stage: Stage,
@@ -283,13 +300,16 @@ fn run_stage(
     out: PathBuf,
     minutes: Option<f64>,
     stop: &AtomicBool,
-    joined: &Joined,
+    Watched { joined, page }: &Watched<'_>,
 ) -> Result<Outcome, Failure> {
     let preset = args.resolve(stage, &start, &out)?.preset;
     let threads = thread_count(args.threads)?;
     let ranks = Arc::clone(&joined.ranks);
     let job = StageJob { preset, out, start, limits: Limits { minutes }, threads, ranks };
     let first = joined.is_first();
+    if let Some(page) = page {
+        page.follow(&job.out);
+    }
     let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
     let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);

@@ -52,7 +52,8 @@ pub(crate) struct Shared {
     address: SocketAddr,
     /// Asked for where other machines reach the address.
     token: Option<String>,
-    scene: Utf8Bytes,
+    scene: watch::Receiver<Utf8Bytes>,
+    curves: watch::Receiver<Utf8Bytes>,
     frames: watch::Receiver<Bytes>,
     board: watch::Receiver<Utf8Bytes>,
     commands: SyncSender<Command>,
@@ -63,6 +64,8 @@ pub(crate) struct Shared {
 pub struct Server {
     address: SocketAddr,
     token: Option<String>,
+    scene: watch::Sender<Utf8Bytes>,
+    curves: watch::Sender<Utf8Bytes>,
     frames: watch::Sender<Bytes>,
     board: watch::Sender<Utf8Bytes>,
     counts: Arc<Counts>,
@@ -89,7 +92,7 @@ fn token() -> Result<String, LiveError> {
 }
 
 impl Server {
-    /// Serves the page and the scene (JSON) from now on; what visitors command comes out of the receiver.
+    /// Serves the page and the scene (JSON; empty: there is none yet) from now on; what visitors command comes out of the receiver.
     ///
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
@@ -98,6 +101,8 @@ impl Server {
         let address = listener.local_addr().map_err(LiveError::Server)?;
         listener.set_nonblocking(true).map_err(LiveError::Server)?;
         let token = if address.ip().is_loopback() { None } else { Some(token()?) };
+        let (scene, see_scene) = watch::channel(Utf8Bytes::from(scene));
+        let (curves, see_curves) = watch::channel(Utf8Bytes::from_static(""));
         let (frames, see_frames) = watch::channel(Bytes::new());
         let (board, see_board) = watch::channel(Utf8Bytes::from_static(""));
         let (commands, receiver) = sync_channel(WAITING);
@@ -105,7 +110,8 @@ impl Server {
         let shared = Arc::new(Shared {
             address,
             token: token.clone(),
-            scene: scene.into(),
+            scene: see_scene,
+            curves: see_curves,
             frames: see_frames,
             board: see_board,
             commands,
@@ -133,8 +139,8 @@ impl Server {
             });
         };
         let thread = thread::Builder::new().name("page".to_owned()).spawn(work).map_err(LiveError::Server)?;
-        let server = Self { address, token, frames, board, counts, stop: Some(stop), thread: Some(thread) };
-        Ok((server, receiver))
+        let (stop, thread) = (Some(stop), Some(thread));
+        Ok((Self { address, token, scene, curves, frames, board, counts, stop, thread }, receiver))
     }
 
     /// Where it listens.
@@ -162,6 +168,16 @@ impl Server {
     /// Shows a frame; a viewer that is not through with its last one will get the newest.
     pub fn show(&self, frame: Vec<u8>) {
         self.frames.send_replace(frame.into());
+    }
+
+    /// Another scene (JSON).
+    pub fn set_scene(&self, scene: String) {
+        self.scene.send_replace(scene.into());
+    }
+
+    /// Shows the curves of a training (JSON).
+    pub fn plot(&self, curves: String) {
+        self.curves.send_replace(curves.into());
     }
 
     /// Shows the board (JSON).

@@ -38,6 +38,7 @@ files! {
     "/hand.js", JS, "hand.js";
     "/panel.js", JS, "panel.js";
     "/course.js", JS, "course.js";
+    "/curves.js", JS, "curves.js";
     "/solid.vert.glsl", GLSL, "solid.vert.glsl";
     "/solid.frag.glsl", GLSL, "solid.frag.glsl";
     "/ground.vert.glsl", GLSL, "ground.vert.glsl";

@@ -5,11 +5,12 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use axum::extract::State;
-use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
 use axum::http::{HeaderMap, StatusCode, Uri};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
+use tokio::sync::watch;
 
 use super::guard::check;
 use super::{Counts, Shared};
@@ -80,24 +81,29 @@ async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     }
 }
 
-/// The scene, then the board whenever it changes, and the newest frame whenever the page is through with the last one.
+/// The scene, the curves and the board whenever they change, and the newest frame whenever the page is through with the last one.
 async fn write(sink: &mut SplitSink<WebSocket, Message>, shared: &Shared) {
-    let (mut frames, mut board) = (shared.frames.clone(), shared.board.clone());
-    let mut last_step = None;
-    let mut next = Message::Text(shared.scene.clone());
-    board.mark_changed();
+    let mut texts = [&shared.scene, &shared.curves, &shared.board].map(Clone::clone);
+    let mut frames = shared.frames.clone();
+    texts.iter_mut().for_each(watch::Receiver::mark_changed);
     frames.mark_changed();
+    let [scene, curves, board] = &mut texts;
+    let mut last_step = None;
     loop {
-        match tokio::time::timeout(STALLED, sink.send(next)).await {
-            Ok(Ok(())) => {}
-            Ok(Err(_)) | Err(_) => return,
-        }
-        next = loop {
+        let next = loop {
             let message = tokio::select! {
                 biased;
-                changed = board.changed() => match changed {
-                    Ok(()) => Message::Text(board.borrow_and_update().clone()),
-                    Err(_) => return,
+                text = newest(scene) => match text {
+                    Some(text) => Message::Text(text),
+                    None => return,
+                },
+                text = newest(curves) => match text {
+                    Some(text) => Message::Text(text),
+                    None => return,
+                },
+                text = newest(board) => match text {
+                    Some(text) => Message::Text(text),
+                    None => return,
                 },
                 changed = frames.changed() => match changed {
                     Ok(()) => {
@@ -118,7 +124,17 @@ async fn write(sink: &mut SplitSink<WebSocket, Message>, shared: &Shared) {
                 break message;
             }
         };
+        match tokio::time::timeout(STALLED, sink.send(next)).await {
+            Ok(Ok(())) => {}
+            Ok(Err(_)) | Err(_) => return,
+        }
     }
+}
+
+/// A text once it has changed; `None` if the server ends.
+async fn newest(texts: &mut watch::Receiver<Utf8Bytes>) -> Option<Utf8Bytes> {
+    texts.changed().await.ok()?;
+    Some(texts.borrow_and_update().clone())
 }
 
 /// Counts the control steps between two frames of a viewer.

@@ -20,6 +20,8 @@ use tungstenite::{Error, HandshakeError, Message, WebSocket};
 pub enum News {
     Scene(Value),
     Board(Value),
+    /// The curves of a training.
+    Curves(Value),
     Frame(Frame),
     /// The close code.
     Closed(Option<u16>),
@@ -59,7 +61,11 @@ impl Page {
             match self.socket.read() {
                 Ok(Message::Text(text)) => {
                     let value: Value = serde_json::from_str(text.as_str()).expect("JSON");
-                    return if value["kind"] == "board" { News::Board(value) } else { News::Scene(value) };
+                    return match value["kind"].as_str() {
+                        Some("board") => News::Board(value),
+                        Some("training") => News::Curves(value),
+                        _ => News::Scene(value),
+                    };
                 }
                 Ok(Message::Binary(bytes)) => return News::Frame(Frame::decode(&bytes).expect("a frame")),
                 Ok(Message::Close(frame)) => return News::Closed(frame.map(|f| f.code.into())),
