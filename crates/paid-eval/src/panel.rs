@@ -119,7 +119,7 @@ pub const HELD_OUT: [PanelBall; 10] = [
 
 impl PanelBall {
     /// Puts this ball and ground into a scene and its ball into the task.
-    fn apply(&self, scene: &mut SceneOptions, task: &mut TaskPreset) {
+    pub fn apply(&self, scene: &mut SceneOptions, task: &mut TaskPreset) {
         let params = &mut task.ball_params;
         (params.mass_kg, params.inertia_factor) = (self.mass_kg, self.inertia_factor);
         [params.linear_damping, params.angular_damping] = self.damping;

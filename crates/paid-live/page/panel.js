@@ -28,6 +28,7 @@ export class Panel {
     $("rate").addEventListener("change", (e) => (this.send(command.rate(Number(e.target.value))), e.target.blur()));
     $("clip").addEventListener("change", (e) => (this.send(command.clip(Number(e.target.value))), e.target.blur()));
     $("engine").addEventListener("change", (e) => (this.send(command.engine(Number(e.target.value))), e.target.blur()));
+    $("surface").addEventListener("change", (e) => (this.send(command.surface(Number(e.target.value))), e.target.blur()));
     for (const name of Object.keys(this.layers))
       $(`layer-${name}`).addEventListener("change", (e) => {
         this.layers[name] = e.target.checked;
@@ -85,6 +86,8 @@ export class Panel {
     const clips = $("clip");
     clips.replaceChildren(new Option("by the ball", "-1"), ...scene.clips.map((name, i) => new Option(name, String(i))));
     $("engine").replaceChildren(...scene.engines.map((engine, i) => new Option(engine.name, String(i))));
+    const surfaces = scene.surfaces.map(([name, what], i) => Object.assign(new Option(name, String(i + 1)), { title: what }));
+    $("surface").replaceChildren(new Option("as it is", "0"), ...surfaces);
     $("what").textContent = `${scene.policy.split(/[\\/]/).slice(-2).join("/")} on ${scene.robot.toUpperCase()}`;
     $("seen").hidden = !scene.camera;
     $("another").textContent = scene.ball ? "new ball" : "next clip";
@@ -118,10 +121,11 @@ export class Panel {
         row.className = shot.outcome;
         const cells = [`${shot.number}`, WORDS[shot.outcome], `${shot.speed_m_s.toFixed(1)} m/s`, shot.outcome !== "goal" && shot.miss_m !== null ? `by ${shot.miss_m.toFixed(2)} m` : ""];
         for (const text of cells) row.appendChild(document.createElement("span")).textContent = text;
-        row.title = `${shot.clip}, ${shot.engine}${shot.rolling ? ", rolling" : ""}`;
+        row.title = `${shot.clip}, ${shot.engine}${shot.surface && `, ${shot.surface}`}${shot.rolling ? ", rolling" : ""}`;
         return row;
       }),
     );
+    if (document.activeElement !== $("surface")) $("surface").value = String(board.surface);
     this.drawHeat(board.cells);
     const [number, words] = board.notice;
     if (this.notice !== null && number !== this.notice) this.say(words);

@@ -92,6 +92,7 @@ export const command = {
   clear: () => message(12, 0).buffer,
   fresh: (on) => byte(13, on),
   another: () => message(14, 0).buffer,
+  surface: (number) => byte(15, number),
 };
 
 // Keeps the connection, also over a restart of the program.

@@ -45,6 +45,8 @@ pub struct Shot {
     pub clip: String,
     /// `built-in` or `MuJoCo`.
     pub engine: &'static str,
+    /// Name of the ball and ground; empty: the scene's.
+    pub surface: &'static str,
 }
 
 /// A place of the workspace.
@@ -70,6 +72,8 @@ pub struct Board {
     pub last: VecDeque<Shot>,
     /// Places of the workspace, row by row from near to far, each from right to left.
     pub cells: Vec<Cell>,
+    /// Number of the ball and ground, as in [`crate::Command::Surface`].
+    pub surface: u8,
     /// Number and words of the last message.
     pub notice: (usize, String),
     /// Counts the changes.
@@ -103,6 +107,7 @@ impl Default for Board {
             falls: 0,
             last: VecDeque::new(),
             cells: vec![Cell::default(); rows * columns],
+            surface: 0,
             notice: (0, String::new()),
             revision: 0,
         }
@@ -133,7 +138,12 @@ impl Board {
 
     /// Begins anew.
     pub fn clear(&mut self) {
-        *self = Self { notice: self.notice.clone(), revision: self.revision + 1, ..Self::default() };
+        *self = Self {
+            surface: self.surface,
+            notice: self.notice.clone(),
+            revision: self.revision + 1,
+            ..Self::default()
+        };
     }
 
     /// Counts a fall.
@@ -158,6 +168,7 @@ mod tests {
             rolling: false,
             clip: "kick".into(),
             engine: "built-in",
+            surface: "",
         }
     }
 
@@ -176,11 +187,11 @@ mod tests {
     }
 
     #[test]
-    fn a_cleared_board_keeps_the_number_of_its_last_message() {
-        let mut board = Board::default();
+    fn a_cleared_board_keeps_its_ground_and_the_number_of_its_last_message() {
+        let mut board = Board { surface: 9, ..Board::default() };
         board.say("hello");
         board.count(shot(Outcome::Goal, [1.0, 0.0]));
         board.clear();
-        assert_eq!((board.shots, board.cells[22].shots, board.notice.0), (0, 0, 1));
+        assert_eq!((board.shots, board.cells[22].shots, board.notice.0, board.surface), (0, 0, 1, 9));
     }
 }

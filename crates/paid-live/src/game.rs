@@ -1,10 +1,10 @@
 //! The rules of play: what a visitor's command does, when a shot is over, what comes next.
 
+mod ground;
 mod shot;
 mod stance;
 
 use paid_eval::engine::EngineChoice;
-use paid_eval::episodes::EvalSetup;
 use paid_eval::metrics::shooting::{Goal, fallen};
 use paid_eval::policy::Driver;
 use paid_eval::shooting::{Grid, Placement};
@@ -145,7 +145,9 @@ impl<'a> Game<'a> {
                 self.arena.push(impulse)?;
             }
             Command::Clip(clip) => self.choose(clip),
-            Command::Engine(engine) => self.change_engine(engine)?,
+            Command::Engine(engine) => self.go_to(engine, 0)?,
+            Command::Surface(0) => self.go_to(self.engine, 0)?,
+            Command::Surface(number) => self.go_to(1, number)?,
             Command::Auto(on) => {
                 self.auto = on;
                 self.idle = self.steps(PAUSE_S);
@@ -181,37 +183,6 @@ impl<'a> Game<'a> {
                 self.board.say("The clip that suits the ball.");
             }
         }
-    }
-
-    /// The scene goes on in another engine, from a standing robot. A MuJoCo that is not here is said, not an error.
-    fn change_engine(&mut self, engine: u8) -> Result<(), LiveError> {
-        if engine == self.engine {
-            return Ok(());
-        }
-        let choice = if engine == 1 {
-            EngineChoice::Mujoco(Box::new(self.subject.scene.clone()))
-        } else {
-            EngineChoice::Builtin
-        };
-        let setup = EvalSetup { engine: choice, ..self.subject.setup.clone() };
-        match Arena::new(self.subject, setup) {
-            Ok(arena) => {
-                let (pose, ball) = (self.arena.anchor(), self.arena.ball().pos);
-                self.arena = arena;
-                self.engine = engine;
-                self.playing = None;
-                self.board.say(format!("{} simulates.", self.engine_name()));
-                self.stand(&pose, [ball[0], ball[1]])
-            }
-            Err(error) => {
-                self.board.say(format!("The engine stays: {error}"));
-                Ok(())
-            }
-        }
-    }
-
-    fn engine_name(&self) -> &'static str {
-        if self.engine == 1 { "MuJoCo" } else { "built-in" }
     }
 
     /// The goal looks to where the robot begins, or to the robot if it is near that.
@@ -377,7 +348,7 @@ impl<'a> Game<'a> {
         let speed = sample.ball_vel.iter().map(|v| v * v).sum::<f64>().sqrt();
         let verdict = playing.follow(&self.goal, sample, self.before, ball, speed, dt_s);
         if let Verdict::Decided(mut shot) = verdict {
-            shot.engine = self.engine_name();
+            (shot.engine, shot.surface) = (self.engine_name(), ground::name(self.board.surface));
             self.board.count(shot);
             self.playing = None;
             self.idle = 0;

@@ -1,5 +1,6 @@
 //! What there is to draw, said once.
 
+use paid_eval::panel::PANEL;
 use paid_eval::shooting::Grid;
 use paid_eval::subject::Subject;
 use paid_lanes::{Quat, Vec3};
@@ -87,6 +88,8 @@ pub(crate) struct Scene {
     mass_kg: f64,
     clips: Vec<String>,
     engines: [Engine; 2],
+    /// Balls and grounds that MuJoCo has beside the scene's: name, and what it stands for.
+    surfaces: Vec<[&'static str; 2]>,
     rewards: Vec<&'static str>,
     /// First and last place ahead and to the left, and the distance between places `[m]`.
     grid: Grid,
@@ -189,6 +192,7 @@ impl Scene {
                 Engine { name: "built-in", surfaces: builtin.surfaces },
                 Engine { name: "MuJoCo", surfaces: mujoco.surfaces },
             ],
+            surfaces: PANEL.iter().map(|ball| [ball.name, ball.what]).collect(),
             rewards: REWARD_NAMES.to_vec(),
             grid: Grid::EFFECTIVE,
             cells: size(&Grid::EFFECTIVE),

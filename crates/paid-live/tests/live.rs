@@ -219,6 +219,18 @@ fn the_engine_is_changed_or_stays_and_says_why() {
         assert!(later.step >= frame.step + 40 && later.bodies[0].pos[2] > 0.5);
         page.send(Command::Engine(0));
         page.frame(|f| f.engine == 0);
+
+        // A ball of the panel is MuJoCo's; the built-in engine has the scene's own.
+        page.send(Command::Surface(9));
+        let board = page.board(|b| b["surface"] == 9);
+        let words = board["notice"][1].as_str().expect("words");
+        assert!(words.starts_with("MuJoCo simulates. Ball and ground: turf, grass"), "{words}");
+        page.frame(|f| f.engine == 1);
+        page.send(Command::Surface(200));
+        let words = page.board(|b| b["notice"][1].as_str().is_some_and(|w| w.contains("200")));
+        assert_eq!(words["surface"], 9);
+        page.send(Command::Engine(0));
+        assert_eq!(page.board(|b| b["notice"][1] == "built-in simulates.")["surface"], 0);
     });
     assert!(summary.steps > 0 || !there);
 }

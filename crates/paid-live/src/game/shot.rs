@@ -49,6 +49,7 @@ impl Playing {
             rolling: self.rolling,
             clip: self.clip.clone(),
             engine: "",
+            surface: "",
         })
     }
 

@@ -39,13 +39,13 @@ impl Time {
         }
     }
 
-    /// Does what concerns time; true if the command is done with. The engine stays the one that is trained in.
+    /// Does what concerns time; true if the command is done with. Engine and ground stay those that are trained in.
     pub fn obey(&mut self, command: Command) -> bool {
         match command {
             Command::Pause(on) => self.paused = on,
             Command::Step => (self.paused, self.once) = (true, true),
             Command::Rate(rate) => self.rate = rate,
-            Command::Engine(_) => {}
+            Command::Engine(_) | Command::Surface(_) => {}
             _ => return false,
         }
         true
