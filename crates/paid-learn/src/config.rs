@@ -53,7 +53,8 @@ pub struct PpoConfig {
     pub block: usize,
     /// Environments of a sequence block, the unit of minibatches with memory.
     pub sequence_block: usize,
-    /// Parts of a minibatch whose gradients are summed apart and then in order: the same whatever the thread count.
+    /// Parts of a minibatch whose gradients are summed apart and then in order: the same whatever the thread count. Ranks share them out;
+    /// a rank with more threads than its share of them, twice, leaves threads idle.
     pub slices: usize,
     /// True: a minibatch has equally many units of every shard. Needed where shards are on several machines, so that none of them waits
     /// for another; a shuffle over all shards gives one more by chance.

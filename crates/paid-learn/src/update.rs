@@ -34,6 +34,8 @@ pub struct Worker {
 pub struct Gradients {
     actor: NetworkGradient,
     critics: Vec<NetworkGradient>,
+    /// What ranks exchange.
+    flat: Vec<f32>,
 }
 
 /// Gradient of one network.
@@ -145,11 +147,13 @@ pub fn update(
                 Shared { config, actor, critics, operands, old_log_std: &old_log_std, shards, advantage };
             let weight = 1.0 / world.samples(&batch) as f64;
             let own = horizon.own(&batch);
+            // A rank has its share of the slices: each costs a gradient to fill and to sum.
+            let slices = config.slices.div_ceil(ranks.count()).min(own.len()).max(1);
             let mut losses =
-                minibatch_gradient(&shared, (&own, weight), ranks.rank() == 0, gradients, workers);
-            let slices = config.slices.min(own.len()).max(1);
+                minibatch_gradient(&shared, (&own, weight, slices), ranks.rank() == 0, gradients, workers);
             let squares = sum_slices((actor, critics), gradients, slices, workers);
-            let squares = if ranks.count() > 1 { sum_ranks(ranks, gradients, &mut losses) } else { squares };
+            let squares =
+                if ranks.count() > 1 { sum_ranks(ranks, gradients, &mut losses, workers) } else { squares };
             if config.adaptive_learning_rate && losses.kl.is_finite() {
                 schedule.learning_rate = adapted(config, schedule.learning_rate, losses.kl);
             }
@@ -217,16 +221,15 @@ fn shuffle(
     batches
 }
 
-/// Gradients of this rank's units of one minibatch, one per slice, and their share of its mean losses. `weight` is one over the samples of
+/// Gradients of this rank's units of one minibatch, one for each of so many slices, and their share of its mean losses. `weight` is one over the samples of
 /// the whole minibatch.
 fn minibatch_gradient(
     shared: &Shared<'_>,
-    (units, weight): (&[(usize, usize)], f64),
+    (units, weight, slices): (&[(usize, usize)], f64, usize),
     with_entropy: bool,
     gradients: &mut Gradients,
     workers: &mut [Worker],
 ) -> UpdateStats {
-    let slices = shared.config.slices.min(units.len()).max(1);
     gradients.critics.resize_with(shared.critics.len(), NetworkGradient::default);
     let models = core::iter::once(shared.actor).chain(shared.critics);
     for (gradient, model) in gradients.networks_mut().zip(models) {
@@ -395,21 +398,37 @@ fn sum_slices(
 }
 
 /// Sums gradients and losses over the ranks, in one message; the sum of the gradients' squares.
-fn sum_ranks(ranks: &dyn Ranks, gradients: &mut Gradients, losses: &mut UpdateStats) -> f64 {
-    let mut flat: Vec<f32> =
-        gradients.networks_mut().flat_map(|network| network.total.iter().copied()).collect();
+fn sum_ranks(
+    ranks: &dyn Ranks,
+    gradients: &mut Gradients,
+    losses: &mut UpdateStats,
+    workers: &mut [Worker],
+) -> f64 {
+    let mut flat = core::mem::take(&mut gradients.flat);
+    flat.clear();
+    gradients.networks_mut().for_each(|network| flat.extend_from_slice(&network.total));
+    let weights = flat.len();
     flat.extend(losses.sums_mut().map(|x| *x as f32));
     ranks.sum(&mut flat);
-    let mut sums = flat.iter().copied();
-    let mut squares = 0.0;
-    for total in gradients.networks_mut().flat_map(|network| &mut network.total) {
-        *total = sums.next().unwrap_or(f32::NAN);
-        squares += f64::from(*total) * f64::from(*total);
+    let (mut sums, of_losses) = flat.split_at(weights);
+    for (loss, sum) in losses.sums_mut().into_iter().zip(of_losses) {
+        *loss = f64::from(*sum);
     }
-    for (loss, sum) in losses.sums_mut().into_iter().zip(sums) {
-        *loss = f64::from(sum);
+    let mut items = Vec::new();
+    for NetworkGradient { total, .. } in gradients.networks_mut() {
+        for total in total.chunks_mut(RANGE) {
+            let (sum, rest) = sums.split_at(total.len());
+            items.push((total, sum));
+            sums = rest;
+        }
     }
-    squares
+    let mut squares = vec![0.0; items.len()];
+    let items = items.into_iter().zip(&mut squares).collect();
+    for_each(workers, items, |_, ((total, sum), place): ((_, &[f32]), &mut f64)| {
+        *place = f32::launch(Reduce { total, parts: &[sum] });
+    });
+    gradients.flat = flat;
+    squares.iter().sum()
 }
 
 /// Clips the norm over all networks and takes one step of Adam. `squares` is the sum of the gradient's squares.
