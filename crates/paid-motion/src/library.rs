@@ -47,7 +47,7 @@ impl MotionLibrary {
         Ok(Self { clips })
     }
 
-    /// Reads every motion file ([`EXTENSIONS`]) below `dir` in sorted order, checks every key, permutes to model order by name, and
+    /// Reads every motion file below `dir` in sorted order ([`motion_files`]), checks every key, permutes to model order by name, and
     /// resamples what is not at `control_rate_hz`.
     ///
     /// # Errors
@@ -69,12 +69,7 @@ impl MotionLibrary {
     /// # Errors
     /// As [`MotionLibrary::load`].
     pub fn load_unchanged(dir: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Self, MotionError> {
-        let mut paths = Vec::new();
-        collect(dir, &mut paths)?;
-        paths.sort();
-        if paths.is_empty() {
-            return Err(MotionError::Empty { path: dir.to_owned() });
-        }
+        let paths = motion_files(dir)?;
         let read = |path: &PathBuf| {
             if has_extension(path, "npz") {
                 // These state the leg that kicks; elsewhere the faster foot decides.
@@ -91,6 +86,28 @@ impl MotionLibrary {
     pub fn longest(&self) -> usize {
         self.clips.iter().map(|c| c.frames).max().unwrap_or(0)
     }
+}
+
+/// The motion files ([`EXTENSIONS`]) below the folder `dir` in sorted order; `dir` itself if it is such a file.
+///
+/// # Errors
+/// A folder that cannot be read or has none.
+pub fn motion_files(dir: &Path) -> Result<Vec<PathBuf>, MotionError> {
+    let mut paths = Vec::new();
+    if dir.is_file() && is_motion(dir) {
+        paths.push(dir.to_owned());
+    } else {
+        collect(dir, &mut paths)?;
+    }
+    paths.sort();
+    if paths.is_empty() {
+        return Err(MotionError::Empty { path: dir.to_owned() });
+    }
+    Ok(paths)
+}
+
+fn is_motion(path: &Path) -> bool {
+    EXTENSIONS.iter().any(|e| has_extension(path, e))
 }
 
 fn check_rate(control_rate_hz: f64) -> Result<(), MotionError> {
@@ -111,7 +128,7 @@ fn collect(dir: &Path, paths: &mut Vec<PathBuf>) -> Result<(), MotionError> {
         // The type of the entry itself: a link to a folder is not followed, so a loop cannot trap us.
         if entry.file_type().map_err(io)?.is_dir() {
             collect(&path, paths)?;
-        } else if EXTENSIONS.iter().any(|e| has_extension(&path, e)) {
+        } else if is_motion(&path) {
             paths.push(path);
         }
     }
