@@ -78,6 +78,9 @@ pub struct SamplingPreset {
     /// way. Needs `hold_s`; a start before there is such a state is the first frame's.
     #[serde(default)]
     pub from_end_state_share: f64,
+    /// Motions are drawn equally often, and failures only choose the phase within them; for ablations.
+    #[serde(default)]
+    pub phase_only: bool,
 }
 
 impl SamplingPreset {

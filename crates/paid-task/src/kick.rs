@@ -47,6 +47,8 @@ pub(crate) struct KickStep<V: Real> {
     pub first: V::Mask,
     /// The first contact, by the labeled foot.
     pub correct: V::Mask,
+    /// The first contact, and it pays.
+    pub paid: V::Mask,
     /// The right foot is the nearer one.
     pub right: V::Mask,
     /// Outcome pays in this step.
@@ -60,7 +62,7 @@ impl<V: Real> KickStep<V> {
     #[inline(always)]
     pub(crate) fn none() -> Self {
         let no = V::Mask::splat(false);
-        Self { first: no, correct: no, right: no, window: no, z_window: no }
+        Self { first: no, correct: no, paid: no, right: no, window: no, z_window: no }
     }
 }
 
@@ -168,15 +170,17 @@ impl<V: Real> KickState<V> {
         let side = V::select(right, one, -one);
         let in_time = self.wait.lt(V::c(0.5));
         self.wait = (self.wait - one).max(V::zero());
-        let mut correct = first.and((side * self.label).ge(V::zero())).and(in_time);
+        let mut kick = first.and(in_time);
         if preset.foot_only {
             let foot = V::select(right, V::c(right_foot.1 as f64), V::c(left_foot.1 as f64));
-            correct = correct.and((ball.touched_by - foot).abs().lt(V::c(0.5)));
+            kick = kick.and((ball.touched_by - foot).abs().lt(V::c(0.5)));
         }
+        let correct = kick.and((side * self.label).ge(V::zero()));
+        let paid = if preset.any_foot { kick } else { correct };
         self.since = V::select(untouched, V::zero(), self.since + one);
         self.touched = V::select(first, one, self.touched);
         self.correct = V::select(correct, one, self.correct);
-        self.window = V::select(correct, V::c(preset.window_steps as f64), self.window);
+        self.window = V::select(paid, V::c(preset.window_steps as f64), self.window);
         let window = self.window.gt(V::c(0.5));
         self.window = (self.window - one).max(V::zero());
 
@@ -191,7 +195,7 @@ impl<V: Real> KickState<V> {
         for (kept, point) in self.distance2.iter_mut().zip(robot_points) {
             *kept = V::select(first, horizontal2(ball.pos - point), *kept);
         }
-        KickStep { first, correct, right, window, z_window }
+        KickStep { first, correct, paid, right, window, z_window }
     }
 
     /// Statistics of the outcome: best speed and direction within `window_steps` of the first contact, and goals.
@@ -259,6 +263,7 @@ mod tests {
             full_ball_speed: 0.0,
             early_s: 0.0,
             foot_only: false,
+            any_foot: false,
         }
     }
 
@@ -318,6 +323,15 @@ mod tests {
         kick.reset_lane(0, Some(0), [0.0, 0.0, 0.11], 0);
         let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset());
         assert!(hit.first && !hit.correct && !hit.window && kick.touched == 1.0 && kick.correct == 0.0);
+    }
+
+    #[test]
+    fn without_the_gate_the_wrong_foot_pays_and_is_still_the_wrong_one() {
+        let mut kick = KickState::<f64>::new();
+        kick.reset_lane(0, Some(0), [0.0, 0.0, 0.11], 0);
+        let preset = KickPreset { any_foot: true, ..preset() };
+        let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset);
+        assert!(hit.first && hit.paid && hit.window && !hit.correct && kick.correct == 0.0);
     }
 
     #[test]

@@ -52,6 +52,13 @@ impl SamplerState {
                 smooth[motion * self.bins + bin] /= total;
             }
         }
+        if preset.phase_only {
+            for row in smooth.chunks_mut(self.bins) {
+                let sum: f64 = row.iter().sum();
+                let even = 1.0 / row.len() as f64;
+                row.iter_mut().for_each(|s| *s = if sum > 1e-12 { *s / sum } else { even });
+            }
+        }
         let sum: f64 = smooth.iter().sum();
         let uniform = 1.0 / smooth.len() as f64;
         for (p, s) in self.probabilities.iter_mut().zip(&smooth) {
@@ -91,6 +98,7 @@ mod tests {
             after_strike_share: 0.0,
             from_last_pose_share: 0.0,
             from_end_state_share: 0.0,
+            phase_only: false,
         }
     }
 
@@ -101,6 +109,17 @@ mod tests {
         assert_eq!(sampler.failures, [0.0, 0.0, 4.0, 0.0]);
         // Smoothed, times 1.11: 0.04, 0.4, 4, 0; sum 4.44.
         let expected = [0.15 + 0.4 * 0.04 / 4.44, 0.15 + 0.4 * 0.4 / 4.44, 0.15 + 0.4 * 4.0 / 4.44, 0.15];
+        for (p, e) in sampler.probabilities.iter().zip(expected) {
+            assert!((f64::from(*p) - e).abs() < 1e-6, "{p} {e}");
+        }
+    }
+
+    #[test]
+    fn phases_only_draw_every_motion_alike() {
+        let mut sampler = SamplerState::uniform(3, 2);
+        let preset = SamplingPreset { uniform_mass: 0.0, kernel_size: 1, phase_only: true, ..preset() };
+        sampler.update(&[0.0, 8.0, 3.0, 1.0, 0.0, 0.0], &preset);
+        let expected = [0.0, 1.0, 0.75, 0.25, 0.5, 0.5].map(|share: f64| share / 3.0);
         for (p, e) in sampler.probabilities.iter().zip(expected) {
             assert!((f64::from(*p) - e).abs() < 1e-6, "{p} {e}");
         }

@@ -84,6 +84,6 @@ mod tests {
         let prox = table.iter().find(|t| t.name == "ball_prox").expect("a term");
         assert_eq!(prox.needs, ["a ball"]);
         let keys: Vec<_> = prox.parameters.iter().map(|p| (p.name, p.default.as_str(), p.unit)).collect();
-        assert_eq!(keys, [("sigma", "4.0", "m"), ("from", "\"anchor\"", "")]);
+        assert_eq!(keys, [("sigma", "4.0", "m"), ("from", "\"anchor\"", ""), ("frozen", "true", "")]);
     }
 }

@@ -56,7 +56,11 @@ impl<V: Real> TrackingErrors<V> {
     pub(crate) fn update(&mut self, config: &TaskConfig, state: &GroupState<V>, reference: &Reference<V>) {
         let anchor = &state.bodies[config.followed[config.anchor]];
         let (target_pos, target_rot) = (reference.pos(config.anchor), reference.rot(config.anchor));
-        let turn = yaw_alignment(&anchor.rot, &target_rot);
+        let turn = if config.preset.rewards.align_yaw {
+            yaw_alignment(&anchor.rot, &target_rot)
+        } else {
+            Mat3::identity()
+        };
         self.anchor_pos2 = (anchor.pos - target_pos).norm2();
         self.anchor_angle = orientation_error(&anchor.rot, &target_rot);
         for (i, error) in self.bodies.iter_mut().enumerate() {
@@ -170,6 +174,21 @@ mod tests {
     #[test]
     fn orientation_error_is_the_angle_between() {
         assert!((orientation_error(&yaw(0.3), &yaw(-0.4)) - 0.7).abs() < 1e-12);
+    }
+
+    #[test]
+    fn without_alignment_a_robot_that_heads_elsewhere_is_wrong_by_its_heading() {
+        for (align_yaw, angle) in [(true, 0.0), (false, 0.5)] {
+            let Fixture { mut config, mut state, group, mut tracking, .. } = Fixture::new();
+            config.preset.rewards.align_yaw = align_yaw;
+            for body in &config.followed {
+                state.bodies[*body].rot = yaw(0.5);
+            }
+            tracking.update(&config, &state, &group.reference);
+            for body in tracking.tracked() {
+                close(body.angle, angle);
+            }
+        }
     }
 
     /// The reference lies in the origin, at rest; the robot's anchor is there too.

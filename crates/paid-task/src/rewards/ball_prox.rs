@@ -19,12 +19,14 @@ pub enum ProximityPoint {
 }
 
 reward_term! {
-    /// Horizontal distance between robot and ball: `exp(-d^2 / sigma^2)`, frozen at the first contact.
+    /// Horizontal distance between robot and ball: `exp(-d^2 / sigma^2)`, at the first contact from then on.
     pub struct BallProx {
         /// Width of the kernel.
         sigma: f64 = 4.0, "m", positive, "the authors' public release";
         /// Point of the robot that the distance is measured from: `anchor` or `base`.
         from: ProximityPoint = ProximityPoint::Anchor, "", point, "the release takes the torso; the paper says pelvis";
+        /// True: what it is at the first contact stays; false: a ball that flies away pays less and less.
+        frozen: bool = true, "", switch, "the authors' public release; the paper";
     }
 }
 
@@ -41,7 +43,8 @@ impl RewardTerm for BallProx {
             ProximityPoint::Base => (1, input.state.bodies[0].pos),
         };
         let now2 = horizontal2(input.state.ball.pos - point);
-        gaussian(V::select(is_set(kick.touched), kick.distance2[k], now2), self.sigma)
+        let kept = V::select(is_set(kick.touched), kick.distance2[k], now2);
+        gaussian(if self.frozen { kept } else { now2 }, self.sigma)
     }
 }
 
@@ -59,6 +62,7 @@ mod tests {
         fixture.group.kick.touched = 1.0;
         fixture.group.kick.distance2 = [0.0, 32.0];
         close(term.value(&fixture.input()), 1.0);
+        close(BallProx { frozen: false, ..term.clone() }.value(&fixture.input()), (-1.0_f64).exp());
         let term = BallProx { from: ProximityPoint::Base, ..term };
         close(term.value(&fixture.input()), (-2.0_f64).exp());
     }

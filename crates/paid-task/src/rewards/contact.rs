@@ -18,7 +18,7 @@ impl RewardTerm for Contact {
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
-        flag(input.kick.correct)
+        flag(input.kick.paid)
     }
 }
 
@@ -32,7 +32,7 @@ mod tests {
         let mut fixture = Fixture::new();
         fixture.kick.first = true;
         assert_eq!(Contact::default().value(&fixture.input()), 0.0);
-        fixture.kick.correct = true;
+        fixture.kick.paid = true;
         assert_eq!(Contact::default().value(&fixture.input()), 1.0);
     }
 }

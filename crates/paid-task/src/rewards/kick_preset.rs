@@ -27,4 +27,7 @@ pub struct KickPreset {
     /// counts as the one that met it.
     #[serde(default)]
     pub foot_only: bool,
+    /// Whichever foot meets the ball first is paid for, not only the labeled one; for ablations.
+    #[serde(default)]
+    pub any_foot: bool,
 }

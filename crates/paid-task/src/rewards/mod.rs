@@ -111,6 +111,11 @@ macro_rules! reward_term {
 }
 use reward_term;
 
+/// As in the paper.
+fn aligned() -> bool {
+    true
+}
+
 /// Makes the preset and everything that runs over the terms, in the order of the list.
 macro_rules! reward_terms {
     ($($name:ident: $Term:ident),+ $(,)?) => {
@@ -122,6 +127,10 @@ macro_rules! reward_terms {
         pub struct RewardPreset {
             /// Form of the kernels over bodies.
             pub body_kernel: BodyKernel,
+            /// Bodies are compared with the reference turned into the robot's heading. False, for ablations: with the reference as it is
+            /// turned, still placed at the robot's anchor.
+            #[serde(default = "aligned")]
+            pub align_yaw: bool,
             /// What counts as a kick.
             pub kick: KickPreset,
             $(
