@@ -20,6 +20,7 @@ use paid_train::folder::PRESET_FILE;
 use paid_train::{Alone, End, Limits, RunPreset, Scene, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
+use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
 use crate::train::motions_value;
@@ -44,17 +45,27 @@ pub struct Args {
     json: bool,
 }
 
-/// Trains and judges every entry, or takes up what an earlier call left.
+/// Trains and judges every entry, or takes up what an earlier call left. Of several processes each takes its share of the entries, and
+/// the first one writes and prints.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let joined = ranks::join()?;
+    let result = compare(args, &joined);
+    if let Err(failure) = &result {
+        joined.end_all(failure);
+    }
+    result
+}
+
+fn compare(args: &Args, joined: &Joined) -> Result<ExitCode, Failure> {
     let threads = thread_count(args.threads)?;
     let plan = Plan::read(&args.plan)?;
-    let motions = args.motions.as_deref().map(motions_value);
-    let beside = args.plan.parent().unwrap_or(Path::new(""));
-    let contenders = plan.contenders(beside, motions.as_deref())?;
-    if let Some(folder) = args.motions.as_deref().filter(|folder| !folder.is_dir()) {
+    if let Some(folder) = args.motions.as_deref().filter(|folder| !folder.exists()) {
         let found = folder.display();
         return Err(Failure::input(format!("--motions: expected a folder of motion files, found {found}")));
     }
+    let motions = args.motions.as_deref().map(motions_value);
+    let beside = args.plan.parent().unwrap_or(Path::new(""));
+    let contenders = plan.contenders(beside, motions.as_deref())?;
     for contender in &contenders {
         for preset in &contender.stages {
             refuse_another(&run_folder(args, contender, preset), preset)?;
@@ -62,60 +73,101 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         }
     }
     Engines::Mujoco.check()?;
-    let stop = stop::flag()?;
-    let mut courses: Vec<Course> = Vec::new();
-    let mut comparison = Comparison { title: plan.title.clone(), rows: Vec::new() };
-    for (k, contender) in contenders.iter().enumerate() {
-        let seed = contender.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
-        let name = format!("{} of {}: {}{seed}", k + 1, contenders.len(), contender.name);
-        let file = args.out.join(&contender.folder).join("scores.json");
-        // Who is trained and judged is not even loaded: an earlier version's checkpoints may not go on in this one.
-        let known = match trained(args, contender) {
-            Some(samples) => Scores::read(&file, &plan.judge, &samples)?,
-            None => None,
-        };
-        let scores = match known {
-            Some(scores) => scores,
-            None => {
-                let Some((policy, samples)) = train(args, contender, &name, threads, &stop)? else {
-                    return Ok(ExitCode::from(STOPPED));
-                };
-                let spec = SubjectSpec { motions: args.motions.clone(), threads, ..SubjectSpec::new(policy) };
-                let Some(scores) = score(&plan.judge, &spec, &samples, &file)? else {
-                    return Ok(ExitCode::from(STOPPED));
-                };
-                scores
-            }
-        };
-        for judgment in &scores.judgments {
-            let goals = [judgment.fixed, judgment.rolling].map(|shots| shots.goals.text());
-            eprintln!("{name}, {:?}: static {}, rolling {}", judgment.knowledge, goals[0], goals[1]);
-        }
-        comparison.rows.push(Row {
-            name: contender.name.clone(),
-            paper: contender.paper.clone(),
-            seed: contender.seed,
-            scores,
-        });
-        if !contender.stages.is_empty() {
-            let seed = contender.seed.map_or(String::new(), |seed| format!(", seed {seed}"));
-            let stages = contender.stages.iter().map(|preset| run_folder(args, contender, preset)).collect();
-            courses.push(Course { name: format!("{}{seed}", contender.name), stages });
+    let (rank, count) = (joined.ranks.rank(), joined.ranks.count());
+    let mut stopped = false;
+    for (k, contender) in contenders.iter().enumerate().filter(|(k, _)| k % count == rank) {
+        let name = format!("{} of {}: {}{}", k + 1, contenders.len(), contender.name, contender.suffix());
+        stopped = !work(args, &plan, contender, &name, threads)?;
+        if stopped {
+            break;
         }
         // After every policy, so that a comparison of days can be read on its way.
-        write_whole(&args.out.join("comparison.txt"), comparison.table().as_bytes())?;
-        write_whole(&args.out.join("comparison.json"), to_json(&comparison)?.as_bytes())?;
-        if !courses.is_empty() {
-            curves::figure(&courses)?.save(&args.out.join("comparison_curves"))?;
+        if joined.is_first() {
+            write(args, &plan, &contenders)?;
         }
-        write_report(&args.out)?;
     }
-    if args.json {
-        println!("{}", to_json(&comparison)?);
-    } else {
-        print!("{}", comparison.table());
+    // The first one waits for all of them.
+    let all = joined.ranks.gather(&[u8::from(stopped)]);
+    if all.iter().flatten().any(|stopped| *stopped != 0) {
+        return Ok(ExitCode::from(STOPPED));
+    }
+    if joined.is_first() {
+        let comparison = write(args, &plan, &contenders)?;
+        if args.json {
+            println!("{}", to_json(&comparison)?);
+        } else {
+            print!("{}", comparison.table());
+        }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Trains and judges an entry unless that was done before; false after Ctrl-C.
+fn work(
+    args: &Args,
+    plan: &Plan,
+    contender: &Contender,
+    name: &str,
+    threads: usize,
+) -> Result<bool, Failure> {
+    // Who is trained and judged is not even loaded: an earlier version's checkpoints may not go on in this one.
+    let scores = match known(args, plan, contender)? {
+        Some(scores) => scores,
+        None => {
+            let Some((policy, samples)) = train(args, contender, name, threads, &stop::flag()?)? else {
+                return Ok(false);
+            };
+            let motions = contender.clip.clone().or_else(|| args.motions.clone());
+            let spec = SubjectSpec { motions, threads, ..SubjectSpec::new(policy) };
+            match score(&plan.judge, contender, &spec, &samples, &scores_file(args, contender))? {
+                Some(scores) => scores,
+                None => return Ok(false),
+            }
+        }
+    };
+    for judgment in &scores.judgments {
+        let goals = [judgment.fixed, judgment.rolling].map(|shots| shots.goals.text());
+        eprintln!("{name}, {:?}: static {}, rolling {}", judgment.knowledge, goals[0], goals[1]);
+    }
+    for track in &scores.tracks {
+        eprintln!("{name}, {}: MPJPE {:.1} mm", track.clip, track.mpjpe_mm);
+    }
+    Ok(true)
+}
+
+/// Writes table, JSON, diagram and page of the entries that are trained and judged.
+fn write(args: &Args, plan: &Plan, contenders: &[Contender]) -> Result<Comparison, Failure> {
+    let mut courses: Vec<Course> = Vec::new();
+    let mut comparison = Comparison { title: plan.title.clone(), rows: Vec::new() };
+    for contender in contenders {
+        let Some(scores) = known(args, plan, contender)? else { continue };
+        let (name, paper) = (contender.name.clone(), contender.paper.clone());
+        comparison.rows.push(Row { name, paper, seed: contender.seed, scores });
+        // A tracker has no shots in training.
+        if !contender.stages.is_empty() && !contender.tracks {
+            let stages = contender.stages.iter().map(|preset| run_folder(args, contender, preset)).collect();
+            courses.push(Course { name: format!("{}{}", contender.name, contender.suffix()), stages });
+        }
+    }
+    write_whole(&args.out.join("comparison.txt"), comparison.table().as_bytes())?;
+    write_whole(&args.out.join("comparison.json"), to_json(&comparison)?.as_bytes())?;
+    if !courses.is_empty() {
+        curves::figure(&courses)?.save(&args.out.join("comparison_curves"))?;
+    }
+    write_report(&args.out)?;
+    Ok(comparison)
+}
+
+/// The scores of an entry, if it was trained to its end and judged as the plan says.
+fn known(args: &Args, plan: &Plan, contender: &Contender) -> Result<Option<Scores>, Failure> {
+    match trained(args, contender) {
+        Some(samples) => Ok(Scores::read(&scores_file(args, contender), &plan.judge, &samples)?),
+        None => Ok(None),
+    }
+}
+
+fn scores_file(args: &Args, contender: &Contender) -> PathBuf {
+    args.out.join(&contender.folder).join("scores.json")
 }
 
 /// Where a stage of a contender is trained.
@@ -195,12 +247,14 @@ fn train(
 /// Judges a policy and keeps its scores; `None` after Ctrl-C.
 fn score(
     judge: &JudgePlan,
+    contender: &Contender,
     spec: &SubjectSpec,
     samples: &[u64],
     file: &Path,
 ) -> Result<Option<Scores>, Failure> {
     let monitor = Monitor::stopped_by(stop::flag()?);
-    let scores = Scores::judge(judge, spec, samples, &monitor)?;
+    let judged = if contender.tracks { Scores::track } else { Scores::judge };
+    let scores = judged(judge, spec, samples, &monitor)?;
     if let Some(scores) = &scores {
         let text = serde_json::to_string_pretty(scores).map_err(Failure::input)?;
         write_whole(file, text.as_bytes())?;

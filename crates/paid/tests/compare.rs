@@ -98,3 +98,58 @@ fn a_plan_that_does_not_fit_is_refused_before_anything_is_trained() {
     let error = refused(PLAN, &["--motions", "absent"]);
     assert!(error.contains("absent"), "{error}");
 }
+
+/// One policy for all clips beside a policy for each of two.
+const TRACKERS: &str = r#"
+    title = "followers"
+    samples = 3072
+    sets = ["run.envs=64", "run.shards=4", "learn.ppo.minibatches=2", "learn.precision=\"f32\""]
+
+    [judge]
+    tracking_starts = 1
+
+    [[entry]]
+    name = "One for all"
+    stages = [{ preset = "stage1" }]
+
+    [[entry]]
+    name = "One each"
+    stages = [{ preset = "stage1" }]
+    specialists = true
+    clips = ["kick-a", "kick-b"]
+"#;
+
+#[test]
+fn specialists_are_trained_and_judged_on_their_own_clips() {
+    let test = "specialists_are_trained_and_judged_on_their_own_clips";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path();
+    for (ball, name) in [("0.9,-0.2", "kick-a"), ("0.9,0.2", "kick-b"), ("1.4,0.0", "kick-c")] {
+        succeeds(&paid(path, &["motion", "generate", "--out", "made", "--ball", ball]));
+        let file = fs::read_dir(path.join("made")).expect("made").flatten().next().expect("a motion").path();
+        fs::create_dir_all(path.join("clips/standard")).expect("made");
+        fs::rename(file, path.join(format!("clips/standard/{name}.npz"))).expect("moved");
+    }
+    fs::write(path.join("plan.toml"), TRACKERS).expect("writes");
+    let line = ["compare", "plan.toml", "--motions", "clips", "--out", "out", "--threads", "1", "--json"];
+    let report: serde_json::Value =
+        serde_json::from_str(succeeds(&paid(path, &line)).trim()).expect("a report");
+    let clips: Vec<Vec<&str>> = report["rows"]
+        .as_array()
+        .expect("rows")
+        .iter()
+        .map(|row| row["scores"]["tracks"].as_array().expect("tracks"))
+        .map(|tracks| tracks.iter().map(|track| track["clip"].as_str().expect("a name")).collect())
+        .collect();
+    assert_eq!(clips, [vec!["kick-a", "kick-b", "kick-c"], vec!["kick-a"], vec!["kick-b"]]);
+    let table = fs::read_to_string(path.join("out/comparison.txt")).expect("a table");
+    assert!(table.contains("BeyondMimic, the paper's figures"), "{table}");
+    let preset =
+        fs::read_to_string(path.join("out/one-each/seed-1/kick-b/stage1/preset.toml")).expect("a run");
+    assert!(preset.contains("motions = \"clips/standard/kick-b.npz\""), "{preset}");
+
+    fs::write(path.join("plan.toml"), TRACKERS.replace("\"kick-b\"", "\"kick-z\"")).expect("writes");
+    let error = refuses(&paid(path, &line));
+    assert!(error.contains("expected clips of clips: kick-a, kick-b, kick-c, found kick-z"), "{error}");
+}

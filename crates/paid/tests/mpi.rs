@@ -105,3 +105,48 @@ fn a_rank_with_another_preset_is_refused_by_its_number() {
     assert!(error.contains("rank 1: expected 'epochs = 2', as rank 0 has, found 'epochs = 3'"), "{error}");
     assert!(!folder.path().join("other").exists(), "nothing is written");
 }
+
+/// Two methods, two iterations each.
+const PLAN: &str = r#"
+    title = "shared out"
+    samples = 3072
+    sets = ["run.envs=64", "run.shards=4", "learn.ppo.minibatches=2", "learn.precision=\"f32\""]
+
+    [judge]
+    trials = 1
+    grid_step_m = 2.0
+    limit_s = 0.2
+
+    [[entry]]
+    name = "Without clips"
+    stages = [{ preset = "pure_rl" }]
+
+    [[entry]]
+    name = "From scratch"
+    stages = [{ preset = "single_stage" }]
+"#;
+
+#[test]
+fn two_processes_share_the_entries_of_a_plan_out() {
+    let test = "two_processes_share_the_entries_of_a_plan_out";
+    let Some(_) = paid_testing::mujoco(test, paid_mujoco::Library::get()) else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    std::fs::write(folder.path().join("plan.toml"), PLAN).expect("writes");
+    let line = ["compare", "plan.toml", "--threads", "1", "--out"];
+    let two: Vec<&str> =
+        ["-n", "2", env!("CARGO_BIN_EXE_paid")].into_iter().chain(line).chain(["two"]).collect();
+    let Some(output) = mpirun(folder.path(), &two) else {
+        paid_testing::without_program(test, "mpirun");
+        return;
+    };
+    let table = succeeds(&output);
+    // Each was judged by one of them, and their table is that of one process.
+    let said = String::from_utf8_lossy(&output.stderr);
+    for name in ["1 of 2: Without clips", "2 of 2: From scratch"] {
+        assert_eq!(said.matches(&format!("{name}, seed 1, Truth")).count(), 1, "{said}");
+    }
+    let alone: Vec<&str> = line.into_iter().chain(["one"]).collect();
+    assert_eq!(table, succeeds(&paid(folder.path(), &alone)));
+    let page = std::fs::read_to_string(folder.path().join("two/report.html")).expect("a page");
+    assert!(page.contains("Without clips") && page.contains("From scratch"), "{page}");
+}

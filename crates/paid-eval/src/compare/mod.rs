@@ -1,11 +1,15 @@
 //! A comparison from one plan: methods are trained with the same budget and judged alike, beside the paper's figures.
 
+mod contender;
 pub mod curves;
 mod plan;
 mod report;
 mod score;
 mod seeds;
+mod tracks;
 
-pub use plan::{Contender, Entry, JudgePlan, Plan, StagePlan};
+pub use contender::Contender;
+pub use plan::{Entry, JudgePlan, Plan, StagePlan};
 pub use report::{Comparison, Row};
 pub use score::{ClipShots, EYES, Judgment, PanelScore, Scores, Shots};
+pub use tracks::ClipTrack;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::score::{ClipShots, Scores, Shots};
-use super::seeds;
+use super::{seeds, tracks};
 use crate::likeness::Likeness;
 use crate::shooting::PAPER;
 use crate::table::{Table, number};
@@ -36,7 +36,18 @@ impl Comparison {
     /// Text: a table of goals with 95% intervals for each knowledge, the paper's figures below it, and the panel.
     pub fn table(&self) -> String {
         let mut out = format!("{}\n", self.title);
-        let Some(first) = self.rows.first() else { return out };
+        let shoots = |row: &&Row| !row.scores.judgments.is_empty();
+        if let Some(first) = self.rows.iter().find(shoots) {
+            self.shots(&mut out, first);
+        }
+        if let Some(tables) = tracks::tables(&self.rows) {
+            let _ = write!(out, "\n{tables}");
+        }
+        out
+    }
+
+    /// The tables of goals, panel, clips and likeness; `first` is a row that has them.
+    fn shots(&self, out: &mut String, first: &Row) {
         let judge = &first.scores.judge;
         let _ = writeln!(
             out,
@@ -113,7 +124,6 @@ impl Comparison {
         if !likeness.is_empty() {
             let _ = write!(out, "\n{}", crate::likeness::table(&likeness));
         }
-        out
     }
 
     /// Goals with each clip, the ball within 0.25 m of the clip's own place; `None` where nobody was asked for them.
@@ -226,6 +236,7 @@ mod tests {
             clips: vec![ClipShots { clip: "stylized-001".into(), shots: shots(40) }],
             panel: Some(PanelScore { mean: 0.4, worst: 0.1, worst_ball: "dead".into() }),
             likeness: ["the clips", "the policy"].map(likeness).into(),
+            tracks: Vec::new(),
         };
         let row = Row { name: "AMP".into(), paper: Some("AMP".into()), seed: Some(1), scores };
         let mut other = Row { seed: Some(2), ..row.clone() };

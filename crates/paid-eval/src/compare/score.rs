@@ -8,6 +8,7 @@ use paid_task::preset::KnowledgeMode;
 use serde::{Deserialize, Serialize};
 
 use super::plan::JudgePlan;
+use super::tracks::{self, ClipTrack};
 use crate::EvalError;
 use crate::ablation::Count;
 use crate::clips::{ClipRow, ClipsOptions};
@@ -100,7 +101,7 @@ pub struct Scores {
     pub judge: JudgePlan,
     /// Training samples of each stage; empty for a policy that was there.
     pub samples: Vec<u64>,
-    /// One for each knowledge of the plan.
+    /// One for each knowledge of the plan; none of a policy that follows clips without a ball.
     pub judgments: Vec<Judgment>,
     /// If the plan asks for it.
     pub panel: Option<PanelScore>,
@@ -110,6 +111,9 @@ pub struct Scores {
     /// How the kicks compare with the clips: the clips themselves, then the policy; empty unless the plan asks for it.
     #[serde(default)]
     pub likeness: Vec<Likeness>,
+    /// How each clip is followed, of a policy that follows clips without a ball.
+    #[serde(default)]
+    pub tracks: Vec<ClipTrack>,
 }
 
 impl Scores {
@@ -131,7 +135,34 @@ impl Scores {
         Ok(Some(scores).filter(|scores| scores.judge == *judge && scores.samples == samples))
     }
 
-    /// Judges `policy` in MuJoCo; `None` if `stopped` said so meanwhile. `spec` names motions, threads and the like.
+    /// Nothing is judged yet.
+    fn empty(judge: &JudgePlan, samples: &[u64]) -> Self {
+        Self {
+            judge: judge.clone(),
+            samples: samples.to_vec(),
+            judgments: Vec::new(),
+            panel: None,
+            clips: Vec::new(),
+            likeness: Vec::new(),
+            tracks: Vec::new(),
+        }
+    }
+
+    /// Judges in MuJoCo how a policy without a ball follows each clip; `None` if `monitor` said stop meanwhile.
+    ///
+    /// # Errors
+    /// As [`Scores::judge`].
+    pub fn track(
+        judge: &JudgePlan,
+        spec: &SubjectSpec,
+        samples: &[u64],
+        monitor: &Monitor,
+    ) -> Result<Option<Self>, EvalError> {
+        let tracks = tracks::judge(judge, spec, monitor)?;
+        Ok((!monitor.stopped()).then(|| Self { tracks, ..Self::empty(judge, samples) }))
+    }
+
+    /// Judges a policy's shots in MuJoCo; `None` if `monitor` said stop meanwhile. `spec` names policy, motions, threads and the like.
     ///
     /// # Errors
     /// If the policy cannot be read or does not fit, or MuJoCo is missing.
@@ -215,6 +246,6 @@ impl Scores {
         if monitor.stopped() {
             return Ok(None);
         }
-        Ok(Some(Self { judge: judge.clone(), samples: samples.to_vec(), judgments, panel, clips, likeness }))
+        Ok(Some(Self { judgments, panel, clips, likeness, ..Self::empty(judge, samples) }))
     }
 }
