@@ -59,7 +59,7 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     options.field.kicks = 1;
     let limits = options.lockstep.limits.clone();
     let log = LogWriter::create(&file, &LogHeader { player: spec(), limits }).expect("log");
-    let result = play_match(&player, &options, Some(log), |_| {}).expect("match");
+    let result = play_match(&player, &options, Some(log), None, |_| {}).expect("match");
     let [kick] = &result.kicks[..] else { panic!("one kick: {result:?}") };
     assert!(!kick.motion.is_empty() && kick.ball_error_m < 0.1, "{kick:?}");
 

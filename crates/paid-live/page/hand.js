@@ -34,6 +34,11 @@ export class Hand {
     setInterval(() => this.repeat(), 300);
   }
 
+  // What lies under a pointer. Who only looks on can take nothing.
+  under(moment, x, y, slack) {
+    return this.view.scene.watched ? { what: "ground" } : this.view.pick(moment, x, y, slack);
+  }
+
   at(e) {
     const box = this.canvas.getBoundingClientRect();
     return [e.clientX - box.left, e.clientY - box.top];
@@ -53,7 +58,7 @@ export class Hand {
     this.state.stopReplay();
     const slack = e.pointerType === "touch" ? 26 : 10;
     const turned = e.button === 2 || e.button === 1 || e.ctrlKey;
-    const hit = turned ? { what: "pan" } : this.view.pick(moment, x, y, slack);
+    const hit = turned ? { what: "pan" } : this.under(moment, x, y, slack);
     this.holds = hit;
     if (hit.what === "ball") {
       this.ball = { at: [moment.ball.pos[0], moment.ball.pos[1]], way: [], grip: null };
@@ -73,7 +78,7 @@ export class Hand {
     const [x, y] = this.at(e);
     const last = this.pointers.get(e.pointerId);
     if (!last) {
-      if (this.state.moment && !this.state.replaying) this.hover = this.view.pick(this.state.moment, x, y, 10).what;
+      if (this.state.moment && !this.state.replaying) this.hover = this.under(this.state.moment, x, y, 10).what;
       this.cursor();
       return;
     }

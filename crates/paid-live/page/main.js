@@ -27,7 +27,8 @@ let last = 0;
 let reach = 0;
 let told = 0;
 let camera = null;
-const send = (bytes) => link.send(bytes);
+// A page that only looks on can do nothing but stop.
+const send = (bytes) => view.scene?.watched || link.send(bytes);
 
 function stopReplay() {
   if (!course.replay && !camera) return;
@@ -58,6 +59,7 @@ let carried = null;
 const actions = {
   replay,
   stopReplay,
+  stop: () => link.send(command.stop()),
   follow() {
     hand.follow = !hand.follow;
     panel.setFollow(hand.follow);
@@ -65,12 +67,13 @@ const actions = {
   orbit: (turn, raise) => hand.orbit(turn, raise),
   zoom: (factor) => hand.zoom(factor),
   nudge() {
+    if (view.scene?.watched) return;
     const angle = 2 * Math.PI * Math.random();
     send(command.push([25 * Math.cos(angle), 25 * Math.sin(angle)]));
     panel.say("A push of 25 N s.");
   },
   carry(ahead, left) {
-    if (!state.moment) return;
+    if (!state.moment || view.scene?.watched) return;
     const towards = state.moment.goal[2];
     const [c, s] = [Math.cos(towards), Math.sin(towards)];
     const at = carried || [state.moment.ball.pos[0], state.moment.ball.pos[1]];
@@ -148,6 +151,7 @@ async function start() {
     scene(scene) {
       document.body.classList.remove("waiting");
       document.body.classList.toggle("no-ball", !scene.ball);
+      document.body.classList.toggle("watched", scene.watched);
       view.setScene(scene);
       panel.setScene(scene);
       panel.setGone(null);

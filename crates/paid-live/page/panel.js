@@ -20,6 +20,7 @@ export class Panel {
     click("fresh", () => this.send(command.fresh(!this.frame?.fresh)));
     click("replay", () => actions.replay());
     click("follow", () => actions.follow());
+    click("stop", () => actions.stop());
     click("reset", () => this.send(command.reset()));
     click("clear", () => this.send(command.clear()));
     click("help", () => this.toggleHelp());
@@ -51,6 +52,7 @@ export class Panel {
       e: () => send(command.engine(frame && frame.engine ? 0 : 1)),
       r: () => actions.replay(),
       f: () => actions.follow(),
+      x: () => this.scene?.watched && actions.stop(),
       0: () => send(command.reset()),
       p: () => actions.nudge(),
       g: () => layer("ghost"),
@@ -90,6 +92,7 @@ export class Panel {
     $("surface").replaceChildren(new Option("as it is", "0"), ...surfaces);
     $("what").textContent = `${scene.policy.split(/[\\/]/).slice(-2).join("/")} on ${scene.robot.toUpperCase()}`;
     $("seen").hidden = !scene.camera;
+    $("stop").hidden = !scene.watched;
     $("another").textContent = scene.ball ? "new ball" : "next clip";
     $("another").title = scene.ball ? "A ball at another place (K)" : "The next clip (K)";
     // What it follows is shown where there is nothing else to see.

@@ -93,6 +93,7 @@ export const command = {
   fresh: (on) => byte(13, on),
   another: () => message(14, 0).buffer,
   surface: (number) => byte(15, number),
+  stop: () => message(16, 0).buffer,
 };
 
 // Keeps the connection, also over a restart of the program.

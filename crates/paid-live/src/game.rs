@@ -146,6 +146,8 @@ impl<'a> Game<'a> {
             }
             Command::Clip(clip) => self.choose(clip),
             Command::Engine(engine) => self.go_to(engine, 0)?,
+            // There is nothing to be damped.
+            Command::Stop => {}
             Command::Surface(0) => self.go_to(self.engine, 0)?,
             Command::Surface(number) => self.go_to(1, number)?,
             Command::Auto(on) => {

@@ -2,7 +2,7 @@
 //!
 //! [`play`] serves one page on this machine and simulates one robot in real time, by 50 control steps a second. Visitors take the
 //! ball, flick it, move the goal, push the robot; several can look on. [`Server`] carries bytes and knows no robot, so that a
-//! training shows its present policy on the same page ([`TrainingPage`]); [`Frame`] and [`Command`] are the bytes.
+//! training shows its present policy on the same page ([`TrainingPage`]), and what is played elsewhere can be watched ([`WatchPage`]); [`Frame`] and [`Command`] are the bytes.
 //!
 //! ```
 //! use paid_live::{Command, Frame, ServeOptions, Server, VERSION};
@@ -25,6 +25,7 @@ mod pose2;
 mod scene;
 mod server;
 mod training;
+mod watch;
 mod wire;
 
 pub use board::{Board, Cell, Outcome, Shot};
@@ -33,4 +34,5 @@ pub use live::{PlayOptions, Summary, play};
 pub use pose2::Pose2;
 pub use server::{Counts, ServeOptions, Server, USUAL_PORT};
 pub use training::{Seen, TrainingPage};
+pub use watch::{WatchPage, Watched};
 pub use wire::{Belief, Body, Command, CommandError, Flags, Force, Frame, LONGEST_COMMAND, VERSION};

@@ -12,6 +12,7 @@ use serde::Serialize;
 use crate::VERSION;
 use crate::board::size;
 use crate::game::{GOAL_HALF_WIDTH_M, GOAL_HEIGHT_M};
+use crate::watch::Watched;
 
 /// Radius of the lines between joints `[m]`.
 const BONE_M: f64 = 0.026;
@@ -73,6 +74,8 @@ pub(crate) struct Scene {
     robot: String,
     /// What the policy knows of ball and goal.
     knowledge: String,
+    /// True: the page only looks on, and can stop it.
+    watched: bool,
     /// `None` where it is told.
     camera: Option<Camera>,
     bodies: Vec<String>,
@@ -87,7 +90,7 @@ pub(crate) struct Scene {
     control_dt_s: f64,
     mass_kg: f64,
     clips: Vec<String>,
-    engines: [Engine; 2],
+    engines: Vec<Engine>,
     /// Balls and grounds that MuJoCo has beside the scene's: name, and what it stands for.
     surfaces: Vec<[&'static str; 2]>,
     rewards: Vec<&'static str>,
@@ -170,28 +173,43 @@ impl Scene {
         let setup = &subject.setup;
         let builtin = paid_eval::engine::EngineChoice::Builtin.facts(&setup.preset);
         let mujoco = subject.in_mujoco().engine.facts(&setup.preset);
-        let anchor = setup.robot.body_index(&setup.spec.anchor_body).unwrap_or(0);
+        let engines = [
+            Engine { name: "built-in", surfaces: builtin.surfaces },
+            Engine { name: "MuJoCo", surfaces: mujoco.surfaces },
+        ];
+        let shown = Watched {
+            policy: subject.name.clone(),
+            robot: &setup.robot,
+            anchor: setup.robot.body_index(&setup.spec.anchor_body).unwrap_or(0),
+            task: &setup.preset,
+            clips: setup.library.facts().iter().map(|f| f.name.clone()).collect(),
+        };
+        let knowledge = builtin.knowledge.as_ref().map_or_else(String::new, ToString::to_string);
+        Self { watched: false, engines: engines.into(), ..Self::watched(shown, knowledge) }
+    }
+
+    /// Of something that is played elsewhere.
+    pub fn watched(shown: Watched<'_>, knowledge: String) -> Self {
+        let Watched { policy, robot, anchor, task, clips } = shown;
         Self {
             kind: "scene",
             version: VERSION,
-            policy: subject.name.clone(),
-            robot: setup.robot.name.clone(),
-            knowledge: builtin.knowledge.as_ref().map_or_else(String::new, ToString::to_string),
-            camera: setup.preset.perceives().then(|| camera(&setup.preset.eyes, anchor)),
-            bodies: setup.robot.body_names(),
+            policy,
+            robot: robot.name.clone(),
+            knowledge,
+            watched: true,
+            camera: task.perceives().then(|| camera(&task.eyes, anchor)),
+            bodies: robot.body_names(),
             anchor,
-            parts: parts(&setup.robot),
-            ball: setup.preset.scene.ball,
-            ball_radius_m: setup.preset.ball_params.radius_m,
+            parts: parts(robot),
+            ball: task.scene.ball,
+            ball_radius_m: task.ball_params.radius_m,
             goal_half_width_m: GOAL_HALF_WIDTH_M,
             goal_height_m: GOAL_HEIGHT_M,
-            control_dt_s: setup.preset.control_dt_s(),
-            mass_kg: setup.robot.mass(),
-            clips: setup.library.facts().iter().map(|f| f.name.clone()).collect(),
-            engines: [
-                Engine { name: "built-in", surfaces: builtin.surfaces },
-                Engine { name: "MuJoCo", surfaces: mujoco.surfaces },
-            ],
+            control_dt_s: task.control_dt_s(),
+            mass_kg: robot.mass(),
+            clips,
+            engines: vec![Engine { name: "MuJoCo", surfaces: String::new() }],
             surfaces: PANEL.iter().map(|ball| [ball.name, ball.what]).collect(),
             rewards: REWARD_NAMES.to_vec(),
             grid: Grid::EFFECTIVE,

@@ -45,7 +45,8 @@ impl LiveArgs {
         }
     }
 
-    fn options(&self) -> ServeOptions {
+    /// Where it is served.
+    pub fn options(&self) -> ServeOptions {
         ServeOptions { port: self.port, listen: self.listen }
     }
 

@@ -3,6 +3,7 @@
 mod network;
 mod offline;
 mod screen;
+mod watch;
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! `paid train --live`: the page is there, and the training is the same.
+//! `--live` of a training and of a virtual robot: the page is there, and a watched training is the same.
 
 mod common;
 
@@ -9,6 +9,9 @@ use std::process::{Command, Stdio};
 use std::thread;
 
 use common::{paid, succeeds, text};
+use paid_live::{Command as Wish, Frame};
+use paid_mujoco::Library;
+use tungstenite::Message;
 
 /// Three iterations, with a checkpoint after each.
 const RUN: [&str; 18] = [
@@ -92,4 +95,39 @@ fn a_page_that_cannot_be_served_is_said_and_does_not_stop_the_training() {
     assert_eq!(succeeds(&output).lines().count(), 1);
     let errors = String::from_utf8_lossy(&output.stderr);
     assert_eq!(errors.matches("--live: the page ends, the training goes on").count(), 1, "{errors}");
+}
+
+#[test]
+fn a_match_of_the_virtual_robot_can_be_watched_and_stopped() {
+    let test = "a_match_of_the_virtual_robot_can_be_watched_and_stopped";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/demo/stage2.safetensors");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_paid"))
+        .args(["robot", "sim", "--lockstep", "--live", "--port", "0", "--policy", policy])
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut output = BufReader::new(child.stdout.take().expect("piped"));
+    let mut line = String::new();
+    output.read_line(&mut line).expect("text");
+    let address = line.split(['/', ' ']).nth(2).expect("http://IP:PORT/").to_owned();
+    let stream = TcpStream::connect(&address).expect("the page is served");
+    let (mut page, _) = tungstenite::client(format!("ws://{address}/ws"), stream).expect("a page");
+    // Time passes while the page looks on. In the first kick it stops the robot.
+    let (mut seen, mut asked) = (0, false);
+    while let Ok(message) = page.read() {
+        let Message::Binary(bytes) = message else { continue };
+        let frame = Frame::decode(&bytes).expect("a frame");
+        seen += 1;
+        if frame.flags.kicking && !asked {
+            assert!(frame.belief.is_some() && frame.bodies.len() > 29);
+            page.send(Message::Binary(Wish::Stop.encode().into())).expect("sent");
+            asked = true;
+        }
+    }
+    let mut rest = String::new();
+    output.read_to_string(&mut rest).expect("text");
+    assert!(child.wait().expect("it ends").success());
+    assert!(asked && seen > 50, "{seen}");
+    assert!(rest.contains("the runtime damped the robot"), "{rest}");
 }

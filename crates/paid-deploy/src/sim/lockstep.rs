@@ -8,6 +8,7 @@ use super::faults::Fault;
 use super::own_eyes::{OwnEyes, OwnEyesOptions};
 use super::robot::{Mount, VirtualG1};
 use super::senses::{Senses, TrueState};
+use super::serve::{DAMPING_KEYS, Watcher};
 use crate::DeployError;
 use crate::limits::Limits;
 use crate::link::{ChannelLink, Inlet, Outlet};
@@ -48,6 +49,7 @@ pub struct Lockstep {
     log: Option<LogWriter>,
     peak: [f64; 4],
     listen_s: f64,
+    watcher: Option<Box<dyn Watcher>>,
 }
 
 impl Lockstep {
@@ -76,6 +78,7 @@ impl Lockstep {
             log: None,
             peak: [0.0; 4],
             listen_s: options.limits.listen_s,
+            watcher: None,
             player: Arc::clone(player),
         })
     }
@@ -83,6 +86,10 @@ impl Lockstep {
     /// Writes every step to a log from now on.
     pub fn set_log(&mut self, log: LogWriter) {
         self.log = Some(log);
+    }
+    /// Who looks on from now on.
+    pub fn set_watcher(&mut self, watcher: Box<dyn Watcher>) {
+        self.watcher = Some(watcher);
     }
     /// The log, to be finished.
     pub fn take_log(&mut self) -> Option<LogWriter> {
@@ -139,6 +146,9 @@ impl Lockstep {
     /// If the link fails.
     pub fn place_goal(&mut self, goal: [f64; 2]) -> Result<(), DeployError> {
         let truth = self.truth();
+        if let Some(watcher) = &mut self.watcher {
+            watcher.goal(goal, truth.torso.rot.yaw());
+        }
         let packet = if let Some(eyes) = &mut self.eyes {
             // The operator's word: where it is from the torso.
             eyes.place_goal(goal, truth.torso.rot.yaw());
@@ -211,7 +221,21 @@ impl Lockstep {
         if let Some(command) = self.writer.write(now_us) {
             self.ends.1.send(Packet::LowCmd(command.to_cdr()))?;
         }
+        self.show();
         Ok(())
+    }
+
+    /// Shows the step to who looks on.
+    fn show(&mut self) {
+        let Some(watcher) = &mut self.watcher else { return };
+        let now_us = self.robot.now_us();
+        if now_us.is_multiple_of(POLICY_US) {
+            watcher.status(&self.runtime.status(now_us));
+        }
+        watcher.step(&self.robot);
+        if watcher.stops() {
+            self.robot.set_remote(Remote::pressing(&DAMPING_KEYS));
+        }
     }
 
     /// Remembers the highest values while the policy moves the robot.

@@ -11,6 +11,7 @@ use paid_perceive::CameraPreset;
 
 use super::lockstep::{Lockstep, LockstepOptions};
 use super::senses::TrueState;
+use super::serve::Watcher;
 use crate::DeployError;
 use crate::log::LogWriter;
 use crate::player::Player;
@@ -59,6 +60,10 @@ pub struct KickResult {
     pub struck: bool,
     /// It went into the goal.
     pub goal: bool,
+    /// How fast it was at most after it was struck `[m/s]`.
+    pub ball_speed: f64,
+    /// Where it passed the goal's plane, left of the middle `[m]`; `None` if it did not.
+    pub lateral_m: Option<f64>,
     /// Simulated time `[s]`.
     pub seconds: f64,
 }
@@ -87,7 +92,7 @@ impl MatchResult {
     }
 }
 
-/// Plays a match in lockstep: gantry, stand up, let go, and then ball after ball.
+/// Plays a match in lockstep: gantry, stand up, let go, and then ball after ball. `watcher` looks on.
 ///
 /// # Errors
 /// If MuJoCo is missing, or the robot cannot be made ready.
@@ -95,11 +100,15 @@ pub fn play_match(
     player: &Arc<Player>,
     options: &MatchOptions,
     log: Option<LogWriter>,
+    watcher: Option<Box<dyn Watcher>>,
     mut told: impl FnMut(&KickResult),
 ) -> Result<MatchResult, DeployError> {
     let mut step = Lockstep::new(player, &options.lockstep)?;
     if let Some(log) = log {
         step.set_log(log);
+    }
+    if let Some(watcher) = watcher {
+        step.set_watcher(watcher);
     }
     let mut rng = MatchBall::rng(0, options.lockstep.seed as u32);
     let mut result = MatchResult {
@@ -199,6 +208,8 @@ fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<Kick
         ball_error_m: f64::NAN,
         struck: false,
         goal: false,
+        ball_speed: 0.0,
+        lateral_m: None,
         seconds: 0.0,
     };
     if began && step.runtime().state() == State::Kick {
@@ -213,9 +224,11 @@ fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<Kick
             let ([bx, by, _], [vx, vy, _]) = (truth.ball.pos.0, truth.ball.vel.0);
             let speed = vx.hypot(vy);
             result.struck |= speed > STRUCK;
+            result.ball_speed = result.ball_speed.max(speed);
             if let (true, false, Some(crossing)) = (result.struck, crossed, goal.crossing(last, [bx, by])) {
                 crossed = true;
                 result.goal = crossing.inside;
+                result.lateral_m = Some(crossing.lateral);
             }
             last = [bx, by];
             match s.runtime().state() {

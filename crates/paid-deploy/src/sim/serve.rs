@@ -14,6 +14,7 @@ use crate::DeployError;
 use crate::link::Link;
 use crate::message::Packet;
 use crate::player::Player;
+use crate::runtime::Status;
 use crate::wire::{Key, Remote};
 
 /// Keys stay down for so long `[us]`.
@@ -114,18 +115,47 @@ pub struct Served {
     pub refused: u64,
 }
 
-/// Sees a served robot at every step: its camera and its LiDAR.
+/// Sees a virtual robot at every step: its camera and its LiDAR, or who looks on.
 pub trait Watcher {
     /// 2 ms are over.
     fn step(&mut self, robot: &VirtualG1);
     /// The goal was placed: center (x, y) in the world `[m]`, facing along this heading `[rad]`.
     fn goal(&mut self, center: [f64; 2], heading: f64);
+    /// What the runtime says, 50 times a second; only in lockstep, where it runs in the same program.
+    fn status(&mut self, _status: &Status) {}
+    /// True to press the remote's keys for damping.
+    fn stops(&mut self) -> bool {
+        false
+    }
 }
+
+/// Keys of the remote for damping.
+pub(super) const DAMPING_KEYS: [Key; 2] = [Key::L2, Key::B];
 
 /// Nobody.
 impl Watcher for () {
     fn step(&mut self, _robot: &VirtualG1) {}
     fn goal(&mut self, _center: [f64; 2], _heading: f64) {}
+}
+
+/// Two of them.
+impl<A: Watcher + ?Sized, B: Watcher + ?Sized> Watcher for (&mut A, &mut B) {
+    fn step(&mut self, robot: &VirtualG1) {
+        self.0.step(robot);
+        self.1.step(robot);
+    }
+    fn goal(&mut self, center: [f64; 2], heading: f64) {
+        self.0.goal(center, heading);
+        self.1.goal(center, heading);
+    }
+    fn status(&mut self, status: &Status) {
+        self.0.status(status);
+        self.1.status(status);
+    }
+    fn stops(&mut self) -> bool {
+        // Both are asked.
+        self.0.stops() | self.1.stops()
+    }
 }
 
 /// Serves a virtual robot until `stop` is set or the order `quit` comes. `orders` is asked every 2 ms, at simulated time `[s]`.
@@ -137,7 +167,7 @@ pub fn serve(
     mut link: impl Link,
     seed: u64,
     stop: &AtomicBool,
-    watcher: &mut impl Watcher,
+    watcher: &mut dyn Watcher,
     mut orders: impl FnMut(f64) -> Option<Order>,
 ) -> Result<Served, DeployError> {
     let mut robot = VirtualG1::new(Arc::clone(player))?;
@@ -160,6 +190,10 @@ pub fn serve(
         robot.step();
         robot.publish(&mut link)?;
         watcher.step(&robot);
+        if watcher.stops() {
+            robot.set_remote(Remote::pressing(&DAMPING_KEYS));
+            released_us = Some(robot.now_us() + PRESSED_US);
+        }
         let truth = truth(&robot, anchor);
         let mut sent = Ok(());
         senses.step(robot.now_us(), &truth, |packet| sent = sent.clone().and(link.send(packet)));

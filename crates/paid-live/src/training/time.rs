@@ -45,7 +45,7 @@ impl Time {
             Command::Pause(on) => self.paused = on,
             Command::Step => (self.paused, self.once) = (true, true),
             Command::Rate(rate) => self.rate = rate,
-            Command::Engine(_) | Command::Surface(_) => {}
+            Command::Engine(_) | Command::Surface(_) | Command::Stop => {}
             _ => return false,
         }
         true

@@ -59,6 +59,8 @@ pub enum Command {
     Another,
     /// Kind 15: the ball and ground of this number: 0 those of the scene, then the panel's in MuJoCo.
     Surface(u8),
+    /// Kind 16: what is only watched ends, as its safety says: a robot is damped.
+    Stop,
 }
 
 /// Why a message is dropped.
@@ -68,7 +70,7 @@ pub enum CommandError {
     #[error("version: expected {VERSION}, found {0:?}")]
     Version(Option<u8>),
     /// No such kind.
-    #[error("kind: expected 1 to 15, found {0:?}")]
+    #[error("kind: expected 1 to 16, found {0:?}")]
     Kind(Option<u8>),
     /// Too short or too long.
     #[error("kind {kind}: expected {expected} bytes, found {found}")]
@@ -89,7 +91,7 @@ pub enum CommandError {
 }
 
 /// Bytes of the values of each kind, from kind 1 on.
-const SIZES: [usize; 15] = [8, 16, 8, 8, 2, 1, 0, 4, 1, 1, 0, 0, 1, 0, 1];
+const SIZES: [usize; 16] = [8, 16, 8, 8, 2, 1, 0, 4, 1, 1, 0, 0, 1, 0, 1, 0];
 
 fn f32_at(bytes: &[u8], at: usize) -> f32 {
     let mut word = [0; 4];
@@ -148,7 +150,8 @@ impl Command {
             12 => Self::Clear,
             13 => Self::Fresh(flag()?),
             14 => Self::Another,
-            _ => Self::Surface(values[0]),
+            15 => Self::Surface(values[0]),
+            _ => Self::Stop,
         })
     }
 
@@ -174,6 +177,7 @@ impl Command {
             Self::Fresh(on) => (13, vec![u8::from(on)]),
             Self::Another => (14, Vec::new()),
             Self::Surface(number) => (15, vec![number]),
+            Self::Stop => (16, Vec::new()),
         };
         [vec![VERSION, kind], values].concat()
     }
@@ -206,7 +210,7 @@ mod tests {
         assert_eq!(Command::decode(&[VERSION + 1, 7]), Err(CommandError::Version(Some(VERSION + 1))));
         assert_eq!(Command::decode(&[VERSION]), Err(CommandError::Kind(None)));
         assert_eq!(Command::decode(&[VERSION, 0]), Err(CommandError::Kind(Some(0))));
-        assert_eq!(Command::decode(&[VERSION, 16]), Err(CommandError::Kind(Some(16))));
+        assert_eq!(Command::decode(&[VERSION, 17]), Err(CommandError::Kind(Some(17))));
         assert_eq!(
             Command::decode(&[VERSION, 7, 0]),
             Err(CommandError::Length { kind: 7, expected: 2, found: 3 })
@@ -241,7 +245,7 @@ mod tests {
         }
 
         #[test]
-        fn what_is_decoded_encodes_to_the_same_bytes(kind in 1_u8..=15, noise in proptest::collection::vec(any::<u8>(), 16)) {
+        fn what_is_decoded_encodes_to_the_same_bytes(kind in 1_u8..=16, noise in proptest::collection::vec(any::<u8>(), 16)) {
             let size = SIZES[usize::from(kind) - 1];
             let bytes = [vec![VERSION, kind], noise[..size].to_vec()].concat();
             if let Ok(command) = Command::decode(&bytes) {

@@ -9,13 +9,15 @@ use std::sync::mpsc::{Receiver, channel};
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{
     Broadcast, BroadcastOptions, Fault, LockstepOptions, MatchOptions, MatchResult, Order, OwnEyesOptions,
-    TorsoSource, VendorLink, play_match, serve,
+    TorsoSource, VendorLink, Watcher, play_match, serve,
 };
 use paid_deploy::switcher::SwitcherService;
 use paid_deploy::{DdsLink, Player, Side};
 
+use super::watch::Watching;
 use super::{PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
+use crate::live::LiveArgs;
 
 /// Arguments of `paid robot sim`.
 #[derive(Debug, clap::Args)]
@@ -73,6 +75,8 @@ pub struct SimArgs {
     /// ball 1.2 0.1, goal 5 0, free, gantry, fault silence, fault none, quit.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
+    #[command(flatten)]
+    live: LiveArgs,
 }
 
 /// What follows the torso.
@@ -104,6 +108,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
     if let (Some(domain), Some(interface), false) = (args.domain, args.interface, args.lockstep) {
         return serve_network(args, &player, domain, interface);
     }
+    let page = Watching::open(&args.live, &args.player, &player)?;
     println!(
         "{:>4} {:>14} {:<28} {:>10} {:>7} {:>5} {:>7}",
         "kick", "ball", "motion", "believed", "struck", "goal", "seconds"
@@ -121,7 +126,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         let lockstep = LockstepOptions { limits: limits.clone(), seed, eyes };
         let mut options = MatchOptions { lockstep, ..MatchOptions::default() };
         options.field.kicks = args.kicks;
-        results.push(one_match(&player, &options, log)?);
+        results.push(one_match(&player, &options, log, page.as_ref())?);
     }
     if results.len() > 1 {
         let sum = |of: &dyn Fn(&MatchResult) -> usize| results.iter().map(of).sum::<usize>();
@@ -141,10 +146,15 @@ fn one_match(
     player: &Arc<Player>,
     options: &MatchOptions,
     log: Option<LogWriter>,
+    page: Option<&Watching>,
 ) -> Result<MatchResult, Failure> {
     let mut number = 0;
-    let result = play_match(player, options, log, |kick| {
+    let watcher = page.map(|page| -> Box<dyn Watcher> { Box::new(page.look_on(true)) });
+    let result = play_match(player, options, log, watcher, |kick| {
         number += 1;
+        if let Some(page) = page {
+            page.count(kick);
+        }
         let [x, y] = kick.ball;
         let yes = |b: bool| if b { "yes" } else { "no" };
         println!(
@@ -172,6 +182,9 @@ fn one_match(
         100.0 * torque
     );
     print_latency(&result.latency);
+    if let (Some(page), Some(why)) = (page, &result.stopped) {
+        page.say(&format!("The runtime damped the robot: {why}."));
+    }
     if let Some(why) = &result.stopped {
         println!("the runtime damped the robot: {why}");
     }
@@ -240,14 +253,19 @@ fn serve_network(
             }
         }
     };
+    let page = Watching::open(&args.live, &args.player, player)?;
+    let mut looks: Box<dyn Watcher> = match &page {
+        Some(page) => Box::new(page.look_on(false)),
+        None => Box::new(()),
+    };
     let served = if args.camera_hz == Some(0.0) && args.lidar.is_none() {
-        serve(player, link, args.seed, &stop, &mut (), orders)?
+        serve(player, link, args.seed, &stop, &mut *looks, orders)?
     } else {
         let usual = BroadcastOptions::default();
         let rate_hz = args.camera_hz.unwrap_or(usual.rate_hz);
         let options = BroadcastOptions { rate_hz, lidar: args.lidar, seed: args.seed, ..usual };
         let mut broadcast = Broadcast::open(player, domain, interface, &options)?;
-        let served = serve(player, link, args.seed, &stop, &mut broadcast, orders)?;
+        let served = serve(player, link, args.seed, &stop, &mut (&mut broadcast, &mut *looks), orders)?;
         let report = broadcast.report();
         let [sent, dropped] = report.pictures;
         println!(

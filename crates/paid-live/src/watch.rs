@@ -1,0 +1,118 @@
+//! A page that looks on: what is shown is played elsewhere, and the page can only stop it.
+
+use std::sync::mpsc::Receiver;
+
+use paid_robot::RobotModel;
+use paid_task::TaskPreset;
+
+use crate::board::{Board, Shot};
+use crate::scene::Scene;
+use crate::{Command, Frame, LiveError, ServeOptions, Server};
+
+/// What is watched.
+#[derive(Clone, Debug)]
+pub struct Watched<'a> {
+    /// Where the policy came from.
+    pub policy: String,
+    /// The robot.
+    pub robot: &'a RobotModel,
+    /// Number of the body that carries the camera.
+    pub anchor: usize,
+    /// Ball, goal and camera.
+    pub task: &'a TaskPreset,
+    /// Names of the clips.
+    pub clips: Vec<String>,
+}
+
+/// A page that looks on.
+///
+/// ```no_run
+/// use paid_live::{Frame, ServeOptions, WatchPage, Watched};
+/// use paid_robot::RobotModel;
+/// # let task = todo!();
+///
+/// let robot = RobotModel::g1();
+/// let watched = Watched { policy: "mine".into(), robot: &robot, anchor: 0, task: &task, clips: Vec::new() };
+/// let mut page = WatchPage::start(watched, String::new(), &ServeOptions::default())?;
+/// println!("{}", page.url());
+/// while !page.stop_asked() {
+///     page.show(Frame::default());
+/// }
+/// # Ok::<(), paid_live::LiveError>(())
+/// ```
+pub struct WatchPage {
+    server: Server,
+    commands: Receiver<Command>,
+    board: Board,
+    told: usize,
+}
+
+impl WatchPage {
+    /// Serves the page. `knowledge` says what the policy knows of ball and goal.
+    ///
+    /// # Errors
+    /// If the address cannot be had, or the system gives no thread or no random numbers.
+    pub fn start(watched: Watched<'_>, knowledge: String, options: &ServeOptions) -> Result<Self, LiveError> {
+        let scene = serde_json::to_string(&Scene::watched(watched, knowledge))?;
+        let (server, commands) = Server::start(options, scene)?;
+        let board = Board::default();
+        server.tell(serde_json::to_string(&board)?);
+        Ok(Self { server, commands, told: board.revision, board })
+    }
+
+    /// What to open in a browser.
+    pub fn url(&self) -> String {
+        self.server.url()
+    }
+
+    /// How many look on.
+    pub fn viewers(&self) -> usize {
+        self.server.viewers()
+    }
+
+    /// Shows a moment. Who is slow misses some of them; nobody waits.
+    pub fn show(&self, frame: Frame) {
+        let viewers = self.server.viewers().min(255) as u8;
+        self.server.show(Frame { viewers, ..frame }.encode());
+    }
+
+    /// Lists a shot and counts it.
+    ///
+    /// # Errors
+    /// If the score cannot be written as JSON.
+    pub fn count(&mut self, shot: Shot) -> Result<(), LiveError> {
+        self.board.count(shot);
+        self.tell()
+    }
+
+    /// Counts a fall.
+    ///
+    /// # Errors
+    /// As [`WatchPage::count`].
+    pub fn fell(&mut self) -> Result<(), LiveError> {
+        self.board.fell();
+        self.tell()
+    }
+
+    /// Says something to all who look on.
+    ///
+    /// # Errors
+    /// As [`WatchPage::count`].
+    pub fn say(&mut self, words: impl Into<String>) -> Result<(), LiveError> {
+        self.board.say(words);
+        self.tell()
+    }
+
+    /// True once after somebody has pressed the page's stop. Nothing else that a page sends does anything.
+    pub fn stop_asked(&mut self) -> bool {
+        self.commands.try_iter().fold(false, |stop, command| stop | (command == Command::Stop))
+    }
+
+    fn tell(&mut self) -> Result<(), LiveError> {
+        if self.told != self.board.revision {
+            self.told = self.board.revision;
+            self.server.tell(serde_json::to_string(&self.board)?);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,61 @@
+//! A page that looks on.
+
+mod common;
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use common::{News, Page};
+use paid_live::{Command, Frame, Outcome, ServeOptions, Shot, WatchPage, Watched};
+use paid_robot::RobotModel;
+
+#[test]
+fn who_looks_on_sees_what_happens_and_can_only_stop_it() {
+    let task = paid_train::task_preset("stage2", &[]).expect("a preset");
+    let robot = RobotModel::g1();
+    let watched =
+        Watched { policy: "mine".into(), robot: &robot, anchor: 0, task: &task, clips: vec!["kick".into()] };
+    let options = ServeOptions { port: Some(0), listen: None };
+    let mut page = WatchPage::start(watched, "its senses".into(), &options).expect("served");
+    let url = page.url();
+    let address: SocketAddr =
+        url.trim_start_matches("http://").trim_end_matches('/').parse().expect("IP:PORT");
+    let mut viewer = Page::open(address, "", None).expect("a viewer");
+    let News::Scene(scene) = viewer.next() else { panic!("the scene comes first") };
+    assert_eq!((&scene["watched"], &scene["policy"]), (&true.into(), &"mine".into()));
+    assert_eq!(scene["bodies"].as_array().map(Vec::len), Some(robot.bodies.len()));
+
+    page.show(Frame { step: 7, ..Frame::default() });
+    let frame = viewer.frame(|frame| frame.step == 7);
+    assert_eq!((frame.viewers, page.viewers()), (1, 1));
+    let shot = Shot {
+        number: 0,
+        outcome: Outcome::Goal,
+        speed_m_s: 5.0,
+        lateral_m: Some(0.1),
+        miss_m: Some(0.0),
+        ball: [1.0, 0.0],
+        rolling: false,
+        clip: "kick".into(),
+        engine: "MuJoCo",
+        surface: "",
+    };
+    page.count(shot).expect("told");
+    let board = loop {
+        if let News::Board(board) = viewer.next()
+            && board["shots"] == 1
+        {
+            break board;
+        }
+    };
+    assert_eq!(board["goals"], 1);
+
+    // Commands come in order: once the stop is there, the reset has had no effect.
+    assert!(!page.stop_asked());
+    viewer.send(Command::Reset);
+    viewer.send(Command::Stop);
+    while !page.stop_asked() {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(!page.stop_asked(), "once");
+}
