@@ -124,6 +124,16 @@ impl Plan {
         if let Some(entry) = self.entries.iter().find(|e| !e.clips.is_empty() && !e.specialists) {
             return Err(wrong("entry.clips", "specialists = true", &entry.name));
         }
+        if let Some(entry) = self.entries.iter().find(|e| e.specialists && e.policy.is_some()) {
+            return Err(wrong("entry.specialists", "stages to train them with", &entry.name));
+        }
+        if let Some(entry) = self.entries.iter().find(|e| e.tracks && e.policy.is_none()) {
+            return Err(wrong(
+                "entry.tracks",
+                "a policy; of stages the last one's task says it",
+                &entry.name,
+            ));
+        }
         Ok(())
     }
 
@@ -269,6 +279,8 @@ mod tests {
         );
         let shooter = with("seeds = [7]", "seeds = [7]\n        specialists = true");
         assert!(shooter.contains("expected a folder of motion files (--motions), found the built-in kicks"));
+        let tracks = with("seeds = [7]", "seeds = [7]\n        tracks = true");
+        assert!(tracks.contains("entry.tracks: expected a policy"), "{tracks}");
         let clips = with("seeds = [7]", "seeds = [7]\n        clips = [\"a\"]");
         assert!(clips.contains("entry.clips: expected specialists = true, found AMP"), "{clips}");
         let both = r#"name = "AMP"
