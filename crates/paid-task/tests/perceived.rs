@@ -352,7 +352,8 @@ fn a_policy_that_is_shown_a_belief_sees_nothing_of_the_simulators_ball() {
     let broken = shown_scene([f64::NAN, 0.0, 0.0]);
     let error = shard.eval().show(0, Some(&broken)).expect_err("not a number").to_string();
     assert!(error.contains("not finite"), "{error}");
-    shard.eval().show(0, None).expect("as the task says");
+    // A lane group is shown together; how many environments it has depends on the machine.
+    (0..ENVS).for_each(|env| shard.eval().show(env, None).expect("as the task says"));
     let [policy, critic] = seen(shard.as_mut());
     assert_eq!(policy, critic);
 }
