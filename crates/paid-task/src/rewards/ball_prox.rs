@@ -19,7 +19,7 @@ pub enum ProximityPoint {
 }
 
 reward_term! {
-    /// Horizontal distance between robot and ball: `exp(-d^2 / sigma^2)`, at the first contact from then on.
+    /// Horizontal distance between robot and ball: `exp(-d^2 / sigma^2)`, frozen at the first contact.
     pub struct BallProx {
         /// Width of the kernel.
         sigma: f64 = 4.0, "m", positive, "the authors' public release";
