@@ -20,6 +20,7 @@
 mod clips;
 mod config;
 mod error;
+mod horizon;
 mod network;
 mod objective;
 mod replay;

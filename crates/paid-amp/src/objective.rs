@@ -38,11 +38,21 @@ pub struct Sums {
 impl Sums {
     /// Adds another part of the step.
     pub fn add(&mut self, other: &Self) {
-        self.loss += other.loss;
-        self.penalty += other.penalty;
-        self.clips += other.clips;
-        self.policy += other.policy;
-        self.right += other.right;
+        for (sum, x) in self.all_mut().into_iter().zip(other.all()) {
+            *sum += x;
+        }
+    }
+
+    /// Every sum, in the order of their declaration.
+    pub fn all(&self) -> [f64; 5] {
+        let Self { loss, penalty, clips, policy, right } = *self;
+        [loss, penalty, clips, policy, right]
+    }
+
+    /// Every sum to write to, in the same order.
+    pub fn all_mut(&mut self) -> [&mut f64; 5] {
+        let Self { loss, penalty, clips, policy, right } = self;
+        [loss, penalty, clips, policy, right]
     }
 }
 

@@ -28,20 +28,29 @@ impl Replay {
         self.pairs.is_empty()
     }
 
-    /// Takes in a pair.
-    pub fn push(&mut self, pair: &[f32]) {
-        assert_eq!(pair.len(), self.width, "numbers of a pair");
+    /// Makes room for a pair; it is for [`Replay::put`] to fill.
+    pub fn place(&mut self) -> usize {
+        let place = self.next;
         if self.len() < self.capacity {
-            self.pairs.extend_from_slice(pair);
-        } else {
-            self.pairs[self.next * self.width..][..self.width].copy_from_slice(pair);
+            self.pairs.resize(self.pairs.len() + self.width, 0.0);
         }
-        self.next = (self.next + 1) % self.capacity;
+        self.next = (place + 1) % self.capacity;
+        place
     }
 
-    /// A pair by chance; there must be one.
-    pub fn draw(&self, rng: &mut Rng) -> &[f32] {
-        &self.pairs[rng.below(self.len()) * self.width..][..self.width]
+    /// Writes the pair at a place.
+    pub fn put(&mut self, place: usize, pair: &[f32]) {
+        self.pairs[place * self.width..][..self.width].copy_from_slice(pair);
+    }
+
+    /// The place of a pair by chance; there must be one.
+    pub fn draw(&self, rng: &mut Rng) -> usize {
+        rng.below(self.len())
+    }
+
+    /// The pair at a place.
+    pub fn pair(&self, place: usize) -> &[f32] {
+        &self.pairs[place * self.width..][..self.width]
     }
 
     /// Its contents and the place of the next pair, for an exact resume.
@@ -76,12 +85,14 @@ mod tests {
     fn the_oldest_pair_gives_way() {
         let mut replay = Replay::new(2, 3);
         for k in 0..5 {
-            replay.push(&[k as f32, -1.0]);
+            let place = replay.place();
+            replay.put(place, &[k as f32, -1.0]);
         }
         assert_eq!(replay.len(), 3);
         let firsts: Vec<f32> = replay.state().0.chunks_exact(2).map(|pair| pair[0]).collect();
         assert_eq!(firsts, [3.0, 4.0, 2.0]);
         assert_eq!(replay.state().1, 2, "pair 2 is the next to go");
+        assert_eq!(replay.pair(1), [4.0, -1.0]);
         let mut other = Replay::new(2, 3);
         other.restore(replay.state().0.to_vec(), 2).expect("fits");
         assert_eq!(other, replay);

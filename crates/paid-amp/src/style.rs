@@ -5,10 +5,12 @@ use std::sync::Arc;
 use paid_lanes::rng::Rng;
 use paid_learn::adam::AdamStep;
 use paid_learn::parallel::for_each;
-use paid_learn::{LearnedReward, Transitions};
+use paid_learn::ranks::gather_numbers;
+use paid_learn::{LearnedReward, Ranks, Transitions};
 
 use crate::clips::Clips;
 use crate::config::{AmpConfig, Formulation};
+use crate::horizon::Horizon;
 use crate::network::{Perceptron, Tape};
 use crate::objective::{Batch, Sums, Workspace, evaluate};
 use crate::replay::Replay;
@@ -19,8 +21,6 @@ const INIT_STREAM: u32 = 0x616D_7069;
 const DRAW_STREAM: u32 = 0x616D_7064;
 /// Parts of a step whose gradients are summed apart, so that threads do not change the sum.
 const PARTS: usize = 8;
-/// Draws for a pair that ends no episode, before a step goes without.
-const TRIES: usize = 1000;
 
 /// A reward for moving like the clips, by a discriminator that learns to tell them from the policy.
 ///
@@ -71,76 +71,70 @@ impl StyleReward {
         }
     }
 
-    /// The policy's pair of step `t` of environment `e`, scaled.
-    fn pair(&self, transitions: &Transitions, group: usize, t: usize, e: usize, out: &mut [f32]) {
-        let features = self.clips.features();
-        for (half, frame) in [transitions.before(group, t), transitions.after(group, t)].iter().enumerate() {
-            for i in 0..features {
-                out[half * features + i] = self.clips.scaled(i, frame.row(i)[e]);
-            }
-        }
-    }
-
-    /// Draws a pair of the last horizon; `None` if hardly any step goes on.
-    fn draw(&mut self, shards: &[&Transitions], out: &mut [f32]) -> Option<()> {
-        for _ in 0..TRIES {
-            let transitions = shards[self.rng.below(shards.len())];
-            let (t, e) = (self.rng.below(transitions.steps()), self.rng.below(transitions.envs()));
-            if transitions.done(t)[e] == 0 {
-                let group = transitions.group(GROUP)?;
-                self.pair(transitions, group, t, e, out);
-                return Some(());
-            }
-        }
-        None
-    }
-
-    /// Parts of a step: inputs as matrices with samples as columns.
-    fn parts(&mut self, shards: &[&Transitions]) -> Option<Vec<Part>> {
+    /// Parts of a step: inputs as matrices with samples as columns. All ranks draw the same, and each gives the pairs of its own
+    /// environments.
+    fn parts(&mut self, horizon: &Horizon<'_>, ranks: &dyn Ranks) -> Option<Vec<Part>> {
         let (batch, width) = (self.config.batch, self.net.input());
-        let parts = PARTS.min(batch);
         let clips = Arc::clone(&self.clips);
-        let mut pair = vec![0.0; width];
-        let mut all = Vec::with_capacity(parts);
-        for part in 0..parts {
-            let samples = batch * (part + 1) / parts - batch * part / parts;
-            let mut out = Part::new(width, samples, self.params.len());
-            for k in 0..samples {
-                let put = |to: &mut [f32], pair: &[f32]| {
-                    for (i, x) in pair.iter().enumerate() {
-                        to[i * samples + k] = *x;
-                    }
-                };
-                put(&mut out.clips, clips.draw(&mut self.rng));
-                if k % 2 == 1 && !self.replay.is_empty() {
-                    put(&mut out.policy, self.replay.draw(&mut self.rng));
-                } else {
-                    self.draw(shards, &mut pair)?;
-                    put(&mut out.policy, &pair);
-                    self.replay.push(&pair);
-                }
-                out.mix[k] = self.rng.unit() as f32;
-            }
-            all.push(out);
+        let (mut drawn, mut fresh) = (Vec::with_capacity(batch), Vec::new());
+        for k in 0..batch {
+            let clip = clips.draw(&mut self.rng);
+            let place = if k % 2 == 1 && !self.replay.is_empty() {
+                self.replay.draw(&mut self.rng)
+            } else {
+                let Some(step) = horizon.draw(&mut self.rng) else { break };
+                fresh.push((self.replay.place(), step));
+                fresh[fresh.len() - 1].0
+            };
+            drawn.push((clip, place, self.rng.unit() as f32));
         }
-        Some(all)
+        let mut pairs = vec![0.0; width * fresh.len()];
+        for (pair, (_, step)) in pairs.chunks_exact_mut(width).zip(&fresh) {
+            horizon.pair(*step, &clips, pair);
+        }
+        ranks.sum(&mut pairs);
+        for (pair, (place, _)) in pairs.chunks_exact(width).zip(&fresh) {
+            self.replay.put(*place, pair);
+        }
+        if drawn.len() < batch {
+            return None;
+        }
+        let parts = PARTS.min(batch);
+        let part = |part| {
+            let drawn = &drawn[batch * part / parts..batch * (part + 1) / parts];
+            let mut out = Part::new(width, drawn.len(), self.params.len());
+            for (k, (clip, place, mix)) in drawn.iter().enumerate() {
+                out.put(k, clip, self.replay.pair(*place), *mix);
+            }
+            out
+        };
+        Some((0..parts).map(part).collect())
     }
 
-    fn step(&mut self, mut parts: Vec<Part>, threads: usize) {
+    /// A step of Adam. A rank evaluates every `count`-th part, from its own number on.
+    fn step(&mut self, mut parts: Vec<Part>, ranks: &dyn Ranks, threads: usize) {
         let of = self.config.batch;
         let (net, params, config) = (&self.net, &self.params, &self.config);
         let mut workers = vec![Workspace::default(); threads.clamp(1, parts.len())];
-        for_each(&mut workers, parts.iter_mut().collect(), |work, part: &mut Part| {
+        let own: Vec<&mut Part> = parts.iter_mut().skip(ranks.rank()).step_by(ranks.count()).collect();
+        for_each(&mut workers, own, |work, part: &mut Part| {
             let Part { clips, policy, mix, grads, sums } = part;
             let batch = Batch { clips, policy, mix, samples: mix.len(), of };
             *sums = evaluate(net, params, config, &batch, work, grads);
         });
         let mut gradient = vec![0.0; self.params.len()];
-        self.last = Sums::default();
+        let mut own = Sums::default();
         for part in &parts {
-            self.last.add(&part.sums);
+            own.add(&part.sums);
             for (sum, x) in gradient.iter_mut().zip(&part.grads) {
                 *sum += x;
+            }
+        }
+        ranks.sum(&mut gradient);
+        self.last = Sums::default();
+        for sums in gather_numbers(ranks, &own.all()) {
+            for (total, x) in self.last.all_mut().into_iter().zip(sums) {
+                *total += x;
             }
         }
         for range in self.net.all_weights() {
@@ -187,6 +181,16 @@ impl Part {
             sums: Sums::default(),
         }
     }
+
+    fn put(&mut self, k: usize, clips: &[f32], policy: &[f32], mix: f32) {
+        let samples = self.mix.len();
+        for (to, pair) in [(&mut self.clips, clips), (&mut self.policy, policy)] {
+            for (i, x) in pair.iter().enumerate() {
+                to[i * samples + k] = *x;
+            }
+        }
+        self.mix[k] = mix;
+    }
 }
 
 impl LearnedReward for StyleReward {
@@ -218,13 +222,11 @@ impl LearnedReward for StyleReward {
         }
     }
 
-    fn train(&mut self, shards: &[&Transitions], threads: usize) {
-        if shards.is_empty() {
-            return;
-        }
+    fn train(&mut self, shards: &[&Transitions], ranks: &dyn Ranks, threads: usize) {
+        let horizon = Horizon::new(shards, ranks);
         for _ in 0..self.config.steps {
-            let Some(parts) = self.parts(shards) else { return };
-            self.step(parts, threads);
+            let Some(parts) = self.parts(&horizon, ranks) else { return };
+            self.step(parts, ranks, threads);
         }
     }
 

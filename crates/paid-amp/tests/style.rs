@@ -5,8 +5,10 @@ use std::sync::Arc;
 
 use paid_amp::{AmpConfig, Clips, Formulation, GROUP, StyleReward};
 use paid_lanes::rng::Rng;
+use paid_learn::ranks::ThreadRanks;
 use paid_learn::{
-    LearnConfig, Learner, NetworkConfig, ObservationGroup, PpoConfig, RewardRole, StepBuffers, VecEnv,
+    Alone, LearnConfig, Learner, NetworkConfig, ObservationGroup, PpoConfig, Ranks, RewardRole, StepBuffers,
+    VecEnv,
 };
 
 /// Points in a plane; the action is their velocity, 0.1 s a step, and nothing is paid. The policy sees the place, the discriminator the
@@ -184,6 +186,47 @@ fn threads_and_a_resume_change_no_weight() {
     paid_learn::LearnedReward::restore(&mut fresh, &one.0).expect("fits");
     assert_eq!(paid_learn::LearnedReward::save(&fresh), one.0);
     assert!(paid_learn::LearnedReward::restore(&mut fresh, &one.0[..one.0.len() - 4]).is_err());
+}
+
+#[test]
+fn ranks_that_share_the_shards_learn_what_one_process_with_all_of_them_learns() {
+    let course = |ranks: Arc<dyn Ranks>, iterations: usize| {
+        let (each, rank) = (4 / ranks.count(), ranks.rank());
+        let mut envs: Vec<_> = shards(4).into_iter().skip(each * rank).take(each).collect();
+        let mut learner = learner(Formulation::Wasserstein).with_ranks(ranks);
+        for _ in 0..iterations {
+            learner.iterate(&mut envs, 1).expect("iterates");
+        }
+        let style = learner.learned_reward().expect("a reward");
+        (style.save(), style.figures(), learner.actor().params.clone())
+    };
+    let on_each = |count: usize, iterations: usize| -> Vec<_> {
+        std::thread::scope(|scope| {
+            let start = |ranks: ThreadRanks| {
+                scope.spawn(move || course(Arc::new(ranks) as Arc<dyn Ranks>, iterations))
+            };
+            let threads: Vec<_> = ThreadRanks::of(count).into_iter().map(start).collect();
+            threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+        })
+    };
+    let params = paid_amp::Perceptron::new(8, &[64, 32]).params();
+    let (alone, figures, _) = course(Arc::new(Alone), 1);
+    for count in [2, 4] {
+        let (found, sums, _) = &on_each(count, 1)[0];
+        // Four counts, then weights and two moments of each, then the replay.
+        let (weights, replay) = (32 + 4 * params, 32 + 12 * params);
+        assert_eq!(found[..32], alone[..32], "as many steps and draws");
+        assert!(replay < alone.len() && found[replay..] == alone[replay..], "the same pairs of frames");
+        for (a, b) in found[32..weights].chunks_exact(4).zip(alone[32..weights].chunks_exact(4)) {
+            let [a, b] = [a, b].map(|word| f32::from_le_bytes(core::array::from_fn(|i| word[i])));
+            assert!((a - b).abs() < 2e-5, "{a} {b}");
+        }
+        for ((name, a), (_, b)) in sums.iter().zip(&figures) {
+            assert!((a - b).abs() < 1e-4 * (1.0 + b.abs()), "{name}: {a} {b}");
+        }
+        let ranks = on_each(count, 3);
+        assert!(ranks.iter().all(|rank| *rank == ranks[0]), "every rank has the same weights");
+    }
 }
 
 #[test]

@@ -5,16 +5,18 @@ use core::fmt::Debug;
 
 use paid_policy::NetworkConfig;
 
+use crate::ranks::Ranks;
 use crate::transitions::Transitions;
 
 /// A reward that is computed from what a horizon collected, and that may learn. It reads the environments' further observation
 /// groups ([`paid_policy::VecEnv::observation_groups`]).
 ///
 /// In each iteration [`LearnedReward::reward`] is called once per shard when the shard's horizon is complete, before advantages are
-/// estimated; [`LearnedReward::train`] is called once in the update that follows. Results must not depend on the number of threads.
+/// estimated; [`LearnedReward::train`] is called once in the update that follows. Results must not depend on the number of threads,
+/// and must be the same on every rank.
 ///
 /// ```
-/// use paid_learn::{LearnedReward, Transitions};
+/// use paid_learn::{LearnedReward, Ranks, Transitions};
 ///
 /// /// Pays for standing still: minus the distance that the first feature of the group `pose` moved.
 /// #[derive(Clone, Debug)]
@@ -35,7 +37,7 @@ use crate::transitions::Transitions;
 ///             }
 ///         }
 ///     }
-///     fn train(&mut self, _shards: &[&Transitions], _threads: usize) {}
+///     fn train(&mut self, _shards: &[&Transitions], _ranks: &dyn Ranks, _threads: usize) {}
 ///     fn save(&self) -> Vec<u8> {
 ///         Vec::new()
 ///     }
@@ -53,8 +55,9 @@ pub trait LearnedReward: Debug + Send + Sync {
     /// Writes the reward of every step of one shard, environment `e` at step `t` at `t * envs + e`. Numbers that are not finite
     /// count as zero.
     fn reward(&self, transitions: &Transitions, reward: &mut [f32]);
-    /// Learns from what all shards collected in this iteration.
-    fn train(&mut self, shards: &[&Transitions], threads: usize);
+    /// Learns from what all shards of all ranks collected in this iteration; `shards` are this rank's, the first ranks have the
+    /// first ones. Every rank calls it at the same time, and learns the same.
+    fn train(&mut self, shards: &[&Transitions], ranks: &dyn Ranks, threads: usize);
     /// Figures of the last training for a log, by name.
     fn figures(&self) -> Vec<(String, f64)> {
         Vec::new()

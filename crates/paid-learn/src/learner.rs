@@ -110,17 +110,11 @@ impl Learner {
 
     /// The same learner as one of several processes, each with shards of its own: the first ranks have the first shards. All of them must
     /// have been made alike.
-    ///
-    /// # Errors
-    /// If it has a learned reward, which learns from the shards of one process alone.
-    pub fn with_ranks(mut self, ranks: Arc<dyn Ranks>) -> Result<Self, ConfigError> {
-        if let Some(stream) = self.learned.as_ref().filter(|_| ranks.count() > 1) {
-            let (key, found) = ("learned_reward".to_owned(), stream.reward.name().to_owned());
-            return Err(ConfigError { key, expected: "none with several ranks", found });
-        }
+    #[must_use]
+    pub fn with_ranks(mut self, ranks: Arc<dyn Ranks>) -> Self {
         self.ranks = ranks;
         self.shards.clear();
-        Ok(self)
+        self
     }
 
     /// The same learner with a reward that it computes itself. The environments must have the observation groups that the reward
@@ -136,9 +130,6 @@ impl Learner {
         let fail = |key: &str, expected, found| Err(ConfigError { key: key.to_owned(), expected, found });
         if let Some(stream) = &self.learned {
             return fail("learned_reward", "none yet", stream.reward.name().to_owned());
-        }
-        if self.ranks.count() > 1 {
-            return fail("learned_reward", "none with several ranks", reward.name().to_owned());
         }
         let (RewardRole::Mixed { task, learned } | RewardRole::OwnCritic { task, learned, .. }) = role;
         if !(task.is_finite() && learned.is_finite()) {
@@ -347,7 +338,7 @@ impl Learner {
         );
         if let Some(stream) = &mut self.learned {
             let transitions: Vec<&Transitions> = self.shards.iter().map(|shard| &shard.transitions).collect();
-            stream.reward.train(&transitions, threads);
+            stream.reward.train(&transitions, &*self.ranks, threads);
         }
         stats
     }

@@ -7,8 +7,8 @@ mod common;
 
 use common::{PointMass, WithMotion};
 use paid_learn::{
-    LearnConfig, LearnedReward, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, RewardRole,
-    Transitions, VecEnv,
+    LearnConfig, LearnedReward, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, Ranks,
+    RewardRole, Transitions, VecEnv,
 };
 
 fn config(kind: NetworkKind) -> LearnConfig {
@@ -72,7 +72,7 @@ impl LearnedReward for Echo {
             reward[t * envs..(t + 1) * envs].copy_from_slice(transitions.task_reward(t));
         }
     }
-    fn train(&mut self, _: &[&Transitions], _: usize) {}
+    fn train(&mut self, _: &[&Transitions], _: &dyn Ranks, _: usize) {}
     fn save(&self) -> Vec<u8> {
         Vec::new()
     }
@@ -106,7 +106,7 @@ impl LearnedReward for Nearness {
             }
         }
     }
-    fn train(&mut self, shards: &[&Transitions], _: usize) {
+    fn train(&mut self, shards: &[&Transitions], _: &dyn Ranks, _: usize) {
         self.trainings += 1;
         for transitions in shards {
             let motion = transitions.group("motion").expect("the group");

@@ -19,7 +19,7 @@ fn trainer(preset: &RunPreset, ranks: Arc<dyn Ranks>) -> Trainer<Toy> {
     let (each, rank) = (preset.run.shards / ranks.count(), ranks.rank());
     let shards = Toy::shards(preset).into_iter().skip(each * rank).take(each).collect();
     let trainer = Trainer::new(preset, shards, vec!["toy".to_owned()]).expect("trainer");
-    trainer.with_ranks(ranks).expect("no style")
+    trainer.with_ranks(ranks)
 }
 
 /// Runs `work` on every rank at once.

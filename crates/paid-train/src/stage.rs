@@ -105,7 +105,7 @@ pub fn train_judged_stage(
     let scene = Scene::load(&job.preset)?;
     let build = |preset: &RunPreset| {
         let trainer = Trainer::new(preset, scene.shards_of(preset, &**ranks)?, scene.motion_names())?;
-        let trainer = trainer.with_ranks(Arc::clone(ranks))?;
+        let trainer = trainer.with_ranks(Arc::clone(ranks));
         match scene.style(preset)? {
             Some(style) => trainer.with_style(style),
             None => Ok(trainer),

@@ -102,14 +102,11 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     }
 
     /// The same trainer as one of several processes: its shards are a part of all, those of the first ranks first.
-    ///
-    /// # Errors
-    /// If the preset has a style reward.
-    pub fn with_ranks(mut self, ranks: Arc<dyn Ranks>) -> Result<Self, TrainError> {
-        let learner = self.learner.with_ranks(Arc::clone(&ranks));
-        self.learner = learner.map_err(|error| TrainError::Setup(error.to_string()))?;
+    #[must_use]
+    pub fn with_ranks(mut self, ranks: Arc<dyn Ranks>) -> Self {
+        self.learner = self.learner.with_ranks(Arc::clone(&ranks));
         self.ranks = ranks;
-        Ok(self)
+        self
     }
 
     /// The same trainer with a style reward, in the role that the preset's `amp` gives it.
