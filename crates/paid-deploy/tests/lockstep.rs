@@ -67,6 +67,9 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     let again = replay(&mut reader, &player).expect("replay");
     assert_eq!(again.difference, None);
     assert!(again.policy_steps > 50 && again.frames > 2000, "{again:?}");
+    let picture = again.course.draw().svg();
+    assert!(picture.contains("kicks: 1") && picture.contains("a kick begins"), "the course as a picture");
+    assert!(!picture.contains("no odometry"));
 
     // A changed limit is another runtime: the replay finds the first command that differs.
     let mut reader = LogReader::open(&file).expect("log");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Frame, LogReader};
+use super::{Course, Frame, LogReader};
 use crate::DeployError;
 use crate::cpu::thread_time;
 use crate::lateness::Durations;
@@ -11,7 +11,7 @@ use crate::player::Player;
 use crate::runtime::{PolicyTrace, Runtime};
 
 /// What a replay found.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Replay {
     /// Frames.
     pub frames: usize,
@@ -21,6 +21,8 @@ pub struct Replay {
     pub difference: Option<(usize, &'static str)>,
     /// How long it took.
     pub times: ReplayTimes,
+    /// How it went, for a picture.
+    pub course: Course,
 }
 
 /// Processor time of the replaying thread.
@@ -40,13 +42,22 @@ pub struct ReplayTimes {
 /// If the log is damaged.
 pub fn replay(log: &mut LogReader, player: &Arc<Player>) -> Result<Replay, DeployError> {
     let mut runtime = Runtime::new(Arc::clone(player), log.header.limits.clone());
-    let mut out = Replay { frames: 0, policy_steps: 0, difference: None, times: ReplayTimes::default() };
+    let mut out = Replay {
+        frames: 0,
+        policy_steps: 0,
+        difference: None,
+        times: ReplayTimes::default(),
+        course: Course::default(),
+    };
     let (mut memory, mut action) = (player.policy.start(1), vec![0.0; player.joints()]);
     while let Some(frame) = log.next_frame()? {
         let begin = thread_time();
         let output = runtime.step(frame.now_us, &frame.packets, frame.stop);
         let took = thread_time().saturating_sub(begin);
         if output.acted { &mut out.times.acting } else { &mut out.times.others }.add(took);
+        if out.course.due(frame.now_us) {
+            out.course.add(&runtime.status(frame.now_us));
+        }
         let again = Frame::new(frame.now_us, &frame.packets, frame.stop, &output, &runtime);
         let bits = |trace: &Option<PolicyTrace>| {
             trace

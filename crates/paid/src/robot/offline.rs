@@ -299,6 +299,9 @@ pub struct ReplayArgs {
     /// Print how long the steps took, in processor time.
     #[arg(long)]
     times: bool,
+    /// Draw how it went, as STEM.png and STEM.svg: states, the pelvis from above, its tilt, the ball as it was believed.
+    #[arg(long, value_name = "STEM")]
+    plot: Option<PathBuf>,
 }
 
 /// Compares a log with what the runtime does today. Exit code 1 if anything differs.
@@ -323,6 +326,9 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
     println!("{} steps, {} of them with the policy", found.frames, found.policy_steps);
     if args.times {
         print!("{}", found.times.table());
+    }
+    if let Some(stem) = &args.plot {
+        found.course.draw().save(stem)?;
     }
     match found.difference {
         None => {
