@@ -62,6 +62,14 @@ pub trait Observer: Send {
     /// state. Returns true when it has seen enough.
     fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool;
 
+    /// Sees of environment `env` of `world` what a sample does not hold, before [`Observer::observe`] sees the sample.
+    ///
+    /// # Errors
+    /// If the environment does not exist.
+    fn look_on(&mut self, _world: &dyn EvalControl, _env: usize) -> Result<(), EvalError> {
+        Ok(())
+    }
+
     /// What the robot is to kick next, from where it stands; asked after every [`Observer::observe`] that goes on. `None`: it goes on
     /// with what it does.
     fn next_kick(&mut self) -> Option<NextKick> {
@@ -232,6 +240,7 @@ fn look<O: Observer>(
         } else {
             set(truncated, env).then_some(Ending::Over)
         };
+        observer.look_on(control, env)?;
         let enough = observer.observe(&control.sample(env)?, ended);
         active[env] = !enough && ended.is_none();
         if active[env]

@@ -3,8 +3,10 @@
 #[expect(dead_code, reason = "other tests use the rest")]
 mod common;
 
+use std::sync::Mutex;
+
 use paid_eval::episodes::EvalSetup;
-use paid_eval::matches::{self, MatchOptions, MatchReport};
+use paid_eval::matches::{self, Audience, KickOutcome, MatchOptions, MatchReport, Spectacle, Spectator};
 use paid_eval::policy::Driver;
 
 #[test]
@@ -16,7 +18,8 @@ fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() 
     let run = |matches: usize, threads: usize| -> MatchReport {
         let setup = EvalSetup { threads, ..setup.clone() };
         let options = MatchOptions { kicks: 2, matches, ..MatchOptions::default() };
-        let (report, films) = matches::evaluate(&setup, &maker, &options, 1).expect("runs");
+        let audience = Audience { filmed: 1, spectator: None };
+        let (report, films) = matches::evaluate(&setup, &maker, &options, audience).expect("runs");
         assert_eq!(films.len(), 1);
         assert!(films[0].poses.len() > 20, "a film of the first match's first kick");
         report
@@ -38,4 +41,40 @@ fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() 
     let second: Vec<_> = three.matches.iter().filter_map(|m| m.kicks.get(1)).collect();
     assert!(second.iter().any(|k| k.contact), "{second:?}");
     assert!(three.total.drift_m.expect("kicks on both feet") < 1.0, "{:?}", three.total);
+}
+
+/// Of each match: control steps, kicks, and whether the last one was called the last.
+#[derive(Default)]
+struct Crowd(Mutex<[(u32, usize, bool); 2]>);
+
+impl Spectator for Crowd {
+    fn see(&self, moment: &Spectacle<'_>) {
+        let (steps, _, over) = &mut self.0.lock().expect("no panic")[moment.number];
+        assert!(!*over && moment.sample.step == *steps, "every step once, none after the end");
+        *steps += 1;
+    }
+
+    fn kicked(&self, number: usize, kick: &KickOutcome, last: bool) {
+        let (_, kicks, over) = &mut self.0.lock().expect("no panic")[number];
+        *kicks += 1;
+        assert!(last || !kick.fell, "a fall ends a match");
+        *over = last;
+    }
+}
+
+#[test]
+fn who_looks_on_sees_every_step_and_changes_nothing() {
+    let (setup, plain) = common::demo();
+    let maker = || Ok(Box::new(plain.clone()) as Box<dyn Driver>);
+    let options = MatchOptions { kicks: 2, matches: 2, ..MatchOptions::default() };
+    let crowd = Crowd::default();
+    let watched = Audience { filmed: 0, spectator: Some(&crowd) };
+    let (seen, _) = matches::evaluate(&setup, &maker, &options, watched).expect("runs");
+    let (unseen, _) = matches::evaluate(&setup, &maker, &options, Audience::default()).expect("runs");
+    assert_eq!(seen.matches, unseen.matches);
+    for (m, (steps, kicks, over)) in seen.matches.iter().zip(crowd.0.into_inner().expect("no panic")) {
+        let seconds: f64 = m.kicks.iter().map(|k| k.seconds).sum();
+        let expected = (seconds / setup.preset.control_dt_s()).round() as u32 + 1;
+        assert_eq!((steps, kicks, over), (expected, m.kicks.len(), true), "{m:?}");
+    }
 }

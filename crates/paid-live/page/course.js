@@ -1,11 +1,12 @@
-// The course of the scene: frames come 50 times a second, pictures when the display is ready. Shows a moment a little in the past,
-// between two frames, and keeps enough to show the last shot again.
+// The course of the scene: frames come 50 times a second, of a robot on the network 10 times, pictures when the display is ready. Shows a
+// moment a little in the past, between two frames, and keeps enough to show the last shot again.
 
 import { mix } from "./math.js";
 
 const KEPT = 900;
-// How far behind the newest frame the picture is [s].
+// How far behind the newest frame the picture is, at least [s], and where frames are farther apart, in times of their distance.
 const BEHIND = 0.045;
+const APART = 1.4;
 
 function between(a, b, t) {
   const pos = [0, 1, 2].map((k) => mix(a.pos[k], b.pos[k], t));
@@ -47,6 +48,8 @@ export class Course {
     this.shot = null;
     this.replay = null;
     this.lost = 0;
+    // Time between two frames [s].
+    this.apart = 0.02;
     this.touchedAt = null;
   }
 
@@ -55,6 +58,7 @@ export class Course {
     if (last && (frame.step < last.step || frame.time < last.time)) this.frames = [];
     else if (last && frame.step === last.step) this.frames.pop();
     else if (last) this.lost += frame.step - last.step - 1;
+    if (last && frame.time > last.time) this.apart += 0.2 * (Math.min(0.3, frame.time - last.time) - this.apart);
     if (frame.touched && !(last && last.touched)) this.touchedAt = frame.time;
     this.frames.push(frame);
     if (this.frames.length > KEPT) this.frames.splice(0, this.frames.length - KEPT);
@@ -104,7 +108,7 @@ export class Course {
       this.time = newest.time;
       return newest;
     }
-    const target = newest.time - BEHIND * newest.rate;
+    const target = newest.time - Math.max(BEHIND * newest.rate, Math.min(0.25, APART * this.apart));
     this.time += passed * newest.kept;
     const off = target - this.time;
     this.time = Math.abs(off) > 0.3 ? target : this.time + off * 0.08;

@@ -112,12 +112,14 @@ function picture(now) {
     ghost: layers.ghost,
     forces: layers.forces,
     belief: layers.belief,
+    picture: layers.picture ? document.getElementById("picture-view") : null,
     trail: layers.trail && !held && view.scene.ball ? course.trail(moment.time, 1.6) : [],
     heat: Math.max(layers.heat ? 0.8 : 0, 0.5 * reach),
     reach,
     stance,
     push: hand.push,
   });
+  if (view.picture) panel.setPicture(moment.belief && view.inPicture(moment.belief.pos), moment);
   panel.setPush(hand.push && hand.impulse());
   if (now - told > 200) {
     told = now;
@@ -152,6 +154,7 @@ async function start() {
       document.body.classList.remove("waiting");
       document.body.classList.toggle("no-ball", !scene.ball);
       document.body.classList.toggle("watched", scene.watched);
+      document.body.classList.toggle("bare", scene.bare);
       view.setScene(scene);
       panel.setScene(scene);
       panel.setGone(null);

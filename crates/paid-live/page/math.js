@@ -63,7 +63,11 @@ export function ortho(half, near, far) {
 export function lookAt(eye, target, up = [0, 0, 1]) {
   const back = unit(sub(eye, target));
   const right = unit(cross(up, back));
-  const top = cross(back, right);
+  return axesAt(eye, right, cross(back, right), back);
+}
+
+// What a camera sees whose axes point to these sides.
+export function axesAt(eye, right, top, back) {
   return new Float32Array([
     right[0], top[0], back[0], 0,
     right[1], top[1], back[1], 0,

@@ -1,5 +1,6 @@
 // Score, buttons, messages: everything that is text.
 
+import { REMEMBERED } from "./view.js";
 import { command } from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
@@ -11,7 +12,7 @@ export class Panel {
     this.actions = actions;
     this.shots = null;
     this.notice = null;
-    this.layers = { ghost: false, forces: false, rewards: false, trail: true, heat: false, belief: false };
+    this.layers = { ghost: false, forces: false, rewards: false, trail: true, heat: false, belief: false, picture: false };
     const click = (id, act) => $(id).addEventListener("click", () => (act(), $(id).blur()));
     click("pause", () => this.send(command.pause(!this.frame?.paused)));
     click("step", () => this.send(command.step()));
@@ -34,6 +35,7 @@ export class Panel {
       $(`layer-${name}`).addEventListener("change", (e) => {
         this.layers[name] = e.target.checked;
         $("rewards").hidden = !this.layers.rewards;
+        $("picture").hidden = !this.layers.picture;
       });
     addEventListener("keydown", (e) => this.key(e));
   }
@@ -57,6 +59,7 @@ export class Panel {
       p: () => actions.nudge(),
       g: () => layer("ghost"),
       b: () => this.scene?.camera && layer("belief"),
+      v: () => this.scene?.camera && layer("picture"),
       c: () => layer("forces"),
       w: () => layer("rewards"),
       t: () => layer("trail"),
@@ -91,8 +94,14 @@ export class Panel {
     const surfaces = scene.surfaces.map(([name, what], i) => Object.assign(new Option(name, String(i + 1)), { title: what }));
     $("surface").replaceChildren(new Option("as it is", "0"), ...surfaces);
     $("what").textContent = `${scene.policy.split(/[\\/]/).slice(-2).join("/")} on ${scene.robot.toUpperCase()}`;
-    $("seen").hidden = !scene.camera;
+    $("seen").hidden = $("seen-picture").hidden = !scene.camera;
+    if (scene.camera) {
+      const [a, b, , d] = scene.camera.corners;
+      const far = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
+      $("picture-view").style.aspectRatio = String(far(a, b) / far(a, d));
+    }
     $("stop").hidden = !scene.watched;
+    $("stop").title = `${scene.stop} (X)`;
     $("another").textContent = scene.ball ? "new ball" : "next clip";
     $("another").title = scene.ball ? "A ball at another place (K)" : "The next clip (K)";
     // What it follows is shown where there is nothing else to see.
@@ -232,6 +241,18 @@ export class Panel {
       row.bar.className = x < 0 ? "cost" : "";
       row.value.textContent = x.toFixed(3);
     });
+  }
+
+  // The box in the robot's picture: where that shows the believed ball (null: nowhere), and what is believed.
+  setPicture(box, moment) {
+    const { belief, inView } = moment;
+    const fresh = belief && belief.age < REMEMBERED;
+    const mark = $("picture-box");
+    mark.hidden = !box;
+    mark.className = fresh ? "seen" : "kept";
+    if (box) Object.assign(mark.style, { left: `${100 * box.x}%`, top: `${100 * box.y}%`, width: `${200 * box.half[0]}%`, height: `${200 * box.half[1]}%` });
+    const words = !belief ? "no ball is believed" : fresh ? "seen" : `remembered for ${belief.age.toFixed(1)} s`;
+    $("picture-words").textContent = inView || !belief ? words : `${words}; out of view`;
   }
 
   setReplay(on) {

@@ -1,6 +1,6 @@
 // Draws a moment of the scene with WebGL2.
 
-import { add, clamp, cross, dot, fromX, lookAt, matMul, mix, norm, ortho, perspective, quatMul, rotate, scale, sub, unit } from "./math.js";
+import { add, axesAt, clamp, cross, dot, fromX, lookAt, matMul, mix, norm, ortho, perspective, quatMul, rotate, scale, sub, unit } from "./math.js";
 import { cone, roundBox } from "./mesh.js";
 
 const FILES = ["./light.glsl", "./solid.vert.glsl", "./solid.frag.glsl", "./ground.vert.glsl", "./ground.frag.glsl", "./net.vert.glsl", "./net.frag.glsl", "./sky.vert.glsl", "./sky.frag.glsl"];
@@ -24,8 +24,10 @@ const LOOKS = {
 };
 const COLORS = { shell: [0.62, 0.65, 0.7], sole: [0.05, 0.055, 0.065], bone: [0.07, 0.075, 0.09], head: [0.62, 0.65, 0.7] };
 const ROUND = [1, 0, 0, 0];
+// Nearest thing in the robot's own picture: its head's front is behind that [m].
+const OWN_NEAR = 0.12;
 // A ball that was seen so long ago is remembered [s].
-const REMEMBERED = 0.2;
+export const REMEMBERED = 0.2;
 const SEEN = [0.1, 0.75, 1];
 const KEPT = [1, 0.5, 0.08];
 
@@ -281,52 +283,13 @@ export class View {
     this.instances(this.fine);
 
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    const haze = look.haze.map((x) => clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0, 1) ** (1 / 2.2));
-    gl.clearColor(...haze, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.shadow.texture);
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.heat);
-    const common = ({ program, places }) => {
-      gl.useProgram(program);
-      if (places.uClip) gl.uniformMatrix4fv(places.uClip, false, this.clip);
-      for (const [name, value] of [["uEye", this.eye], ["uSun", sun], ["uSunColor", look.sunColor], ["uSkyColor", look.sky], ["uBounce", look.bounce], ["uHaze", look.haze]])
-        if (places[name]) gl.uniform3fv(places[name], value);
-      if (places.uShadow) gl.uniform1i(places.uShadow, 0);
-      if (places.uShadowFrom) gl.uniformMatrix4fv(places.uShadowFrom, false, from);
-      return places;
-    };
-
-    const sky = common(this.sky);
-    gl.depthMask(false);
-    gl.uniformMatrix3fv(sky.uView, false, [...this.right, ...this.up, ...this.back]);
-    gl.uniform2f(sky.uField, this.tan * this.aspect, this.tan);
-    gl.uniform3fv(sky.uTop, look.top);
-    gl.bindVertexArray(this.quad.array);
-    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
-    gl.depthMask(true);
-
-    const ground = common(this.ground);
-    gl.uniform2f(ground.uMiddle, this.camera.target[0], this.camera.target[1]);
-    gl.uniform3fv(ground.uGrass, look.grass);
-    gl.uniform3fv(ground.uLine, look.line);
-    gl.uniform3f(ground.uGoal, gx, gy, heading);
-    gl.uniform1f(ground.uHalfMouth, scene.goal_half_width_m);
-    gl.uniform4f(ground.uRobot, ...show.stance, show.reach);
-    const half = scene.grid.step / 2;
-    gl.uniform4f(ground.uReach, scene.grid.x[0] - half, scene.grid.x[1] + half, scene.grid.y[0] - half, scene.grid.y[1] + half);
-    gl.uniform1i(ground.uHeat, 1);
-    gl.uniform2f(ground.uCells, scene.cells[1], scene.cells[0]);
-    gl.uniform1f(ground.uHeatShare, show.heat);
-    gl.bindVertexArray(this.quad.array);
-    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
-
-    const solid = common(this.solid);
-    gl.uniform1f(solid.uAlpha, 1);
-    this.instances(this.coarse);
-    this.instances(this.fine);
+    const light = { look, sun, from, moment, show };
+    this.solids(this, [0, 0, this.canvas.width, this.canvas.height], light);
+    const solid = this.solid.places;
 
     // What shines: trail, forces, the push.
     const shining = [];
@@ -392,15 +355,115 @@ export class View {
       put(ball, ROUND, belief.pos, [r, r, r, r], [...fresh, 4]);
       glass(this.fine, ball);
     }
-    const net = common(this.net);
-    gl.uniform3f(net.uGoal, gx, gy, heading);
+    this.netting(this, light);
+    this.picture = show.picture && scene.camera ? this.ownPicture(moment, show.picture) : null;
+    if (this.picture) {
+      const [x, y, w, h] = this.picture.area;
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(x, y, w, h);
+      this.upload(this.coarse, coarse);
+      this.upload(this.fine, fine);
+      this.solids(this.picture, this.picture.area, light);
+      this.netting(this.picture, light);
+      gl.disable(gl.SCISSOR_TEST);
+    }
+    gl.bindVertexArray(null);
+  }
+
+  // What all programs know: from where it is seen, and in which light.
+  common({ program, places }, point, { look, sun, from }) {
+    const { gl } = this;
+    gl.useProgram(program);
+    if (places.uClip) gl.uniformMatrix4fv(places.uClip, false, point.clip);
+    for (const [name, value] of [["uEye", point.eye], ["uSun", sun], ["uSunColor", look.sunColor], ["uSkyColor", look.sky], ["uBounce", look.bounce], ["uHaze", look.haze]])
+      if (places[name]) gl.uniform3fv(places[name], value);
+    if (places.uShadow) gl.uniform1i(places.uShadow, 0);
+    if (places.uShadowFrom) gl.uniformMatrix4fv(places.uShadowFrom, false, from);
+    return places;
+  }
+
+  // Sky, ground and everything solid, as seen from a point, into an area of the canvas.
+  solids(point, area, light) {
+    const { gl, scene } = this;
+    const { look, moment, show } = light;
+    const [gx, gy, heading] = moment.goal;
+    gl.viewport(...area);
+    const haze = look.haze.map((x) => clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0, 1) ** (1 / 2.2));
+    gl.clearColor(...haze, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+
+    const sky = this.common(this.sky, point, light);
+    gl.depthMask(false);
+    gl.uniformMatrix3fv(sky.uView, false, [...point.right, ...point.up, ...point.back]);
+    gl.uniform2f(sky.uField, point.tan * point.aspect, point.tan);
+    gl.uniform3fv(sky.uTop, look.top);
+    gl.bindVertexArray(this.quad.array);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+    gl.depthMask(true);
+
+    const ground = this.common(this.ground, point, light);
+    gl.uniform2f(ground.uMiddle, this.camera.target[0], this.camera.target[1]);
+    gl.uniform3fv(ground.uGrass, look.grass);
+    gl.uniform3fv(ground.uLine, look.line);
+    gl.uniform3f(ground.uGoal, gx, gy, heading);
+    gl.uniform1f(ground.uHalfMouth, scene.goal_half_width_m);
+    gl.uniform4f(ground.uRobot, ...show.stance, show.reach);
+    const half = scene.grid.step / 2;
+    gl.uniform4f(ground.uReach, scene.grid.x[0] - half, scene.grid.x[1] + half, scene.grid.y[0] - half, scene.grid.y[1] + half);
+    gl.uniform1i(ground.uHeat, 1);
+    gl.uniform2f(ground.uCells, scene.cells[1], scene.cells[0]);
+    gl.uniform1f(ground.uHeatShare, point === this ? show.heat : 0);
+    gl.bindVertexArray(this.quad.array);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+
+    gl.uniform1f(this.common(this.solid, point, light).uAlpha, 1);
+    this.instances(this.coarse);
+    this.instances(this.fine);
+  }
+
+  netting(point, light) {
+    const { gl } = this;
+    if (!this.scene.ball) return;
+    const net = this.common(this.net, point, light);
+    gl.uniform3f(net.uGoal, ...light.moment.goal);
     gl.uniform3fv(net.uThread, this.dark ? [0.55, 0.6, 0.65] : [0.8, 0.82, 0.84]);
+    gl.enable(gl.BLEND);
     gl.depthMask(false);
     gl.bindVertexArray(this.netMesh.array);
-    if (scene.ball) gl.drawArrays(gl.TRIANGLES, 0, this.netMesh.count);
+    gl.drawArrays(gl.TRIANGLES, 0, this.netMesh.count);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
-    gl.bindVertexArray(null);
+  }
+
+  // The point from which the robot's camera sees, and where on the canvas its picture goes: into an element of the page.
+  ownPicture(moment, element) {
+    const { body, mount, corners } = this.scene.camera;
+    const carrier = moment.bodies[body];
+    const turned = corners.map((ray) => rotate(carrier.quat, ray));
+    const [leftTop, rightTop, , leftBottom] = turned;
+    const ahead = scale(turned.reduce(add), 1 / 4);
+    const [across, upright] = [scale(sub(rightTop, leftTop), 0.5), scale(sub(leftTop, leftBottom), 0.5)];
+    const eye = add(carrier.pos, rotate(carrier.quat, mount));
+    const [right, up, back] = [unit(across), unit(upright), unit(scale(ahead, -1))];
+    const tan = norm(upright) / norm(ahead);
+    const aspect = norm(across) / norm(upright);
+    const clip = matMul(perspective(2 * Math.atan(tan), aspect, OWN_NEAR, 160), axesAt(eye, right, up, back));
+    const [box, canvas] = [element.getBoundingClientRect(), this.canvas.getBoundingClientRect()];
+    const dots = this.canvas.width / canvas.width;
+    const area = [(box.left - canvas.left) * dots, (canvas.bottom - box.bottom) * dots, box.width * dots, box.height * dots].map(Math.round);
+    return { eye, right, up, back, tan, aspect, clip, area };
+  }
+
+  // Where the robot's picture shows a ball: middle and half of its size as shares of width and height; null outside of the picture.
+  inPicture(place) {
+    const { eye, right, up, back, tan, aspect } = this.picture;
+    const to = sub(place, eye);
+    const depth = -dot(to, back);
+    if (depth < OWN_NEAR) return null;
+    const [x, y] = [dot(to, right) / (depth * tan * aspect), dot(to, up) / (depth * tan)];
+    const size = this.scene.ball_radius_m / (depth * tan);
+    if (Math.abs(x) > 1 + size / aspect || Math.abs(y) > 1 + size) return null;
+    return { x: (1 + x) / 2, y: (1 - y) / 2, half: [size / aspect / 2, size / 2] };
   }
 
   // The way around the ground in the robot's picture; where that ends at the horizon, as far as it finds a ball.

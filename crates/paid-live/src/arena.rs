@@ -12,11 +12,8 @@ use paid_task::{
     RewardTermsInSamples, TaskShard, TimeLimit,
 };
 
-use crate::wire::{Belief, Body, Force};
+use crate::drawn::Drawn;
 use crate::{LiveError, Pose2};
-
-/// Contact forces below this are not shown `[N]`.
-const LEAST_FORCE_N: f64 = 5.0;
 
 /// A kick as the visitor sees it, in the pitch's axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -219,11 +216,7 @@ impl Arena {
         self.sample = control.sample(0)?;
         self.believed = control.believed_ball(0)?;
         let spin = Vec3(control.ball_spin(0)?);
-        let angle = spin.norm() * self.setup.preset.control_dt_s();
-        if angle > 1e-9 {
-            let axis = spin.scale(1.0 / spin.norm());
-            self.ball_quat = Quat::from_axis_angle(axis, angle).mul(self.ball_quat).normalize();
-        }
+        self.ball_quat = self.ball_quat.integrate(spin, self.setup.preset.control_dt_s());
         self.cost = start.elapsed();
         Ok(())
     }
@@ -247,73 +240,20 @@ impl Arena {
         paid_eval::shooting::Placement::new(&self.setup).touches(&self.sample, self.anchor, ball)
     }
 
-    /// A point of the world on the pitch `[m]`.
-    fn place(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let [x, y] = self.axes.point([x, y]);
-        [x, y, z]
+    /// The ball's center on the pitch `[m]`.
+    pub fn ball(&self) -> [f64; 3] {
+        self.drawn().place(self.sample.ball_pos)
     }
 
-    /// A vector of the world in the pitch's axes.
-    pub fn vector(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let [x, y] = crate::pose2::turned([x, y], self.axes.heading);
-        [x, y, z]
-    }
-
-    /// The ball.
-    pub fn ball(&self) -> Body {
-        let yaw: Quat<f64> = Quat::from_roll_pitch_yaw(0.0, 0.0, self.axes.heading);
-        Body { pos: self.place(self.sample.ball_pos), quat: yaw.mul(self.ball_quat).0 }
-    }
-
-    /// Where the robot believes the ball to be, and whether the ball is in its picture.
-    pub fn belief(&self) -> (Option<Belief>, bool) {
-        let belief = self.believed.map(|ball| Belief {
-            pos: self.place(ball.pos).map(|x| x as f32),
-            deviation_m: ball.deviation_m as f32,
-            age_s: ball.age_s as f32,
-        });
-        (belief, self.believed.is_some_and(|ball| ball.in_view))
-    }
-
-    /// The robot, model order.
-    pub fn bodies(&self) -> Vec<Body> {
-        let yaw: Quat<f64> = Quat::from_roll_pitch_yaw(0.0, 0.0, self.axes.heading);
-        let body = |b: &paid_task::BodySample| Body {
-            pos: self.place(b.pos),
-            quat: yaw.mul(Mat3(b.rot).to_quat()).0,
-        };
-        self.sample.bodies.iter().map(body).collect()
-    }
-
-    /// The reference, model order.
-    pub fn ghost(&self) -> Vec<Body> {
-        let (sample, clip) = (&self.sample, &self.setup.library.clips()[self.sample.motion]);
-        let count = sample.bodies.len();
-        let rows = sample.frame * count..(sample.frame + 1) * count;
-        let (pos, quat) = (&clip.body_pos[rows.clone()], &clip.body_quat[rows]);
-        let anchor_rot: Mat3<f64> = Quat(quat[self.anchor]).to_mat();
-        let [x, y, _] = pos[self.anchor];
-        let in_clip = Pose2 { xy: [x, y], heading: anchor_rot.yaw() };
-        let (xy, heading) = sample.reference_anchor;
-        let axes = self.axes.pose(&Pose2 { xy, heading }.over(&in_clip));
-        let yaw: Quat<f64> = Quat::from_roll_pitch_yaw(0.0, 0.0, axes.heading);
-        let body = |([x, y, z], q): ([f64; 3], [f64; 4])| {
-            let [x, y] = axes.point([x, y]);
-            Body { pos: [x, y, z], quat: yaw.mul(Quat(q)).0 }
-        };
-        pos.iter().copied().zip(quat.iter().copied()).map(body).collect()
-    }
-
-    /// Contact forces that can be seen.
-    pub fn forces(&self) -> Vec<Force> {
-        let bodies = self.sample.contact_force.iter().enumerate();
-        let mut forces: Vec<Force> = bodies
-            .filter(|(_, f)| Vec3(**f).norm() >= LEAST_FORCE_N)
-            .filter_map(|(i, f)| Some(Force { body: Some(u8::try_from(i).ok()?), newton: self.vector(*f) }))
-            .collect();
-        if Vec3(self.sample.ball_force).norm() >= LEAST_FORCE_N {
-            forces.push(Force { body: None, newton: self.vector(self.sample.ball_force) });
+    /// The state as the page draws it.
+    pub fn drawn(&self) -> Drawn<'_> {
+        Drawn {
+            axes: self.axes,
+            sample: &self.sample,
+            ball_quat: self.ball_quat,
+            believed: self.believed,
+            library: &self.setup.library,
+            anchor: self.anchor,
         }
-        forces
     }
 }

@@ -5,6 +5,8 @@ use std::collections::VecDeque;
 use paid_eval::shooting::Grid;
 use serde::Serialize;
 
+use crate::game::GOAL_HALF_WIDTH_M;
+
 /// Shots that the page lists.
 const LISTED: usize = 40;
 
@@ -22,6 +24,20 @@ pub enum Outcome {
     Short,
     /// The robot did not meet the ball.
     NoContact,
+}
+
+impl Outcome {
+    /// What a protocol says of a shot, which knows no bar, and how far it missed the mouth `[m]`. `lateral_m`: where the ball passed the
+    /// goal plane, left of the goal's middle `[m]`.
+    pub fn judged(goal: bool, contact: bool, lateral_m: Option<f64>) -> (Self, Option<f64>) {
+        let outcome = match (goal, contact, lateral_m) {
+            (true, ..) => Self::Goal,
+            (_, false, _) => Self::NoContact,
+            (.., Some(_)) => Self::Wide,
+            (.., None) => Self::Short,
+        };
+        (outcome, lateral_m.map(|lateral| (lateral.abs() - GOAL_HALF_WIDTH_M).max(0.0)))
+    }
 }
 
 /// A shot.

@@ -156,7 +156,7 @@ impl<'a> Game<'a> {
             }
             Command::Fresh(on) => self.fresh = on,
             Command::Reset => {
-                let ball = self.arena.ball().pos;
+                let ball = self.arena.ball();
                 self.playing = None;
                 self.stand(&Pose2::default(), [ball[0], ball[1]])?;
             }
@@ -164,7 +164,7 @@ impl<'a> Game<'a> {
             Command::Another => self.another()?,
             Command::Pause(_) | Command::Step | Command::Rate(_) => {}
         }
-        self.before = self.arena.ball().pos;
+        self.before = self.arena.ball();
         Ok(())
     }
 
@@ -252,7 +252,7 @@ impl<'a> Game<'a> {
         })?;
         self.down = 0;
         self.netted = false;
-        self.before = self.arena.ball().pos;
+        self.before = self.arena.ball();
         self.playing = Some(Playing::new(place, rolling, clip));
         Ok(())
     }
@@ -311,7 +311,7 @@ impl<'a> Game<'a> {
         self.awake = self.awake.saturating_sub(1);
         let rests = self.rests();
         if rests && !self.rested && self.grip.is_none() {
-            let (here, ball) = (self.arena.anchor(), self.arena.ball().pos);
+            let (here, ball) = (self.arena.anchor(), self.arena.ball());
             self.stand(&here, [ball[0], ball[1]])?;
         }
         self.rested = rests;
@@ -330,7 +330,7 @@ impl<'a> Game<'a> {
         if let Some(Grip { at, .. }) = self.grip {
             self.arena.put_ball(at, [0.0; 2])?;
         }
-        let ball = self.arena.ball().pos;
+        let ball = self.arena.ball();
         self.judge(ball);
         self.catch(ball)?;
         self.before = ball;
@@ -385,7 +385,7 @@ impl<'a> Game<'a> {
             }
         } else if lain {
             let here = self.arena.anchor();
-            let ball = self.arena.ball().pos;
+            let ball = self.arena.ball();
             self.board.say("The robot was put on its feet.");
             return self.stand(&here, [ball[0], ball[1]]);
         }
@@ -394,36 +394,27 @@ impl<'a> Game<'a> {
 
     /// The scene as it is now. `rate` is asked for and kept.
     pub fn frame(&self, rate: [f32; 2], paused: bool, late: bool, viewers: usize) -> Frame {
-        let sample = self.arena.sample();
-        let speed = sample.ball_vel.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let (belief, in_view) = self.arena.belief();
+        let drawn = self.arena.drawn().frame();
         Frame {
             flags: Flags {
                 paused,
                 auto: self.auto,
                 fallen: self.down > 0,
                 late,
-                touched: sample.kick.is_some(),
                 kicking: self.playing.is_some(),
                 held: self.grip.is_some(),
                 fresh: self.fresh,
-                in_view,
+                ..drawn.flags
             },
             step: self.step,
             time_s: self.seconds(self.step),
             rate,
-            ball: self.arena.ball(),
-            ball_speed: speed as f32,
             goal: [self.goal.center[0] as f32, self.goal.center[1] as f32, self.goal.heading as f32],
             engine: self.engine,
             viewers: viewers.min(255) as u8,
             clip: self.clip,
             cost_ms: self.arena.cost.as_secs_f32() * 1e3,
-            bodies: self.arena.bodies(),
-            ghost: self.arena.ghost(),
-            forces: self.arena.forces(),
-            rewards: sample.rewards.iter().map(|r| *r as f32).collect(),
-            belief,
+            ..drawn
         }
     }
 }

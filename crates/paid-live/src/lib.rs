@@ -2,7 +2,8 @@
 //!
 //! [`play`] serves one page on this machine and simulates one robot in real time, by 50 control steps a second. Visitors take the
 //! ball, flick it, move the goal, push the robot; several can look on. [`Server`] carries bytes and knows no robot, so that a
-//! training shows its present policy on the same page ([`TrainingPage`]), and what is played elsewhere can be watched ([`WatchPage`]); [`Frame`] and [`Command`] are the bytes.
+//! training shows its present policy on the same page ([`TrainingPage`]), and what is played elsewhere can be watched ([`WatchPage`],
+//! [`MatchPage`]); [`Frame`] and [`Command`] are the bytes.
 //!
 //! ```
 //! use paid_live::{Command, Frame, ServeOptions, Server, VERSION};
@@ -17,9 +18,11 @@
 
 mod arena;
 mod board;
+mod drawn;
 mod error;
 mod game;
 mod live;
+mod match_page;
 mod pace;
 mod pose2;
 mod scene;
@@ -31,6 +34,8 @@ mod wire;
 pub use board::{Board, Cell, Outcome, Shot};
 pub use error::LiveError;
 pub use live::{PlayOptions, Summary, play};
+pub use match_page::MatchPage;
+pub use pace::Pace;
 pub use pose2::Pose2;
 pub use server::{Counts, ServeOptions, Server, USUAL_PORT};
 pub use training::{Seen, TrainingPage};

@@ -11,7 +11,7 @@ const LATE: f32 = 0.97;
 
 /// The clock of a scene. The times are the caller's.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace {
+pub struct Pace {
     due: Instant,
     window: Instant,
     /// Time of the scene that has passed in the window `[s]`.

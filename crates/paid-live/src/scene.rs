@@ -76,6 +76,10 @@ pub(crate) struct Scene {
     knowledge: String,
     /// True: the page only looks on, and can stop it.
     watched: bool,
+    /// True: there is neither reference nor contact force to be shown.
+    bare: bool,
+    /// What the stop does.
+    stop: &'static str,
     /// `None` where it is told.
     camera: Option<Camera>,
     bodies: Vec<String>,
@@ -183,14 +187,21 @@ impl Scene {
             anchor: setup.robot.body_index(&setup.spec.anchor_body).unwrap_or(0),
             task: &setup.preset,
             clips: setup.library.facts().iter().map(|f| f.name.clone()).collect(),
+            engine: "",
+            stop: "The evaluation ends",
         };
         let knowledge = builtin.knowledge.as_ref().map_or_else(String::new, ToString::to_string);
-        Self { watched: false, engines: engines.into(), ..Self::watched(shown, knowledge) }
+        Self { watched: false, bare: false, engines: engines.into(), ..Self::watched(shown, knowledge) }
+    }
+
+    /// Of a subject that the page only looks at.
+    pub fn looked_on(subject: &Subject) -> Self {
+        Self { watched: true, ..Self::new(subject) }
     }
 
     /// Of something that is played elsewhere.
     pub fn watched(shown: Watched<'_>, knowledge: String) -> Self {
-        let Watched { policy, robot, anchor, task, clips } = shown;
+        let Watched { policy, robot, anchor, task, clips, engine, stop } = shown;
         Self {
             kind: "scene",
             version: VERSION,
@@ -198,6 +209,8 @@ impl Scene {
             robot: robot.name.clone(),
             knowledge,
             watched: true,
+            bare: true,
+            stop,
             camera: task.perceives().then(|| camera(&task.eyes, anchor)),
             bodies: robot.body_names(),
             anchor,
@@ -209,7 +222,7 @@ impl Scene {
             control_dt_s: task.control_dt_s(),
             mass_kg: robot.mass(),
             clips,
-            engines: vec![Engine { name: "MuJoCo", surfaces: String::new() }],
+            engines: vec![Engine { name: engine, surfaces: String::new() }],
             surfaces: PANEL.iter().map(|ball| [ball.name, ball.what]).collect(),
             rewards: REWARD_NAMES.to_vec(),
             grid: Grid::EFFECTIVE,

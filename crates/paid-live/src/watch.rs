@@ -2,6 +2,7 @@
 
 use std::sync::mpsc::Receiver;
 
+use paid_eval::subject::Subject;
 use paid_robot::RobotModel;
 use paid_task::TaskPreset;
 
@@ -22,6 +23,10 @@ pub struct Watched<'a> {
     pub task: &'a TaskPreset,
     /// Names of the clips.
     pub clips: Vec<String>,
+    /// What moves it: an engine, or the robot itself.
+    pub engine: &'static str,
+    /// What the page's stop does, in a few words.
+    pub stop: &'static str,
 }
 
 /// A page that looks on.
@@ -29,22 +34,29 @@ pub struct Watched<'a> {
 /// ```no_run
 /// use paid_live::{Frame, ServeOptions, WatchPage, Watched};
 /// use paid_robot::RobotModel;
-/// # let task = todo!();
 ///
 /// let robot = RobotModel::g1();
-/// let watched = Watched { policy: "mine".into(), robot: &robot, anchor: 0, task: &task, clips: Vec::new() };
+/// let task = paid_train::task_preset("stage2", &[])?;
+/// let watched = Watched {
+///     policy: "mine".into(),
+///     robot: &robot,
+///     anchor: 0,
+///     task: &task,
+///     clips: Vec::new(),
+///     engine: "MuJoCo",
+///     stop: "It ends",
+/// };
 /// let mut page = WatchPage::start(watched, String::new(), &ServeOptions::default())?;
 /// println!("{}", page.url());
 /// while !page.stop_asked() {
 ///     page.show(Frame::default());
 /// }
-/// # Ok::<(), paid_live::LiveError>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct WatchPage {
     server: Server,
     commands: Receiver<Command>,
     board: Board,
-    told: usize,
 }
 
 impl WatchPage {
@@ -53,11 +65,20 @@ impl WatchPage {
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
     pub fn start(watched: Watched<'_>, knowledge: String, options: &ServeOptions) -> Result<Self, LiveError> {
-        let scene = serde_json::to_string(&Scene::watched(watched, knowledge))?;
+        Self::serve(&Scene::watched(watched, knowledge), options)
+    }
+
+    /// Serves the page for what a subject plays.
+    pub(crate) fn of_subject(subject: &Subject, options: &ServeOptions) -> Result<Self, LiveError> {
+        Self::serve(&Scene::looked_on(subject), options)
+    }
+
+    fn serve(scene: &Scene, options: &ServeOptions) -> Result<Self, LiveError> {
+        let scene = serde_json::to_string(scene)?;
         let (server, commands) = Server::start(options, scene)?;
         let board = Board::default();
         server.tell(serde_json::to_string(&board)?);
-        Ok(Self { server, commands, told: board.revision, board })
+        Ok(Self { server, commands, board })
     }
 
     /// What to open in a browser.
@@ -108,11 +129,8 @@ impl WatchPage {
         self.commands.try_iter().fold(false, |stop, command| stop | (command == Command::Stop))
     }
 
-    fn tell(&mut self) -> Result<(), LiveError> {
-        if self.told != self.board.revision {
-            self.told = self.board.revision;
-            self.server.tell(serde_json::to_string(&self.board)?);
-        }
+    fn tell(&self) -> Result<(), LiveError> {
+        self.server.tell(serde_json::to_string(&self.board)?);
         Ok(())
     }
 }

@@ -7,15 +7,15 @@ use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use common::{News, Page};
+use common::{News, Page, address};
 use paid_live::{Command, Seen, ServeOptions, TrainingPage};
 use serde_json::Value;
 
 fn start() -> (TrainingPage, SocketAddr) {
     let page = TrainingPage::start(&ServeOptions { port: Some(0), listen: None }, |error| panic!("{error}"))
         .expect("a free port");
-    let address = page.url().trim_start_matches("http://").trim_end_matches('/').parse().expect("an address");
-    (page, address)
+    let at = address(page.url());
+    (page, at)
 }
 
 /// A run folder in which an iteration of `stage` is logged and its policy saved.

@@ -2,10 +2,9 @@
 
 mod common;
 
-use std::net::SocketAddr;
 use std::time::Duration;
 
-use common::{News, Page};
+use common::{News, Page, address};
 use paid_live::{Command, Frame, Outcome, ServeOptions, Shot, WatchPage, Watched};
 use paid_robot::RobotModel;
 
@@ -13,14 +12,18 @@ use paid_robot::RobotModel;
 fn who_looks_on_sees_what_happens_and_can_only_stop_it() {
     let task = paid_train::task_preset("stage2", &[]).expect("a preset");
     let robot = RobotModel::g1();
-    let watched =
-        Watched { policy: "mine".into(), robot: &robot, anchor: 0, task: &task, clips: vec!["kick".into()] };
+    let watched = Watched {
+        policy: "mine".into(),
+        robot: &robot,
+        anchor: 0,
+        task: &task,
+        clips: vec!["kick".into()],
+        engine: "MuJoCo",
+        stop: "It ends",
+    };
     let options = ServeOptions { port: Some(0), listen: None };
     let mut page = WatchPage::start(watched, "its senses".into(), &options).expect("served");
-    let url = page.url();
-    let address: SocketAddr =
-        url.trim_start_matches("http://").trim_end_matches('/').parse().expect("IP:PORT");
-    let mut viewer = Page::open(address, "", None).expect("a viewer");
+    let mut viewer = Page::open(address(&page.url()), "", None).expect("a viewer");
     let News::Scene(scene) = viewer.next() else { panic!("the scene comes first") };
     assert_eq!((&scene["watched"], &scene["policy"]), (&true.into(), &"mine".into()));
     assert_eq!(scene["bodies"].as_array().map(Vec::len), Some(robot.bodies.len()));

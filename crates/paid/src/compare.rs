@@ -48,12 +48,7 @@ pub struct Args {
 /// Trains and judges every entry, or takes up what an earlier call left. Of several processes each takes its share of the entries, and
 /// the first one writes and prints.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let joined = ranks::join()?;
-    let result = compare(args, &joined);
-    if let Err(failure) = &result {
-        joined.end_all(failure);
-    }
-    result
+    ranks::together(|joined| compare(args, joined))
 }
 
 fn compare(args: &Args, joined: &Joined) -> Result<ExitCode, Failure> {

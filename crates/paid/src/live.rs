@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use paid_eval::subject::Subject;
-use paid_live::{LiveError, PlayOptions, ServeOptions, TrainingPage, play};
+use paid_live::{LiveError, MatchPage, PlayOptions, ServeOptions, TrainingPage, play};
 
 use crate::failure::Failure;
 use crate::stop::flag;
@@ -43,6 +43,17 @@ impl LiveArgs {
                 None
             }
         }
+    }
+
+    /// The page of matches, if it was asked for.
+    pub fn matches(&self, subject: &Subject) -> Result<Option<MatchPage>, Failure> {
+        if !self.live {
+            return Ok(None);
+        }
+        let page = MatchPage::start(subject, &self.options()).map_err(Failure::input)?;
+        // Standard output is the report's.
+        eprintln!("{}  <- open this in a browser to look on: the matches wait for it", page.url());
+        Ok(Some(page))
     }
 
     /// Where it is served.

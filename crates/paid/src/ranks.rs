@@ -1,5 +1,6 @@
 //! One of several processes that train together, started by `mpirun`.
 
+use std::process::ExitCode;
 use std::sync::Arc;
 
 use paid_train::{Alone, Ranks};
@@ -30,7 +31,7 @@ impl Joined {
     }
 
     /// Ends all processes if this one cannot go on: the others wait for it.
-    pub fn end_all(&self, failure: &Failure) {
+    fn end_all(&self, failure: &Failure) {
         if self.ranks.count() > 1 {
             eprintln!("rank {} of {}: {failure}", self.ranks.rank(), self.ranks.count());
             #[cfg(feature = "mpi")]
@@ -41,9 +42,19 @@ impl Joined {
     }
 }
 
+/// Does `work` as one of the processes of `mpirun`, or alone without it. If it fails on one, all of them end.
+pub fn together(work: impl FnOnce(&Joined) -> Result<ExitCode, Failure>) -> Result<ExitCode, Failure> {
+    let joined = join()?;
+    let result = work(&joined);
+    if let Err(failure) = &result {
+        joined.end_all(failure);
+    }
+    result
+}
+
 /// Joins the processes of `mpirun`; alone without it.
 #[cfg(feature = "mpi")]
-pub fn join() -> Result<Joined, Failure> {
+fn join() -> Result<Joined, Failure> {
     if started() == 1 {
         return Ok(Joined { ranks: Arc::new(Alone), mpi: None });
     }
@@ -55,7 +66,7 @@ pub fn join() -> Result<Joined, Failure> {
 
 /// Alone; processes of `mpirun` would all train the same.
 #[cfg(not(feature = "mpi"))]
-pub fn join() -> Result<Joined, Failure> {
+fn join() -> Result<Joined, Failure> {
     match started() {
         1 => Ok(Joined { ranks: Arc::new(Alone) }),
         count => Err(Failure::input(format!(

@@ -1,5 +1,6 @@
 //! `paid robot`: a policy on a G1, and a virtual G1 that nobody can break.
 
+mod mirror;
 mod network;
 mod offline;
 mod screen;

@@ -158,12 +158,7 @@ impl Args {
 /// Trains, prints progress, and ends with 0 when the budget is used up or 130 after Ctrl-C. Of several processes the first one writes,
 /// prints and scores.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
-    let joined = ranks::join()?;
-    let result = train(args, &joined);
-    if let Err(failure) = &result {
-        joined.end_all(failure);
-    }
-    result
+    ranks::together(|joined| train(args, joined))
 }
 
 fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {

@@ -2,7 +2,7 @@
 
 use super::{Controller, Reason, Runtime, State};
 use crate::limits::Envelope;
-use crate::wire::{Key, MODE_MACHINE_G1_29};
+use crate::wire::{DAMPING_KEYS, MODE_MACHINE_G1_29};
 
 impl Runtime {
     /// The first condition that demands damping.
@@ -10,8 +10,7 @@ impl Runtime {
         if stop {
             return Some(Reason::StopSignal);
         }
-        let stop_keys = [Key::L2, Key::B];
-        if self.intake.remote.holds(&stop_keys) || self.intake.typed.holds(&stop_keys) {
+        if self.intake.remote.holds(&DAMPING_KEYS) || self.intake.typed.holds(&DAMPING_KEYS) {
             return Some(Reason::StopKey);
         }
         if !self.moves() {

@@ -45,6 +45,8 @@ pub struct Status {
     pub battery: Option<f64>,
     /// The ball ahead of the torso and to its left `[m]`.
     pub ball_m: Option<[f64; 2]>,
+    /// Standard deviation of the ball's x and y `[m]`; 0 without a ball.
+    pub ball_deviation_m: f64,
     /// Bearing of the goal from the torso's heading `[rad]`.
     pub goal_rad: Option<f64>,
     /// What the robot calls itself; 5 is a G1 with 29 free joints.
@@ -55,6 +57,10 @@ pub struct Status {
     pub vendor_commands: Option<bool>,
     /// The pelvis by odometry (x, y, z), odometry's frame `[m]`.
     pub odometry_m: Option<[f64; 3]>,
+    /// The goal's center by odometry (x, y), odometry's frame `[m]`.
+    pub goal_m: Option<[f64; 2]>,
+    /// Orientation of the pelvis w, x, y, z: by odometry where that is known, else the inertial sensor's.
+    pub base_quat: [f64; 4],
     /// The joints, model order, which is the motors'.
     pub joints: [JointStatus; G1_MOTORS.len()],
     /// True while the remote is heard.
@@ -77,6 +83,7 @@ impl Runtime {
                 temperature_c: self.body.temperature[j],
             };
         }
+        let base = self.sight.base(now_us, &self.body);
         Status {
             at_us: now_us,
             state: self.state,
@@ -89,11 +96,14 @@ impl Runtime {
             hottest: self.body.hottest,
             battery: self.intake.battery,
             ball_m: ball.map(|ball| ball.place),
+            ball_deviation_m: if ball.is_some() { belief.ball.covariance[0].max(0.0).sqrt() } else { 0.0 },
             goal_rad: self.sight.goal_bearing(),
             mode_machine: self.intake.mode_machine,
             others_command: self.intake.others,
             vendor_commands: self.intake.master.as_ref().map(|name| !name.is_empty()),
-            odometry_m: self.sight.base(now_us, &self.body).map(|base| base.pos.0),
+            odometry_m: base.as_ref().map(|base| base.pos.0),
+            goal_m: self.sight.goal,
+            base_quat: base.as_ref().map_or(&self.body.base_rot, |base| &base.rot).to_quat().0,
             joints,
             remote: self.intake.remote.present,
         }

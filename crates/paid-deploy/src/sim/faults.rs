@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use crate::wire::{Key, LowState, Remote};
+use crate::wire::{DAMPING_KEYS, LowState, Remote};
 
 /// A fault of the virtual robot, of its senses, or of the computer that commands it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -123,7 +123,7 @@ impl Fault {
             Self::Frozen => state.tick = (since_us / 1000) as u32,
             Self::ModeMachine => state.mode_machine = 6,
             Self::RemoteOff => state.wireless_remote = [0; 40],
-            Self::StopKey => state.wireless_remote = Remote::pressing(&[Key::L2, Key::B]),
+            Self::StopKey => state.wireless_remote = Remote::pressing(&DAMPING_KEYS),
             _ => {}
         }
     }

@@ -8,7 +8,7 @@ use super::faults::Fault;
 use super::own_eyes::{OwnEyes, OwnEyesOptions};
 use super::robot::{Mount, VirtualG1};
 use super::senses::{Senses, TrueState};
-use super::serve::{DAMPING_KEYS, Watcher};
+use super::serve::Watcher;
 use crate::DeployError;
 use crate::limits::Limits;
 use crate::link::{ChannelLink, Inlet, Outlet};
@@ -16,7 +16,7 @@ use crate::log::LogWriter;
 use crate::message::Packet;
 use crate::player::Player;
 use crate::runtime::{Event, POLICY_US, Runtime, State};
-use crate::wire::{Key, Remote};
+use crate::wire::{DAMPING_KEYS, Key, Remote};
 use crate::writer::Writer;
 
 /// How to set it up.

@@ -24,7 +24,7 @@ pub use lockstep::{Lockstep, LockstepOptions};
 pub use matches::{KickResult, MatchOptions, MatchResult, play_match};
 pub use own_eyes::{OwnEyes, OwnEyesOptions, TorsoSource};
 pub(crate) use robot::quaternion;
-pub use robot::{Mount, VirtualG1};
+pub use robot::{Mount, STEP_US, VirtualG1};
 pub use senses::{BallSource, DriftingOdometry, NoisyDetector, PoseSource, Senses, TrueState};
 pub use serve::{Order, Served, Watcher, serve};
 pub use vendor::VendorLink;

@@ -18,7 +18,7 @@ const IMU: [f64; 3] = [0.04525, 0.0, -0.08339];
 /// Joints of a free base in MuJoCo's arrays.
 const FREE: [usize; 2] = [7, 6];
 /// Time between two states `[us]`.
-pub(crate) const STEP_US: u64 = 2_000;
+pub const STEP_US: u64 = 2_000;
 
 /// What holds the pelvis.
 #[derive(Clone, Copy, Debug, PartialEq)]

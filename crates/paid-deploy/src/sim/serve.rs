@@ -15,7 +15,7 @@ use crate::link::Link;
 use crate::message::Packet;
 use crate::player::Player;
 use crate::runtime::Status;
-use crate::wire::{Key, Remote};
+use crate::wire::{DAMPING_KEYS, Key, Remote};
 
 /// Keys stay down for so long `[us]`.
 const PRESSED_US: u64 = 100_000;
@@ -128,9 +128,6 @@ pub trait Watcher {
         false
     }
 }
-
-/// Keys of the remote for damping.
-pub(super) const DAMPING_KEYS: [Key; 2] = [Key::L2, Key::B];
 
 /// Nobody.
 impl Watcher for () {

@@ -7,7 +7,7 @@ use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
 
 use super::View;
-use crate::wire::Key;
+use crate::wire::{DAMPING_KEYS, Key};
 
 /// What was typed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,7 +71,7 @@ fn meaning(code: KeyCode, modifiers: KeyModifiers) -> Option<Pressed> {
         KeyCode::Char('c') if modifiers.contains(KeyModifiers::CONTROL) => Some(Pressed::Quit),
         KeyCode::Char('u') => remote(&[Key::L2, Key::Up]),
         KeyCode::Char('k') => remote(&[Key::R1, Key::X]),
-        KeyCode::Char('b' | ' ') => remote(&[Key::L2, Key::B]),
+        KeyCode::Char('b' | ' ') => remote(&DAMPING_KEYS),
         KeyCode::Char('q') => Some(Pressed::Quit),
         _ => None,
     }

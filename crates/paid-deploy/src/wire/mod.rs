@@ -12,7 +12,7 @@ mod walk;
 pub use crc::crc32;
 pub use low_cmd::{LowCmd, MotorCmd};
 pub use low_state::{ImuState, LowState, MotorState};
-pub use remote::{Key, Remote};
+pub use remote::{DAMPING_KEYS, Key, Remote};
 pub use walk::WireError;
 pub(crate) use walk::{Layout, Message};
 

@@ -1,5 +1,8 @@
 //! The wireless remote's 40 bytes.
 
+/// The keys for damping, as the vendor's.
+pub const DAMPING_KEYS: [Key; 2] = [Key::L2, Key::B];
+
 /// A key of the remote; the number is its bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Key {

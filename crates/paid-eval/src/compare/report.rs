@@ -83,8 +83,8 @@ impl Comparison {
                 table.row([
                     row.name.clone(),
                     knowledge.clone(),
-                    row.seed.map_or("-".to_owned(), |seed| seed.to_string()),
-                    if samples == 0 { "-".to_owned() } else { number(samples as f64 / 1e6, 0) },
+                    seed_text(row.seed),
+                    samples_text(samples),
                     goals.text(),
                     optional(*accuracy, 3),
                     judgment.rolling.goals.text(),
@@ -107,7 +107,7 @@ impl Comparison {
                 any = true;
                 panel.row([
                     row.name.clone(),
-                    row.seed.map_or("-".to_owned(), |seed| seed.to_string()),
+                    seed_text(row.seed),
                     format!("{}%", number(100.0 * score.mean, 1)),
                     format!("{}%", number(100.0 * score.worst, 1)),
                     score.worst_ball.clone(),
@@ -143,7 +143,7 @@ impl Comparison {
                 any = true;
                 table.row([
                     row.name.clone(),
-                    row.seed.map_or("-".to_owned(), |seed| seed.to_string()),
+                    seed_text(row.seed),
                     clip.clone(),
                     shots.goals.text(),
                     shots.accuracy.map_or("-".to_owned(), |x| number(x, 3)),
@@ -196,6 +196,16 @@ impl Comparison {
         }
         if named.is_empty() { String::new() } else { format!("\n{table}") }
     }
+}
+
+/// A seed, `-` for a policy that was there.
+pub(super) fn seed_text(seed: Option<u64>) -> String {
+    seed.map_or("-".to_owned(), |seed| seed.to_string())
+}
+
+/// Training samples in millions, `-` for a policy that was there.
+pub(super) fn samples_text(samples: u64) -> String {
+    if samples == 0 { "-".to_owned() } else { number(samples as f64 / 1e6, 0) }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde::{Deserialize, Serialize};
 
 use super::plan::JudgePlan;
-use super::report::Row;
+use super::report::{Row, samples_text, seed_text};
 use crate::EvalError;
 use crate::ablation::Count;
 use crate::metrics::statistics::mean;
@@ -113,12 +113,7 @@ fn methods(rows: &[Row]) -> Vec<Method<'_>> {
 pub(super) fn tables(rows: &[Row]) -> Option<String> {
     let methods = methods(rows);
     let first = rows.iter().find(|row| !row.scores.tracks.is_empty())?;
-    let mut sets: Vec<&str> = Vec::new();
-    for track in methods.iter().flat_map(|m| &m.tracks) {
-        if !sets.contains(&track.set.as_str()) {
-            sets.push(&track.set);
-        }
-    }
+    let sets = once(methods.iter().flat_map(|m| &m.tracks).map(|track| track.set.as_str()));
     let mut by_set = Table::new(&[
         "followed in MuJoCo",
         "set",
@@ -145,8 +140,8 @@ pub(super) fn tables(rows: &[Row]) -> Option<String> {
             by_set.row([
                 method.name.to_owned(),
                 set.to_owned(),
-                seed(method.seed),
-                samples(method.samples),
+                seed_text(method.seed),
+                samples_text(method.samples),
                 of_set.len().to_string(),
                 number(mpjpe, 1),
                 number(value(|t| t.g_mpjpe_mm), 1),
@@ -157,7 +152,7 @@ pub(super) fn tables(rows: &[Row]) -> Option<String> {
             ]);
         }
         for paper in PAPER_ROWS.iter().filter(|row| row.set == set) {
-            let mut cells = [const { String::new() }; 11].map(|_| "-".to_owned());
+            let mut cells: [String; 11] = std::array::from_fn(|_| "-".to_owned());
             cells[0] = format!("{}, the paper's figures", paper.method);
             set.clone_into(&mut cells[1]);
             cells[5] = number(paper.mpjpe_mm, 1);
@@ -169,19 +164,14 @@ pub(super) fn tables(rows: &[Row]) -> Option<String> {
     }
     let mut by_clip =
         Table::new(&["clip", "policy", "seed", "MPJPE [mm]", "G-MPJPE [mm]", "foot's speed", "to the end"]);
-    let mut clips: Vec<&str> = Vec::new();
-    for track in methods.iter().flat_map(|m| &m.tracks) {
-        if !clips.contains(&track.clip.as_str()) {
-            clips.push(&track.clip);
-        }
-    }
+    let clips = once(methods.iter().flat_map(|m| &m.tracks).map(|track| track.clip.as_str()));
     for clip in clips {
         for method in &methods {
             for track in method.tracks.iter().filter(|track| track.clip == clip) {
                 by_clip.row([
                     clip.to_owned(),
                     method.name.to_owned(),
-                    seed(method.seed),
+                    seed_text(method.seed),
                     number(track.mpjpe_mm, 1),
                     number(track.g_mpjpe_mm, 1),
                     format!("{}%", number(100.0 * track.foot_speed_share, 0)),
@@ -204,12 +194,15 @@ pub(super) fn tables(rows: &[Row]) -> Option<String> {
     Some(out)
 }
 
-fn seed(seed: Option<u64>) -> String {
-    seed.map_or("-".to_owned(), |seed| seed.to_string())
-}
-
-fn samples(samples: u64) -> String {
-    if samples == 0 { "-".to_owned() } else { number(samples as f64 / 1e6, 0) }
+/// Every name once, in the order in which they come first.
+fn once<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let mut found = Vec::new();
+    for name in names {
+        if !found.contains(&name) {
+            found.push(name);
+        }
+    }
+    found
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 mod draw;
 mod observer;
 mod report;
+mod spectator;
 
 use paid_task::{EpisodeRules, TimeLimit};
 use serde::Serialize;
@@ -17,6 +18,7 @@ use observer::Player;
 
 pub use draw::MatchBall;
 pub use report::{KickOutcome, MatchOutcome, MatchReport, MatchTotal};
+pub use spectator::{Spectacle, Spectator};
 
 /// What to run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,8 +79,16 @@ impl MatchOptions {
     }
 }
 
-/// Runs the matches and films the first one's first `filmed` kicks, every fourth control step. A run that was stopped reports the
-/// matches that ended.
+/// Who sees the matches while they are played.
+#[derive(Clone, Copy, Default)]
+pub struct Audience<'a> {
+    /// The first match's first kicks are filmed, so many of them, every fourth control step.
+    pub filmed: usize,
+    /// Looks on; the matches wait while it takes its time.
+    pub spectator: Option<&'a dyn Spectator>,
+}
+
+/// Runs the matches. A run that was stopped reports the matches that ended. What the audience sees changes nothing.
 ///
 /// # Errors
 /// As [`run_episodes`], or if an option makes no sense, or no place of the workspace has room for a ball.
@@ -86,7 +96,7 @@ pub fn evaluate(
     setup: &EvalSetup,
     policy: &DriverMaker,
     options: &MatchOptions,
-    filmed: usize,
+    audience: Audience<'_>,
 ) -> Result<(MatchReport, Vec<Film>), EvalError> {
     options.check()?;
     let mut draws: Vec<Draw> = (0..options.matches).map(|i| Draw::new(setup, options, i)).collect();
@@ -99,8 +109,9 @@ pub fn evaluate(
     let time_limit = TimeLimit::Steps(u32::MAX);
     let rules = EpisodeRules { time_limit, ..EpisodeRules::evaluation() };
     let observer = |i: usize| {
-        let films = if i == 0 { filmed } else { 0 };
-        Player::new(setup, options, draws[i].clone(), &starts[i], films)
+        let filmed = if i == 0 { audience.filmed } else { 0 };
+        let seen_by = Audience { filmed, ..audience };
+        Player::new(setup, options, draws[i].clone(), &starts[i], seen_by)
     };
     let players = run_episodes(setup, policy, &starts, rules, steps, observer)?;
     let mut films = Vec::new();

@@ -43,7 +43,7 @@ impl Game<'_> {
             if engine == 1 { EngineChoice::Mujoco(Box::new(scene)) } else { EngineChoice::Builtin };
         match Arena::new(self.subject, setup) {
             Ok(arena) => {
-                let (pose, ball) = (self.arena.anchor(), self.arena.ball().pos);
+                let (pose, ball) = (self.arena.anchor(), self.arena.ball());
                 (self.arena, self.engine, self.board.surface) = (arena, engine, surface);
                 self.playing = None;
                 let ground = ball_of(surface)

@@ -71,7 +71,6 @@ impl Follow {
 
     /// The scene as it is now. `rate` is asked for and kept. There is no ball; the goal only gives the view its direction.
     pub fn frame(&self, rate: [f32; 2], paused: bool, late: bool, viewers: usize) -> Frame {
-        let sample = self.arena.sample();
         Frame {
             flags: Flags { paused, late, auto: true, fresh: true, fallen: self.down, ..Flags::default() },
             step: self.step,
@@ -81,11 +80,7 @@ impl Follow {
             viewers: viewers.min(255) as u8,
             clip: self.clip,
             cost_ms: self.arena.cost.as_secs_f32() * 1e3,
-            bodies: self.arena.bodies(),
-            ghost: self.arena.ghost(),
-            forces: self.arena.forces(),
-            rewards: sample.rewards.iter().map(|r| *r as f32).collect(),
-            ..Frame::default()
+            ..self.arena.drawn().frame()
         }
     }
 }

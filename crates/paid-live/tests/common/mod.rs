@@ -126,6 +126,11 @@ pub fn subject() -> Subject {
     Subject::load(&demo()).expect("the demo's policy")
 }
 
+/// The address in a URL without a token.
+pub fn address(url: &str) -> SocketAddr {
+    url.trim_start_matches("http://").trim_end_matches('/').parse().expect("IP:PORT")
+}
+
 /// Plays while `visit` looks on; what came of it.
 pub fn played<T>(subject: &Subject, port: u16, visit: impl FnOnce(SocketAddr) -> T) -> (T, Summary) {
     let stop = AtomicBool::new(false);
@@ -135,8 +140,7 @@ pub fn played<T>(subject: &Subject, port: u16, visit: impl FnOnce(SocketAddr) ->
     thread::scope(|scope| {
         let playing = scope.spawn(|| {
             play(subject, &options, &stop, |url| {
-                let address = url.trim_start_matches("http://").trim_end_matches('/');
-                say.send(address.parse().expect("an address")).expect("heard");
+                say.send(address(url)).expect("heard");
             })
         });
         let stop_at_end = StopAtEnd(&stop);

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use paid_eval::episodes::EvalSetup;
 use paid_eval::html::write_report;
-use paid_eval::matches::{self, MatchOptions};
+use paid_eval::matches::{self, Audience, MatchOptions, Spectator};
 use paid_eval::picture::{Animation, Film, film_frame};
 use paid_eval::results::{Evaluation, to_json, write_match};
 use paid_eval::shooting::ROLLING_SPEED;
@@ -16,6 +16,7 @@ use super::progress::Progress;
 use super::subject::Common;
 use super::{Output, ended};
 use crate::failure::Failure;
+use crate::live::LiveArgs;
 
 /// Rate of the film [Hz]: every fourth control step of 50 Hz.
 const RATE_HZ: f64 = 12.5;
@@ -47,6 +48,8 @@ pub struct Args {
     film_kicks: usize,
     #[command(flatten)]
     output: Output,
+    #[command(flatten)]
+    live: LiveArgs,
 }
 
 /// Plays the matches, writes and prints the report.
@@ -63,8 +66,12 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     let (monitor, progress) = Progress::start(args.output.json)?;
     subject.setup.monitor = monitor;
-    let filmed = if args.film.is_some() { args.film_kicks } else { 0 };
-    let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, &options, filmed)?;
+    let page = args.live.matches(&subject)?;
+    let audience = Audience {
+        filmed: if args.film.is_some() { args.film_kicks } else { 0 },
+        spectator: page.as_ref().map(|page| page as &dyn Spectator),
+    };
+    let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, &options, audience)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("match", &subject.name, &report, timing))?;
     if let Some(out) = &args.output.out {

@@ -14,9 +14,11 @@ use paid_deploy::{
     lateness_table, run_live,
 };
 
+use super::mirror::Mirror;
 use super::screen::Viewer;
 use super::{NetworkArgs, PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
+use crate::live::LiveArgs;
 
 /// Arguments of `paid robot run`.
 #[derive(Debug, clap::Args)]
@@ -52,6 +54,8 @@ pub struct RunArgs {
     /// End after so many seconds [default: runs until Ctrl-C].
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
+    #[command(flatten)]
+    live: LiveArgs,
 }
 
 /// Runs a policy on the robot.
@@ -94,6 +98,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         println!("without --eyes or --virtual-senses the robot sees no ball: it does not kick");
     }
     let link = SensedLink::new(link, sensed);
+    // Before the terminal is taken.
+    let mut mirror = Mirror::open(&args.live, &args.player, &player, &stop)?;
     let keys = args.view.then(Arc::default);
     let live = Live {
         writer,
@@ -117,6 +123,9 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
                 None if args.quiet => {}
                 None => println!("eyes: {line}"),
             }
+        }
+        if let Some(mirror) = &mut mirror {
+            mirror.tell(told);
         }
         match (shown.as_mut(), told) {
             (Some(screen), told) => screen.tell(told),

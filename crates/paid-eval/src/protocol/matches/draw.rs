@@ -69,6 +69,11 @@ impl<'a> Draw<'a> {
         Self { placement: Placement::new(setup), options, number, look: 0, rng }
     }
 
+    /// Number of the match.
+    pub(super) fn number(&self) -> usize {
+        self.number
+    }
+
     /// The next kick whose ball is `free` for its motion.
     fn kick(&mut self, free: impl Fn(&Placement<'_>, &NextKick) -> bool) -> Option<NextKick> {
         (0..REDRAWS).find_map(|_| {

@@ -1,10 +1,11 @@
 //! Follows one match, and says when the next ball comes.
 
-use paid_task::{EnvSample, InitialState, KickEvent, NextKick};
+use paid_task::{BelievedBall, EnvSample, EvalControl, InitialState, KickEvent, NextKick};
 
-use super::MatchOptions;
 use super::draw::Draw;
 use super::report::{KickOutcome, MatchOutcome};
+use super::{Audience, MatchOptions, Spectacle};
+use crate::EvalError;
 use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::metrics::shooting::{Crossing, Goal, fallen};
 use crate::picture::{Film, Pose};
@@ -46,9 +47,10 @@ pub(super) struct Player<'a> {
     playing: Playing,
     kicks: Vec<KickOutcome>,
     pending: Option<NextKick>,
-    /// Kicks that are filmed, and their films.
-    filmed: usize,
+    audience: Audience<'a>,
     films: Vec<Film>,
+    /// Of this moment, for who looks on: the ball's angular velocity, and where the robot believes the ball to be.
+    beside: ([f64; 3], Option<BelievedBall>),
 }
 
 /// Speed of the base `[m/s]` and root mean square of the joints' speeds `[rad/s]`.
@@ -69,7 +71,7 @@ impl<'a> Player<'a> {
         options: &'a MatchOptions,
         draw: Draw<'a>,
         start: &InitialState,
-        filmed: usize,
+        audience: Audience<'a>,
     ) -> Self {
         let first = NextKick {
             motion: start.motion,
@@ -86,8 +88,9 @@ impl<'a> Player<'a> {
             playing: Playing::new(first, 0),
             kicks: Vec::new(),
             pending: None,
-            filmed,
+            audience,
             films: Vec::new(),
+            beside: ([0.0; 3], None),
         }
     }
 
@@ -96,8 +99,8 @@ impl<'a> Player<'a> {
         (MatchOutcome::new(number, self.kicks), self.films)
     }
 
-    /// Ends the kick that is being played.
-    fn end_kick(&mut self, sample: &EnvSample, fell: bool) {
+    /// Ends the kick that is being played; `last`: and the match with it.
+    fn end_kick(&mut self, sample: &EnvSample, fell: bool, last: bool) {
         let playing = &self.playing;
         let kick = playing.kick.as_ref();
         let feet = self.setup.spec.feet.each_ref().map(|name| self.setup.robot.body_index(name));
@@ -106,7 +109,7 @@ impl<'a> Player<'a> {
         let (place, heading) = sample.reference_anchor;
         let turn = anchor.rot[1][0].atan2(anchor.rot[0][0]) - heading;
         let seconds = f64::from(sample.step - playing.from) * self.setup.preset.control_dt_s();
-        self.kicks.push(KickOutcome {
+        let outcome = KickOutcome {
             motion_name: self.setup.library.facts()[playing.next.motion].name.clone(),
             ball: playing.next.ball_xy,
             ball_velocity: playing.next.ball_velocity,
@@ -122,11 +125,22 @@ impl<'a> Player<'a> {
             fell,
             drift_m: (!fell).then(|| (anchor.pos[0] - place[0]).hypot(anchor.pos[1] - place[1])),
             drift_rad: (!fell).then(|| turn.sin().atan2(turn.cos()).abs()),
-        });
+        };
+        if let Some(spectator) = self.audience.spectator {
+            spectator.kicked(self.draw.number(), &outcome, last);
+        }
+        self.kicks.push(outcome);
+    }
+
+    fn show(&self, sample: &EnvSample) {
+        if let Some(spectator) = self.audience.spectator {
+            let (ball_spin, believed) = self.beside;
+            spectator.see(&Spectacle { number: self.draw.number(), sample, ball_spin, believed });
+        }
     }
 
     fn film(&mut self, sample: &EnvSample) {
-        if self.kicks.len() >= self.filmed || !sample.step.is_multiple_of(FILM_EVERY) {
+        if self.kicks.len() >= self.audience.filmed || !sample.step.is_multiple_of(FILM_EVERY) {
             return;
         }
         if self.films.len() <= self.kicks.len() {
@@ -139,11 +153,19 @@ impl<'a> Player<'a> {
 }
 
 impl Observer for Player<'_> {
+    fn look_on(&mut self, world: &dyn EvalControl, env: usize) -> Result<(), EvalError> {
+        if self.audience.spectator.is_some() {
+            self.beside = (world.ball_spin(env)?, world.believed_ball(env)?);
+        }
+        Ok(())
+    }
+
     fn observe(&mut self, sample: &EnvSample, _ended: Option<Ending>) -> bool {
         self.film(sample);
+        self.show(sample);
         let base = &sample.bodies[0];
         if fallen(base.pos[2], base.rot[2][2], self.setup.spec.nominal_height_m) {
-            self.end_kick(sample, true);
+            self.end_kick(sample, true, true);
             return true;
         }
         let (ball, [base_speed, joint_speed]) = (sample.ball_pos, speeds(sample));
@@ -173,12 +195,11 @@ impl Observer for Player<'_> {
         if !ready && playing.over < steps(self.setup, self.options.patience_s) {
             return false;
         }
-        self.end_kick(sample, false);
-        if self.kicks.len() == self.options.kicks {
-            return true;
-        }
-        // Nowhere to put a ball: the match is over.
-        let Some(next) = self.draw.next(sample, self.anchor) else { return true };
+        let goes_on = self.kicks.len() + 1 < self.options.kicks;
+        // Nowhere to put a ball: the match is over, too.
+        let next = if goes_on { self.draw.next(sample, self.anchor) } else { None };
+        self.end_kick(sample, false, next.is_none());
+        let Some(next) = next else { return true };
         self.playing = Playing::new(next, sample.step);
         self.pending = Some(next);
         false

@@ -1,0 +1,27 @@
+//! Who looks on while matches are played.
+
+use paid_task::{BelievedBall, EnvSample};
+
+use super::KickOutcome;
+
+/// A moment of a match.
+#[derive(Clone, Copy, Debug)]
+pub struct Spectacle<'a> {
+    /// Number of the match.
+    pub number: usize,
+    /// The state, world axes.
+    pub sample: &'a EnvSample,
+    /// Angular velocity of the ball, world axes `[rad/s]`.
+    pub ball_spin: [f64; 3],
+    /// Where the robot believes the ball to be; `None` where it is told.
+    pub believed: Option<BelievedBall>,
+}
+
+/// Looks on. Matches are played on several threads, and some of them side by side.
+pub trait Spectator: Sync {
+    /// Sees the start and every control step of every match.
+    fn see(&self, moment: &Spectacle<'_>);
+
+    /// A kick of match `number` is over; `last`: the match with it.
+    fn kicked(&self, number: usize, kick: &KickOutcome, last: bool);
+}

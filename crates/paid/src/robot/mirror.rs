@@ -1,0 +1,117 @@
+//! `paid robot run --live`: a page that shows what the runtime knows of its robot, and can stop it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use paid_deploy::{LiveStatus, Player, State, Status, Told};
+use paid_eval::metrics::shooting::fallen;
+use paid_lanes::{Quat, Vec3};
+use paid_live::{Belief, Body, Flags, Frame, WatchPage, Watched};
+use paid_robot::kinematics::forward;
+
+use super::PlayerArgs;
+use crate::failure::Failure;
+use crate::live::LiveArgs;
+
+/// A picture is of this age at most, or the ball is not in view `[s]`.
+const IN_VIEW_S: f64 = 0.2;
+/// Where a ball or goal is drawn that nobody knows of: out of sight, below the ground `[m]`.
+const BURIED_M: f64 = -9.0;
+
+/// The page of a runtime.
+pub struct Mirror {
+    page: WatchPage,
+    player: Arc<Player>,
+    stop: Arc<AtomicBool>,
+    pictures: u32,
+    lay: bool,
+}
+
+impl Mirror {
+    /// Serves the page and says its address, if it was asked for. The page's stop sets `stop`.
+    pub fn open(
+        live: &LiveArgs,
+        args: &PlayerArgs,
+        player: &Arc<Player>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Option<Self>, Failure> {
+        if !live.live {
+            return Ok(None);
+        }
+        let watched = Watched {
+            policy: args.policy.display().to_string(),
+            robot: &player.model,
+            anchor: player.model.body_index(&player.spec.anchor_body).unwrap_or(0),
+            task: &player.task,
+            clips: player.library.facts().iter().map(|clip| clip.name.clone()).collect(),
+            engine: "the robot",
+            stop: "The robot is damped, and the program ends",
+        };
+        let knowledge = "what the robot's senses say".to_owned();
+        let page = WatchPage::start(watched, knowledge, &live.options()).map_err(Failure::input)?;
+        // Standard output may be lines of JSON.
+        eprintln!("{}  <- open this in a browser to look on", page.url());
+        let (player, stop) = (Arc::clone(player), Arc::clone(stop));
+        Ok(Some(Self { page, player, stop, pictures: 0, lay: false }))
+    }
+
+    /// Shows what is told, and looks whether the page's stop was pressed. A page that fails does not end the run.
+    pub fn tell(&mut self, told: Told<'_>) {
+        if self.page.stop_asked() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+        match told {
+            Told::Event(event) => {
+                let _ = self.page.say(format!("{} -> {}: {}", event.from, event.to, event.reason));
+            }
+            Told::Status(LiveStatus { runtime, .. }) => {
+                let frame = self.frame(runtime);
+                if frame.flags.fallen && !self.lay {
+                    let _ = self.page.fell();
+                }
+                self.lay = frame.flags.fallen;
+                self.page.show(frame);
+            }
+        }
+    }
+
+    /// The robot as the runtime has it: place by odometry, posture by its joints, ball and goal by its belief.
+    fn frame(&mut self, status: &Status) -> Frame {
+        self.pictures += 1;
+        let (model, spec) = (&self.player.model, &self.player.spec);
+        let base = status.odometry_m.unwrap_or([0.0, 0.0, spec.nominal_height_m]);
+        let quat = Quat(status.base_quat);
+        let joints: Vec<f64> = status.joints.iter().map(|joint| f64::from(joint.pos_rad)).collect();
+        let poses = forward(model, Vec3(base), quat, &joints);
+        let torso = &poses[model.body_index(&spec.anchor_body).unwrap_or(0)];
+        let (s, c) = torso.rot().yaw().sin_cos();
+        let (radius, age_s) = (self.player.task.ball_params.radius_m, status.ages_s[2]);
+        let ball = status.ball_m.map_or([base[0], base[1], BURIED_M], |[ahead, left]| {
+            [torso.pos.x() + c * ahead - s * left, torso.pos.y() + s * ahead + c * left, radius]
+        });
+        let belief = status.ball_m.map(|_| Belief {
+            pos: ball.map(|x| x as f32),
+            deviation_m: status.ball_deviation_m as f32,
+            age_s: age_s as f32,
+        });
+        // A goal lies beyond the horizon while nobody has said where it is.
+        let [gx, gy] = status.goal_m.unwrap_or([base[0] + 1e3, base[1]]);
+        Frame {
+            flags: Flags {
+                fallen: fallen(base[2], quat.to_mat().0[2][2], spec.nominal_height_m),
+                kicking: status.state == State::Kick,
+                in_view: age_s < IN_VIEW_S,
+                ..Flags::default()
+            },
+            step: self.pictures,
+            time_s: status.at_us as f64 * 1e-6,
+            rate: [1.0; 2],
+            ball: Body { pos: ball, quat: [1.0, 0.0, 0.0, 0.0] },
+            goal: [gx as f32, gy as f32, (gy - base[1]).atan2(gx - base[0]) as f32],
+            engine: 0,
+            bodies: poses.iter().map(|pose| Body { pos: pose.pos.0, quat: pose.quat.0 }).collect(),
+            belief,
+            ..Frame::default()
+        }
+    }
+}
