@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use paid_lanes::{Mat3, Quat, Vec3};
-use paid_mujoco::{BallOptions, MujocoSim, SceneOptions};
+use paid_mujoco::{MujocoSim, SceneOptions};
 use paid_physics::{GroupState, LaneState, Simulator};
 
 use super::faults::Fault;
@@ -59,14 +59,14 @@ impl VirtualG1 {
     /// # Errors
     /// If MuJoCo is missing or refuses the scene.
     pub fn new(player: Arc<Player>) -> Result<Self, DeployError> {
-        // It slows as the runtime's prediction and the eyes' ball memory expect it.
-        let ball = BallOptions { params: player.task.ball_params, damped: true, ..BallOptions::default() };
+        // A rolling ball slows as the runtime's prediction and the eyes' ball memory expect it; a kicked one slides at first, so that it
+        // takes the friction of training too.
         let scene = SceneOptions {
             physics_dt_s: STEP_US as f64 * 1e-6,
             substeps: 1,
-            ball: Some(ball),
             ..SceneOptions::default()
         };
+        let scene = scene.with_builtin_ball(player.task.ball_params, &player.task.scene);
         let sim =
             MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(DeployError::simulation)?;
         let mut robot = Self {
