@@ -61,11 +61,8 @@ impl VirtualG1 {
     pub fn new(player: Arc<Player>) -> Result<Self, DeployError> {
         // A rolling ball slows as the runtime's prediction and the eyes' ball memory expect it; a kicked one slides at first, so that it
         // takes the friction of training too.
-        let scene = SceneOptions {
-            physics_dt_s: STEP_US as f64 * 1e-6,
-            substeps: 1,
-            ..SceneOptions::default()
-        };
+        let scene =
+            SceneOptions { physics_dt_s: STEP_US as f64 * 1e-6, substeps: 1, ..SceneOptions::default() };
         let scene = scene.with_builtin_ball(player.task.ball_params, &player.task.scene);
         let sim =
             MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(DeployError::simulation)?;

@@ -5,7 +5,9 @@ use crate::picture::{Camera, Canvas, Scene, Shown, draw_robot, episode_frame};
 
 const BONE: [u8; 3] = [70, 120, 190];
 const TRAIL: [u8; 3] = [235, 150, 60];
-/// For how long `KICK` stands in the picture `[s]`.
+/// Height of letters [pixels].
+const TEXT: i64 = 14;
+/// For how long `kick` stands in the picture `[s]`.
 const KICK_S: f64 = 0.4;
 
 /// What is drawn beside the robot.
@@ -21,14 +23,14 @@ pub struct Shows {
 pub fn picture(footage: &Footage, t: usize, size: [usize; 2], shows: Shows) -> Canvas {
     let frame = &footage.frames[t];
     let mut image = if footage.episode { episode(footage, t, size, shows) } else { motion(footage, t, size) };
-    image.text(8, 8, 2, [30; 3], &format!("{:.2} S", footage.time_s(t)));
+    image.text(8, 8, TEXT, [30; 3], &format!("{:.2} s", footage.time_s(t)));
     if !footage.episode || footage.ball_radius_m.is_some() {
-        let what = if footage.episode { "BALL" } else { "FOOT" };
-        image.text(8, 24, 2, [120, 70, 20], &format!("{what} {:.1} M/S", frame.mark_speed));
+        let what = if footage.episode { "ball" } else { "foot" };
+        image.text(8, 24, TEXT, [120, 70, 20], &format!("{what} {:.1} m/s", frame.mark_speed));
     }
     let kick = footage.frames.iter().position(|f| f.pose.kicked);
     if kick.is_some_and(|kick| t >= kick && (t - kick) as f64 * footage.dt_s <= KICK_S) {
-        image.text(8, 40, 2, [190, 50, 20], "KICK");
+        image.text(8, 40, TEXT, [190, 50, 20], "kick");
     }
     image
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::font::{GLYPH_HEIGHT, GLYPH_WIDTH, glyph};
+use super::font::Letters;
 use crate::EvalError;
 use crate::file::write_whole;
 
@@ -73,9 +73,7 @@ impl Canvas {
         let Some(below) = below else { return };
         for (pixel, under) in self.pixels.iter_mut().zip(&below.pixels) {
             if pixel != under {
-                for (new, old) in pixel.iter_mut().zip(under) {
-                    *new = (f64::from(*old) + cover * (f64::from(*new) - f64::from(*old))).round() as u8;
-                }
+                *pixel = mixed(*under, *pixel, cover);
             }
         }
     }
@@ -91,23 +89,31 @@ impl Canvas {
             }
         }
     }
-    /// Text with its top left corner at (x, y), in capitals; characters without a glyph leave a gap.
-    pub fn text(&mut self, x: i64, y: i64, scale: i64, color: Rgb, text: &str) {
+    /// Text with its top left corner at (x, y), as high as that of a vector font of `size` pixels.
+    pub fn text(&mut self, x: i64, y: i64, size: i64, color: Rgb, text: &str) {
+        let letters = Letters::of(size);
         for (i, c) in text.chars().enumerate() {
-            let left = x + i as i64 * (GLYPH_WIDTH as i64 + 1) * scale;
-            for (row, bits) in glyph(c).iter().enumerate() {
-                for column in 0..GLYPH_WIDTH {
-                    if bits >> (GLYPH_WIDTH - 1 - column) & 1 == 1 {
-                        self.rect(left + column as i64 * scale, y + row as i64 * scale, scale, scale, color);
-                    }
+            let left = x + i as i64 * letters.advance();
+            for (row, inks) in letters.rows(c).enumerate() {
+                for (column, ink) in inks.iter().enumerate() {
+                    self.mix(left + column as i64, y + row as i64, color, f64::from(*ink) / 255.0);
                 }
             }
         }
     }
-    /// Width and height of a text in pixels.
-    pub fn text_size(scale: i64, text: &str) -> [i64; 2] {
-        let n = text.chars().count() as i64;
-        [(n * (GLYPH_WIDTH as i64 + 1) - 1).max(0) * scale, GLYPH_HEIGHT as i64 * scale]
+    /// Covers a share of a pixel.
+    fn mix(&mut self, x: i64, y: i64, color: Rgb, cover: f64) {
+        if let (Ok(px), Ok(py)) = (usize::try_from(x), usize::try_from(y))
+            && px < self.width
+            && py < self.height
+        {
+            self.set(x, y, mixed(self.get(px, py), color, cover));
+        }
+    }
+    /// Width of a text, and its height from its top to the line that it stands on, in pixels.
+    pub fn text_size(size: i64, text: &str) -> [i64; 2] {
+        let letters = Letters::of(size);
+        [text.chars().count() as i64 * letters.advance(), letters.ascent()]
     }
     /// Copies another image with its top left corner at (x, y).
     pub fn paste(&mut self, x: i64, y: i64, image: &Canvas) {
@@ -162,6 +168,12 @@ impl Canvas {
     }
 }
 
+/// A color of which `cover`, 0 to 1, lies over another.
+fn mixed(below: Rgb, above: Rgb, cover: f64) -> Rgb {
+    let mix = |below: u8, above: u8| f64::from(below) + cover * (f64::from(above) - f64::from(below));
+    core::array::from_fn(|k| mix(below[k], above[k]).round() as u8)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -191,12 +203,24 @@ mod tests {
     }
 
     #[test]
-    fn text_covers_the_size_that_it_claims() {
-        let [width, height] = Canvas::text_size(2, "100");
-        let mut image = Canvas::new(width as usize, height as usize, [0; 3]);
-        image.text(0, 0, 2, [255; 3], "100");
-        assert!((0..height as usize).any(|y| image.get(width as usize - 1, y) == [255; 3]));
-        assert!((0..width as usize).any(|x| image.get(x, height as usize - 1) == [255; 3]));
+    fn text_stands_on_its_line_and_stays_within_its_width() {
+        for size in [10, 14, 18, 22, 40] {
+            let [width, height] = Canvas::text_size(size, "H1p");
+            let mut image = Canvas::new(width as usize + 20, height as usize + 20, [0; 3]);
+            image.text(0, 0, size, [255; 3], "H1p");
+            let inked = |x: i64, y: i64| image.get(x as usize, y as usize)[0] > 127;
+            // The tail of the p hangs below the line.
+            let advance = width / 3;
+            assert!((0..advance).any(|x| inked(x, height - 1)), "{size}");
+            assert!((0..2 * advance).all(|x| !inked(x, height)), "{size}");
+            assert!((2 * advance..width).any(|x| inked(x, height)), "{size}");
+            assert!((0..height + 20).all(|y| !inked(width, y)), "{size}");
+        }
+        let mut image = Canvas::new(20, 20, [0; 3]);
+        image.text(0, 0, 14, [255; 3], "\u{4e00}");
+        let mut other = Canvas::new(20, 20, [0; 3]);
+        other.text(0, 0, 14, [255; 3], "?");
+        assert_eq!(image, other, "a character that the font lacks");
     }
 
     #[test]

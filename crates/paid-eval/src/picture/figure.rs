@@ -66,11 +66,6 @@ pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
-/// Pixels a dot of the bitmap font, so that capitals are as high as those of a vector font of this size.
-fn dots(size: i64) -> i64 {
-    ((0.72 * size as f64 / 5.0).round() as i64).max(1)
-}
-
 impl Figure {
     /// An empty chart.
     pub fn new(width: i64, height: i64) -> Self {
@@ -139,14 +134,13 @@ impl Figure {
                 Shape::Disc { center, radius, fill } => image.disc(*center, *radius, *fill),
                 Shape::Line { points, width, ink, cover } => image.polyline(points, *width, *ink, *cover),
                 Shape::Text { at, size, anchor, ink, text } => {
-                    let scale = dots(*size);
-                    let [w, h] = Canvas::text_size(scale, text);
+                    let [w, h] = Canvas::text_size(*size, text);
                     let back = match anchor {
                         Anchor::Start => 0,
                         Anchor::Middle => w / 2,
                         Anchor::End => w,
                     };
-                    image.text(at[0] - back, at[1] - h, scale, *ink, text);
+                    image.text(at[0] - back, at[1] - h, *size, *ink, text);
                 }
             }
         }

@@ -1,62 +1,41 @@
-//! A bitmap font of capitals, digits and a few signs, three by five pixels, drawn for this program.
+//! Letters in pixels: Noto Sans Mono, rasterized by the crate that brings it.
 
-/// Columns of a glyph.
-pub(super) const GLYPH_WIDTH: usize = 3;
-/// Rows of a glyph.
-pub(super) const GLYPH_HEIGHT: usize = 5;
+use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 
-/// Rows of a character from the top, the leftmost column in the highest bit; blank if there is none.
-pub(super) fn glyph(c: char) -> [u8; GLYPH_HEIGHT] {
-    match c.to_ascii_uppercase() {
-        '0' => [7, 5, 5, 5, 7],
-        '1' => [2, 6, 2, 2, 7],
-        '2' => [7, 1, 7, 4, 7],
-        '3' => [7, 1, 7, 1, 7],
-        '4' => [5, 5, 7, 1, 1],
-        '5' => [7, 4, 7, 1, 7],
-        '6' => [7, 4, 7, 5, 7],
-        '7' => [7, 1, 2, 2, 2],
-        '8' => [7, 5, 7, 5, 7],
-        '9' => [7, 5, 7, 1, 7],
-        'A' => [2, 5, 7, 5, 5],
-        'B' => [6, 5, 6, 5, 6],
-        'C' => [3, 4, 4, 4, 3],
-        'D' => [6, 5, 5, 5, 6],
-        'E' => [7, 4, 6, 4, 7],
-        'F' => [7, 4, 6, 4, 4],
-        'G' => [3, 4, 5, 5, 3],
-        'H' => [5, 5, 7, 5, 5],
-        'I' => [7, 2, 2, 2, 7],
-        'J' => [1, 1, 1, 5, 2],
-        'K' => [5, 5, 6, 5, 5],
-        'L' => [4, 4, 4, 4, 7],
-        'M' => [5, 7, 7, 5, 5],
-        'N' => [6, 5, 5, 5, 5],
-        'O' => [2, 5, 5, 5, 2],
-        'P' => [6, 5, 6, 4, 4],
-        'Q' => [2, 5, 5, 6, 3],
-        'R' => [6, 5, 6, 5, 5],
-        'S' => [3, 4, 2, 1, 6],
-        'T' => [7, 2, 2, 2, 2],
-        'U' => [5, 5, 5, 5, 7],
-        'V' => [5, 5, 5, 5, 2],
-        'W' => [5, 5, 7, 7, 5],
-        'X' => [5, 5, 2, 5, 5],
-        'Y' => [5, 5, 2, 2, 2],
-        'Z' => [7, 1, 2, 4, 7],
-        '.' => [0, 0, 0, 0, 2],
-        ',' => [0, 0, 0, 2, 4],
-        '-' => [0, 0, 7, 0, 0],
-        '_' => [0, 0, 0, 0, 7],
-        '+' => [0, 2, 7, 2, 0],
-        '%' => [5, 1, 2, 4, 5],
-        '/' => [1, 1, 2, 4, 4],
-        ':' => [0, 2, 0, 2, 0],
-        '=' => [0, 7, 0, 7, 0],
-        '(' => [1, 2, 2, 2, 1],
-        ')' => [4, 2, 2, 2, 4],
-        '[' => [3, 2, 2, 2, 3],
-        ']' => [6, 2, 2, 2, 6],
-        _ => [0; GLYPH_HEIGHT],
+const WEIGHT: FontWeight = FontWeight::Regular;
+
+/// The letters of one size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Letters {
+    height: RasterHeight,
+}
+
+impl Letters {
+    /// Those that are nearest to a vector font of `size` pixels; there are four sizes.
+    pub(super) fn of(size: i64) -> Self {
+        let height = match size {
+            ..=15 => RasterHeight::Size16,
+            16..=18 => RasterHeight::Size20,
+            19..=23 => RasterHeight::Size24,
+            _ => RasterHeight::Size32,
+        };
+        Self { height }
+    }
+
+    /// Pixels from a letter to the next.
+    pub(super) fn advance(self) -> i64 {
+        get_raster_width(WEIGHT, self.height) as i64
+    }
+
+    /// Rows from the top to the line on which capitals stand.
+    pub(super) fn ascent(self) -> i64 {
+        let inked = self.rows('H').enumerate().filter(|(_, row)| row.iter().any(|ink| *ink > 127));
+        inked.last().map_or(0, |(row, _)| row as i64 + 1)
+    }
+
+    /// How much ink each pixel of a character has, 0 to 255, row by row from the top; a question mark for one that the font lacks.
+    pub(super) fn rows(self, c: char) -> impl Iterator<Item = &'static [u8]> {
+        let letter = [c, '?'].into_iter().find_map(|c| get_raster(c, WEIGHT, self.height));
+        letter.into_iter().flat_map(|letter| letter.rows())
     }
 }

@@ -76,6 +76,8 @@ const TRAIL: Rgb = [235, 190, 120];
 const POST: Rgb = [250, 250, 250];
 const GHOST: Rgb = [90, 150, 235];
 const FORCE: Rgb = [215, 40, 60];
+/// Height of letters [pixels].
+const TEXT: i64 = 16;
 /// How much of the ghost is seen.
 const GHOST_SHARE: f64 = 0.42;
 /// A ghost nearer to the robot than this is not drawn over it `[m]`.
@@ -242,10 +244,10 @@ pub fn film_strip(
         let t = from + ((to - from) * k).checked_div(count - 1).unwrap_or(0);
         let Some(pose) = film.poses.get(t) else { continue };
         let mut image = film_frame(model, film, t, ball_radius, half_width, SIZE);
-        let label = format!("{:.2} S", f64::from(pose.step) * control_dt_s);
-        image.text(8, 8, 3, [30; 3], &label);
+        let label = format!("{:.2} s", f64::from(pose.step) * control_dt_s);
+        image.text(8, 8, TEXT, [30; 3], &label);
         if pose.kicked {
-            image.text(8, 30, 3, [180, 60, 20], "KICKED");
+            image.text(8, 30, TEXT, [180, 60, 20], "kicked");
         }
         strip.paste((SIZE[0] * (k % COLUMNS)) as i64, (SIZE[1] * (k / COLUMNS)) as i64, &image);
     }
