@@ -15,6 +15,7 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, ReferenceLibrary, TaskPreset, TaskShard,
 };
+use paid_train::Ranks;
 
 use crate::EvalError;
 use crate::engine::EngineChoice;
@@ -45,6 +46,8 @@ pub struct EvalSetup {
     pub seed: u64,
     /// Progress, effort and a way to stop.
     pub monitor: Monitor,
+    /// The processes that share out the trials of [`crate::share::run_shared`].
+    pub ranks: Arc<dyn Ranks>,
 }
 
 /// How the task says that an episode ended.
@@ -92,10 +95,24 @@ pub fn run_episodes<O: Observer>(
     max_steps: usize,
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
+    run_batches(setup, policy, starts, rules, max_steps, |_| true, observer)
+}
+
+/// As [`run_episodes`], for the batches with the numbers `wanted` alone.
+pub(crate) fn run_batches<O: Observer>(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    starts: &[InitialState],
+    rules: EpisodeRules,
+    max_steps: usize,
+    wanted: impl Fn(usize) -> bool,
+    observer: impl Fn(usize) -> O + Sync,
+) -> Result<Vec<(usize, O)>, EvalError> {
     let run = Run { setup, policy, starts, rules, max_steps, observer: &observer };
     let width = run.width();
     let batches = (0..starts.len()).step_by(width).map(|first| first..(first + width).min(starts.len()));
-    run.batches(&batches.collect::<Vec<_>>())
+    let wanted = batches.enumerate().filter(|(number, _)| wanted(*number)).map(|(_, batch)| batch);
+    run.batches(&wanted.collect::<Vec<_>>())
 }
 
 /// As [`run_episodes`], for the trials with the numbers `wanted` alone: each goes as it went among all of `starts`.
@@ -117,6 +134,7 @@ pub fn run_again<O: Observer>(
     let run = Run { setup, policy, starts, rules, max_steps, observer: &observer };
     run.batches(&wanted.iter().map(|&trial| trial..trial + 1).collect::<Vec<_>>())
 }
+
 /// What all batches of a run share.
 struct Run<'a, F> {
     setup: &'a EvalSetup,

@@ -48,6 +48,9 @@ pub enum EvalError {
         /// The policy's value.
         policy: usize,
     },
+    /// Processes that share out the trials do not agree.
+    #[error("several processes: {0}")]
+    Ranks(String),
     /// The policy cannot be read or run.
     #[error("policy: {0}")]
     Policy(String),

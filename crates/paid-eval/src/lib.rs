@@ -37,6 +37,7 @@ pub mod policy;
 mod protocol;
 pub mod results;
 pub mod scene;
+pub mod share;
 pub mod shot;
 pub mod subject;
 pub mod table;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Shared by whoever runs trials and whoever waits for them. Clones watch the same run.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +21,7 @@ struct Counters {
 }
 
 /// Where the time went, summed over threads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Effort {
     /// Trials that ended.
     pub trials: usize,
@@ -31,6 +31,19 @@ pub struct Effort {
     pub physics_s: f64,
     /// The policy `[s]`.
     pub policy_s: f64,
+}
+
+impl Effort {
+    /// What was added to an earlier effort.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self {
+            trials: self.trials - earlier.trials,
+            control_steps: self.control_steps - earlier.control_steps,
+            physics_s: self.physics_s - earlier.physics_s,
+            policy_s: self.policy_s - earlier.policy_s,
+        }
+    }
 }
 
 /// What an evaluation cost.
@@ -105,6 +118,16 @@ impl Monitor {
 
     pub(crate) fn finish(&self, trials: usize) {
         self.0.done.fetch_add(trials, Ordering::Relaxed);
+    }
+
+    /// Counts what another process did.
+    pub(crate) fn add(&self, effort: &Effort) {
+        self.plan(effort.trials);
+        self.finish(effort.trials);
+        self.0.steps.fetch_add(effort.control_steps, Ordering::Relaxed);
+        for (ns, seconds) in [(&self.0.physics_ns, effort.physics_s), (&self.0.policy_ns, effort.policy_s)] {
+            ns.fetch_add((seconds * 1e9) as u64, Ordering::Relaxed);
+        }
     }
 
     pub(crate) fn spend(&self, envs: usize, physics: Duration, policy: Duration) {

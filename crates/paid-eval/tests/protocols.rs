@@ -11,10 +11,12 @@ use paid_eval::shooting::{self, Grid, Placement, ShootingOptions, Variant, plan}
 use paid_eval::tracking::{self, TrackingOptions};
 use paid_eval::{EvalError, picture};
 use paid_lanes::Isa;
+use paid_learn::ranks::ThreadRanks;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::KnowledgeMode;
 use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_train::Ranks;
 
 /// The folder of the standard kicks, or `None` (the test is skipped).
 fn motions(test: &str) -> Option<PathBuf> {
@@ -35,6 +37,7 @@ fn setup(folder: &Path, task: &str, threads: usize) -> EvalSetup {
         threads,
         seed: 5,
         monitor: Monitor::default(),
+        ranks: Arc::new(paid_train::Alone),
     }
 }
 
@@ -71,6 +74,52 @@ fn shots_repeat_whatever_the_number_of_threads() {
         (ball[0] - (trial.place[0] - 5.0)).abs() < 1e-3 && (ball[1] - trial.place[1]).abs() < 1e-3,
         "{ball:?}"
     );
+}
+
+#[test]
+fn ranks_share_out_the_trials_and_report_what_one_process_reports() {
+    let Some(folder) = motions("ranks_share_out_the_trials_and_report_what_one_process_reports") else {
+        return;
+    };
+    let options = ShootingOptions {
+        grid: Grid { x: [0.75, 1.0], y: [0.0, 0.0], step: 0.25 },
+        trials: 40,
+        limit_s: 0.6,
+        ..ShootingOptions::default()
+    };
+    let run = |ranks: Arc<dyn Ranks>, trials: usize| {
+        let monitor = Monitor::default();
+        let of = |task| EvalSetup {
+            ranks: Arc::clone(&ranks),
+            monitor: monitor.clone(),
+            ..setup(&folder, task, 1)
+        };
+        let (shots, clips) = (of("paper_stage2"), of("paper_stage1"));
+        let shooting =
+            shooting::evaluate(&shots, &zero(&shots), &ShootingOptions { trials, ..options.clone() })?;
+        let sets = vec!["standard".to_owned(); clips.library.len()];
+        let tracking = TrackingOptions { starts: 8, sets, limits: true };
+        let tracking = tracking::evaluate(&clips, &zero(&clips), &tracking)?;
+        Ok::<_, EvalError>((shooting, tracking, monitor.effort().trials, monitor.effort().control_steps))
+    };
+    let on_two = |trials: [usize; 2]| -> Vec<_> {
+        std::thread::scope(|scope| {
+            let start = |(ranks, trials)| scope.spawn(move || run(Arc::new(ranks) as Arc<dyn Ranks>, trials));
+            let threads: Vec<_> = ThreadRanks::of(2).into_iter().zip(trials).map(start).collect();
+            threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+        })
+    };
+    let alone = run(Arc::new(paid_train::Alone), 40).expect("runs");
+    assert!(alone.2 > 80, "more than a batch: {}", alone.2);
+    for rank in on_two([40, 40]) {
+        assert_eq!(rank.expect("runs"), alone);
+    }
+    // Two batches of one, three of the other.
+    for (rank, expected) in on_two([40, 80]).into_iter().zip([80, 160]) {
+        let text = rank.expect_err("they differ").to_string();
+        let start = format!("several processes: expected {expected} trials on every rank, found ");
+        assert!(text.starts_with(&start), "{text}");
+    }
 }
 
 #[test]

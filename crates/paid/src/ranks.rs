@@ -52,6 +52,17 @@ pub fn together(work: impl FnOnce(&Joined) -> Result<ExitCode, Failure>) -> Resu
     result
 }
 
+/// Refuses to do `what` in one of several processes: each would do the same.
+///
+/// # Errors
+/// If `mpirun` has started several.
+pub fn alone(what: &str) -> Result<(), Failure> {
+    match started() {
+        1 => Ok(()),
+        count => Err(Failure::input(format!("mpirun: expected one process for {what}, found {count}"))),
+    }
+}
+
 /// Joins the processes of `mpirun`; alone without it.
 #[cfg(feature = "mpi")]
 fn join() -> Result<Joined, Failure> {

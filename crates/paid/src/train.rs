@@ -233,7 +233,7 @@ const SHOTS: usize = 10;
 /// Scores both stages: the first follows the motions, the second shoots at static and rolling balls of the effective workspace. The
 /// files go to `out/eval`. Once `stop` is set the rest is left out.
 fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure> {
-    let output = Output { json: args.json, out: Some(out.join("eval")) };
+    let output = Output { json: args.json, out: Some(out.join("eval")), silent: false };
     let load = |stage: Stage| -> Result<Subject, Failure> {
         let spec =
             SubjectSpec { threads: thread_count(args.threads)?, ..SubjectSpec::new(out.join(stage.name())) };

@@ -153,3 +153,39 @@ fn two_processes_share_the_entries_of_a_plan_out() {
     let page = std::fs::read_to_string(folder.path().join("two/report.html")).expect("a page");
     assert!(page.contains("Without clips") && page.contains("What there is"), "{page}");
 }
+
+#[test]
+fn two_processes_share_the_trials_of_an_evaluation_out() {
+    let test = "two_processes_share_the_trials_of_an_evaluation_out";
+    let folder = tempfile::tempdir().expect("folder");
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/demo/stage2.safetensors");
+    // Two batches of 64.
+    let shoot = ["eval", "shooting", "--policy", demo, "--effective", "--trials", "2", "--limit", "0.4"];
+    let of = |more: &[&'static str]| -> Vec<&str> { shoot.iter().chain(more).copied().collect() };
+    let quiet = of(&["--engine", "builtin", "--threads", "1", "--json"]);
+    let two: Vec<&str> = ["-n", "2", env!("CARGO_BIN_EXE_paid")].into_iter().chain(quiet.clone()).collect();
+    let Some(output) = mpirun(folder.path(), &two) else {
+        paid_testing::without_program(test, "mpirun");
+        return;
+    };
+    let report = |text: String| -> Value {
+        let mut report: Value = serde_json::from_str(&text).expect("one report");
+        let timing = report.as_object_mut().expect("an object").remove("timing").expect("a timing");
+        assert_eq!(timing["trials"], 126);
+        report
+    };
+    assert_eq!(report(succeeds(&output)), report(succeeds(&paid(folder.path(), &quiet))));
+
+    let gap = ["eval", "gap", "--policy", demo];
+    let both = of(&["--engine", "both"]);
+    for (command, expected) in
+        [(&gap[..], "expected one process for this evaluation"), (&both, "expected one engine")]
+    {
+        let command: Vec<&str> =
+            ["-n", "2", env!("CARGO_BIN_EXE_paid")].into_iter().chain(command.to_vec()).collect();
+        let refused = mpirun(folder.path(), &command).expect("it is there");
+        assert!(!refused.status.success());
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(said.contains(expected), "{said}");
+    }
+}

@@ -11,8 +11,8 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_sysid::Surface;
 use paid_task::preset::KnowledgeMode;
 use paid_task::{ReferenceLibrary, TaskPreset};
-use paid_train::RunPreset;
 use paid_train::setup::load_robot;
+use paid_train::{Alone, RunPreset};
 use serde::{Deserialize, Serialize};
 
 use super::score::{Count, Score};
@@ -144,6 +144,7 @@ impl<'a> Judge<'a> {
             threads: self.threads,
             seed: self.settings.seed,
             monitor: monitor.clone(),
+            ranks: Arc::new(Alone),
         })
     }
 

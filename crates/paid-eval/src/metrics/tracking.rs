@@ -42,7 +42,7 @@ impl BodyTrack {
 }
 
 /// Errors of a trajectory against a reference of the same frames and bodies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TrackingErrors {
     /// Mean distance of bodies relative to each frame's root `[mm]`.
     pub mpjpe_mm: f64,

@@ -5,13 +5,16 @@ mod observer;
 mod report;
 mod spectator;
 
+use std::cell::RefCell;
+
 use paid_task::{EpisodeRules, TimeLimit};
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::episodes::{EvalSetup, run_episodes};
+use crate::episodes::EvalSetup;
 use crate::picture::Film;
 use crate::policy::DriverMaker;
+use crate::share::run_shared;
 use crate::shooting::Grid;
 use draw::{Draw, first_start};
 use observer::Player;
@@ -91,7 +94,7 @@ pub struct Audience<'a> {
 /// Runs the matches. A run that was stopped reports the matches that ended. What the audience sees changes nothing.
 ///
 /// # Errors
-/// As [`run_episodes`], or if an option makes no sense, or no place of the workspace has room for a ball.
+/// As [`run_shared`], or if an option makes no sense, or no place of the workspace has room for a ball.
 pub fn evaluate(
     setup: &EvalSetup,
     policy: &DriverMaker,
@@ -113,13 +116,13 @@ pub fn evaluate(
         let seen_by = Audience { filmed, ..audience };
         Player::new(setup, options, draws[i].clone(), &starts[i], seen_by)
     };
-    let players = run_episodes(setup, policy, &starts, rules, steps, observer)?;
-    let mut films = Vec::new();
-    let mut matches = Vec::new();
-    for (number, player) in players {
+    let films = RefCell::new(Vec::new());
+    let outcome = |number: usize, player: Player<'_>| {
         let (outcome, film) = player.finish(number);
-        films.extend(film);
-        matches.push(outcome);
-    }
+        films.borrow_mut().extend(film);
+        outcome
+    };
+    let matches = run_shared(setup, policy, &starts, rules, steps, observer, outcome)?;
+    let (matches, films) = (matches.into_iter().map(|(_, outcome)| outcome).collect(), films.into_inner());
     Ok((MatchReport::new(setup.engine.facts(&setup.preset), options, matches), films))
 }

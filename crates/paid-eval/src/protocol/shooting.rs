@@ -13,6 +13,7 @@ use crate::EvalError;
 use crate::divergence::{Trace, Traced};
 use crate::episodes::{EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
+use crate::share::run_shared;
 
 pub(crate) use observer::Watch;
 
@@ -179,8 +180,16 @@ pub(crate) fn outcomes(
     options: &ShootingOptions,
     trials: &[Trial],
 ) -> Result<Vec<Outcome>, EvalError> {
-    let watches = run(setup, policy, options, trials, |_| Watch::new(setup, options))?;
-    Ok(watches.into_iter().map(|(i, watch)| watch.outcome(trials[i].clone(), setup)).collect())
+    let (starts, rules, steps) = course(setup, options, trials);
+    let watch = |_| Watch::new(setup, options);
+    // An outcome's path is not written with it.
+    let outcome = |i: usize, watch: Watch| {
+        let mut outcome = watch.outcome(trials[i].clone(), setup);
+        let path = core::mem::take(&mut outcome.path);
+        (outcome, path)
+    };
+    let outcomes = run_shared(setup, policy, &starts, rules, steps, watch, outcome)?;
+    Ok(outcomes.into_iter().map(|(_, (outcome, path))| Outcome { path, ..outcome }).collect())
 }
 
 /// As [`evaluate`] with trials that were planned before, with the number and the trace of every trial in the report's order. The same
@@ -209,7 +218,16 @@ fn run<O: Observer>(
     trials: &[Trial],
     observer: impl Fn(usize) -> O + Sync,
 ) -> Result<Vec<(usize, O)>, EvalError> {
-    let starts: Vec<InitialState> = trials.iter().map(start_of).collect();
-    let (rules, steps) = rules_of(options, setup.preset.control_dt_s());
+    let (starts, rules, steps) = course(setup, options, trials);
     run_episodes(setup, policy, &starts, rules, steps, observer)
+}
+
+/// Starts of the trials, rules and control steps.
+fn course(
+    setup: &EvalSetup,
+    options: &ShootingOptions,
+    trials: &[Trial],
+) -> (Vec<InitialState>, EpisodeRules, usize) {
+    let (rules, steps) = rules_of(options, setup.preset.control_dt_s());
+    (trials.iter().map(start_of).collect(), rules, steps)
 }

@@ -8,8 +8,9 @@ use paid_task::{AtMotionEnd, EpisodeRules, InitialState, OnFailure, TimeLimit};
 
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
-use crate::episodes::{EvalSetup, Observer, run_episodes};
+use crate::episodes::{EvalSetup, run_episodes};
 use crate::policy::DriverMaker;
+use crate::share::run_shared;
 use observer::Watch;
 
 pub use report::TrackingReport;
@@ -36,9 +37,11 @@ pub fn evaluate(
     policy: &DriverMaker,
     options: &TrackingOptions,
 ) -> Result<TrackingReport, EvalError> {
-    let watches = run(setup, policy, options, |watch| watch)?;
-    let runs = watches.iter().map(|(_, exact, watch)| watch.score(*exact)).collect();
-    Ok(TrackingReport::new(setup, options, runs))
+    let Course { starts, rules, longest } = Course::new(setup, options)?;
+    let watch = |i: usize| Watch::new(setup, starts[i].motion, !options.limits);
+    let score = |i: usize, watch: Watch| watch.score(!starts[i].noise);
+    let runs = run_shared(setup, policy, &starts, rules, longest, watch, score)?;
+    Ok(TrackingReport::new(setup, options, runs.into_iter().map(|(_, run)| run).collect()))
 }
 
 /// As [`evaluate`], with the number and the trace of every run in the report's order.
@@ -48,47 +51,53 @@ pub(crate) fn evaluate_traced(
     options: &TrackingOptions,
 ) -> Result<(TrackingReport, Vec<(usize, Trace)>), EvalError> {
     let ball = setup.preset.scene.ball;
-    let watches = run(setup, policy, options, |watch| Traced { watch, trace: Trace::default(), ball })?;
+    let Course { starts, rules, longest } = Course::new(setup, options)?;
+    let watch = |i: usize| Traced {
+        watch: Watch::new(setup, starts[i].motion, !options.limits),
+        trace: Trace::default(),
+        ball,
+    };
     let (mut runs, mut traces) = (Vec::new(), Vec::new());
-    for (i, exact, Traced { watch, trace, .. }) in watches {
-        runs.push(watch.score(exact));
+    for (i, Traced { watch, trace, .. }) in run_episodes(setup, policy, &starts, rules, longest, watch)? {
+        runs.push(watch.score(!starts[i].noise));
         traces.push((i, trace));
     }
     Ok((TrackingReport::new(setup, options, runs), traces))
 }
 
-/// The observers of the runs that ended, with their numbers and whether they began exactly.
-fn run<O: Observer>(
-    setup: &EvalSetup,
-    policy: &DriverMaker,
-    options: &TrackingOptions,
-    observer: impl Fn(Watch) -> O + Sync,
-) -> Result<Vec<(usize, bool, O)>, EvalError> {
-    let motions = setup.library.len();
-    if options.sets.len() != motions {
-        return Err(EvalError::Option {
-            option: "sets",
-            expected: format!("one for each of {motions} motions"),
-            found: options.sets.len().to_string(),
-        });
-    }
-    let mut starts = Vec::new();
-    for motion in 0..motions {
-        starts.push(InitialState::nominal(motion));
-        for _ in 0..options.starts {
-            starts.push(InitialState { noise: true, ..InitialState::nominal(motion) });
+/// What is run: for each motion an exact start, then those with reset noise.
+struct Course {
+    starts: Vec<InitialState>,
+    rules: EpisodeRules,
+    /// Control steps of the longest motion, and one.
+    longest: usize,
+}
+
+impl Course {
+    fn new(setup: &EvalSetup, options: &TrackingOptions) -> Result<Self, EvalError> {
+        let motions = setup.library.len();
+        if options.sets.len() != motions {
+            return Err(EvalError::Option {
+                option: "sets",
+                expected: format!("one for each of {motions} motions"),
+                found: options.sets.len().to_string(),
+            });
         }
+        let mut starts = Vec::new();
+        for motion in 0..motions {
+            starts.push(InitialState::nominal(motion));
+            for _ in 0..options.starts {
+                starts.push(InitialState { noise: true, ..InitialState::nominal(motion) });
+            }
+        }
+        // The time limit must not cut a long motion short.
+        let longest = setup.library.facts().iter().map(|f| f.frames).max().unwrap_or(0) + 1;
+        let rules = EpisodeRules {
+            at_motion_end: AtMotionEnd::End,
+            on_failure: if options.limits { OnFailure::End } else { OnFailure::Continue },
+            time_limit: TimeLimit::Steps(u32::try_from(longest).unwrap_or(u32::MAX)),
+            ..EpisodeRules::evaluation()
+        };
+        Ok(Self { starts, rules, longest })
     }
-    // The time limit must not cut a long motion short.
-    let longest = setup.library.facts().iter().map(|f| f.frames).max().unwrap_or(0) + 1;
-    let rules = EpisodeRules {
-        at_motion_end: AtMotionEnd::End,
-        on_failure: if options.limits { OnFailure::End } else { OnFailure::Continue },
-        time_limit: TimeLimit::Steps(u32::try_from(longest).unwrap_or(u32::MAX)),
-        ..EpisodeRules::evaluation()
-    };
-    let watches = run_episodes(setup, policy, &starts, rules, longest, |trial| {
-        observer(Watch::new(setup, starts[trial].motion, !options.limits))
-    })?;
-    Ok(watches.into_iter().map(|(i, watch)| (i, !starts[i].noise, watch)).collect())
 }

@@ -11,6 +11,7 @@ use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
 use paid_task::preset::{KnowledgeMode, ReferenceSource};
 use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_train::Alone;
 use paid_train::setup::load_robot;
 
 use crate::EvalError;
@@ -158,6 +159,7 @@ impl Subject {
             threads: spec.threads,
             seed: spec.seed,
             monitor: Monitor::default(),
+            ranks: Arc::new(Alone),
         };
         Ok(Self { setup, maker, name, sets, scene, engines: spec.engines })
     }

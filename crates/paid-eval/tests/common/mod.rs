@@ -77,6 +77,7 @@ pub fn setup(task: &str) -> EvalSetup {
         threads: 1,
         seed: 5,
         monitor: Monitor::default(),
+        ranks: Arc::new(paid_train::Alone),
     }
 }
 

@@ -14,9 +14,10 @@ use paid_eval::subject::Subject;
 use super::engine::positive;
 use super::progress::Progress;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, ended, shared};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
+use crate::ranks;
 
 /// Rate of the film [Hz]: every fourth control step of 50 Hz.
 const RATE_HZ: f64 = 12.5;
@@ -64,24 +65,37 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         patience_s: args.patience,
         ..MatchOptions::default()
     };
-    let (monitor, progress) = Progress::start(args.output.json)?;
+    shared(&mut subject, &args.output, |subject, output| play(args, &options, subject, output))
+}
+
+/// Plays them in one process, or a part of them in one of several.
+fn play(
+    args: &Args,
+    options: &MatchOptions,
+    subject: &mut Subject,
+    output: &Output,
+) -> Result<ExitCode, Failure> {
+    if args.live.live {
+        ranks::alone("--live")?;
+    }
+    let (monitor, progress) = Progress::start(output.quiet())?;
     subject.setup.monitor = monitor;
-    let page = args.live.matches(&subject)?;
+    let page = args.live.matches(subject)?;
     let audience = Audience {
         filmed: if args.film.is_some() { args.film_kicks } else { 0 },
         spectator: page.as_ref().map(|page| page as &dyn Spectator),
     };
-    let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, &options, audience)?;
+    let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, options, audience)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("match", &subject.name, &report, timing))?;
-    if let Some(out) = &args.output.out {
+    output.write(|out| {
         write_match(out, subject.setup.engine.name(), &report, &json)?;
-        write_report(out)?;
+        write_report(out)
+    })?;
+    if let Some(path) = args.film.as_ref().filter(|_| !output.silent) {
+        film(&subject.setup, options, &films, path)?;
     }
-    if let Some(path) = &args.film {
-        film(&subject.setup, &options, &films, path)?;
-    }
-    args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
     Ok(ended(&subject.setup.monitor))
 }
 

@@ -20,11 +20,15 @@ pub mod track;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use paid_eval::EvalError;
 use paid_eval::monitor::Monitor;
+use paid_eval::scene::Engines;
+use paid_eval::subject::Subject;
 
 use crate::failure::Failure;
+use crate::ranks;
 use crate::stop::STOPPED;
 
 /// Arguments of `paid eval`.
@@ -63,6 +67,10 @@ enum Command {
 
 /// Runs a subcommand.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    let spread = matches!(args.command, Command::Tracking(_) | Command::Shooting(_) | Command::Match(_));
+    if !spread {
+        ranks::alone("this evaluation (tracking, shooting and match take several)")?;
+    }
     match args.command {
         Command::Tracking(args) => track::run(&args),
         Command::Shooting(args) => shoot::run(&args),
@@ -76,6 +84,23 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }
+}
+
+/// Does `work` with a part of the subject's trials, where `mpirun` has started several processes; the first one writes and prints.
+fn shared(
+    subject: &mut Subject,
+    output: &Output,
+    work: impl FnOnce(&mut Subject, &Output) -> Result<ExitCode, Failure>,
+) -> Result<ExitCode, Failure> {
+    ranks::together(|joined| {
+        subject.setup.ranks = Arc::clone(&joined.ranks);
+        if joined.ranks.count() > 1 && subject.engines == Engines::Both {
+            return Err(Failure::input(
+                "mpirun: expected one engine (--engine builtin or mujoco), found both",
+            ));
+        }
+        work(subject, &Output { silent: !joined.is_first(), ..output.clone() })
+    })
 }
 
 /// The exit code of an evaluation that ran to its end or was stopped.
@@ -92,16 +117,31 @@ pub struct Output {
     /// Write JSON, CSV, tables, pictures and report.html to this folder.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// True if another process writes and prints.
+    #[arg(skip)]
+    pub silent: bool,
 }
 
 impl Output {
     /// Writes to the folder, if there is one.
     fn write(&self, write: impl FnOnce(&Path) -> Result<(), EvalError>) -> Result<(), Failure> {
-        Ok(self.out.as_deref().map_or(Ok(()), write)?)
+        Ok(self.folder().map_or(Ok(()), write)?)
+    }
+
+    /// The folder to write to.
+    pub fn folder(&self) -> Option<&Path> {
+        self.out.as_deref().filter(|_| !self.silent)
+    }
+
+    /// True if no progress is to be told.
+    pub fn quiet(&self) -> bool {
+        self.json || self.silent
     }
 
     /// Prints the one form or the other.
     fn print(&self, text: &str, json: &str) {
-        println!("{}", if self.json { json } else { text });
+        if !self.silent {
+            println!("{}", if self.json { json } else { text });
+        }
     }
 }

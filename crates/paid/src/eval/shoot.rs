@@ -17,8 +17,9 @@ use super::eyes::EyesArgs;
 use super::progress::Progress;
 use super::protocol::ProtocolArgs;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, ended, shared};
 use crate::failure::Failure;
+use crate::ranks;
 
 /// Arguments of `paid eval shooting`.
 #[derive(Debug, clap::Args)]
@@ -48,9 +49,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     subject.require_ball()?;
     let kinds = args.protocol.options(args.trials, Grid::WHOLE)?;
     if let Some(options) = args.eyes.options()? {
+        ranks::alone("eval shooting --eyes")?;
         return look(&mut subject, &kinds, &options, &args.output);
     }
-    score(&mut subject, &kinds, &args.output, args.strips)
+    shared(&mut subject, &args.output, |subject, output| score(subject, &kinds, output, args.strips))
 }
 
 /// Scores with the robot's own eyes, one kind of ball after the other.
@@ -99,13 +101,13 @@ pub fn score(
             break;
         }
     }
-    if let Some(out) = &output.out {
+    if let Some(out) = output.folder() {
         for (engine, of) in &reports {
             write_summary(out, engine, of)?;
         }
         write_report(out)?;
     }
-    if !output.json {
+    if !output.quiet() {
         for (_, of) in reports.iter().filter(|(_, of)| of.len() > 1) {
             println!("\n{}", shooting::summary(of));
         }
@@ -134,7 +136,7 @@ fn one(
     output: &Output,
     strips: usize,
 ) -> Result<Vec<(&'static str, ShootingReport)>, Failure> {
-    let (monitor, progress) = Progress::start(output.json)?;
+    let (monitor, progress) = Progress::start(output.quiet())?;
     subject.setup.monitor = monitor;
     let (text, json, reports) = if subject.engines == Engines::Both {
         let report = agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, options)?;

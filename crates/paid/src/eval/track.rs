@@ -11,7 +11,7 @@ use paid_eval::tracking_agreement;
 
 use super::progress::Progress;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, ended, shared};
 use crate::failure::Failure;
 
 /// Perturbed starts per clip.
@@ -35,7 +35,7 @@ pub struct Args {
 /// Scores in one engine, or in both with a comparison.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common.spec("paper_stage1")?)?;
-    score(&mut subject, args.starts, !args.no_limits, &args.output)
+    shared(&mut subject, &args.output, |subject, output| score(subject, args.starts, !args.no_limits, output))
 }
 
 /// Scores, writes and prints: `starts` perturbed runs per clip, which end at the limits of training or (`limits` false) at a fall
@@ -47,7 +47,7 @@ pub fn score(
     output: &Output,
 ) -> Result<ExitCode, Failure> {
     let options = TrackingOptions { starts, sets: subject.sets.clone(), limits };
-    let (monitor, progress) = Progress::start(output.json)?;
+    let (monitor, progress) = Progress::start(output.quiet())?;
     subject.setup.monitor = monitor;
     let (text, json) = if subject.engines == Engines::Both {
         let report = tracking_agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::MatchOptions;
 use crate::engine::EngineFacts;
@@ -10,7 +10,7 @@ use crate::metrics::statistics::{Share, mean};
 use crate::table::{Table, number};
 
 /// What came of a kick. Places are in the axes of the robot when the ball appeared: origin below its anchor, x along its heading, y left.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KickOutcome {
     /// Name of the motion.
     pub motion_name: String,
@@ -45,7 +45,7 @@ pub struct KickOutcome {
 }
 
 /// A match.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MatchOutcome {
     /// Its number.
     pub number: usize,

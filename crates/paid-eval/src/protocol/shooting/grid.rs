@@ -4,7 +4,7 @@ use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
 use paid_task::{BodySample, EnvSample, RollingBall, first_look, motion_for, nearest_motion, roll_decay};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{ShootingOptions, Variant};
 use crate::EvalError;
@@ -15,7 +15,7 @@ const REDRAWS: usize = 1000;
 
 /// A trial as planned. Coordinates are those of the robot's own (displaced) first pose: origin at the anchor, x along its
 /// heading, y left `[m]`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// Grid place (x, y) `[m]`.
     pub place: [f64; 2],

@@ -1,13 +1,13 @@
 //! What came of one trial, and of many together.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::Trial;
 use crate::metrics::statistics::{Share, mean};
 use crate::table::{Table, number};
 
 /// What came of a trial.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The plan.
     #[serde(flatten)]

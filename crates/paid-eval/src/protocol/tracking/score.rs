@@ -1,6 +1,6 @@
 //! Figures of runs, clips and sets, and the paper's.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::metrics::statistics::{Share, mean};
 use crate::metrics::tracking::TrackingErrors;
@@ -42,7 +42,7 @@ pub const PAPER_ROWS: [PaperRow; 10] = [
 ];
 
 /// One run of one motion.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunScore {
     /// Motion index.
     pub motion: usize,
