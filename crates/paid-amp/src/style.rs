@@ -111,8 +111,8 @@ impl StyleReward {
         Some((0..parts).map(part).collect())
     }
 
-    /// A step of Adam. A rank evaluates every `count`-th part, from its own number on.
-    fn step(&mut self, mut parts: Vec<Part>, ranks: &dyn Ranks, threads: usize) {
+    /// A step of Adam. A rank evaluates every `count`-th part, from its own number on, and returns their sums.
+    fn step(&mut self, mut parts: Vec<Part>, ranks: &dyn Ranks, threads: usize) -> Sums {
         let of = self.config.batch;
         let (net, params, config) = (&self.net, &self.params, &self.config);
         let mut workers = vec![Workspace::default(); threads.clamp(1, parts.len())];
@@ -123,27 +123,21 @@ impl StyleReward {
             *sums = evaluate(net, params, config, &batch, work, grads);
         });
         let mut gradient = vec![0.0; self.params.len()];
-        let mut own = Sums::default();
+        let mut sums = Sums::default();
         for part in &parts {
-            own.add(&part.sums);
+            sums.add(&part.sums);
             for (sum, x) in gradient.iter_mut().zip(&part.grads) {
                 *sum += x;
             }
         }
         ranks.sum(&mut gradient);
-        self.last = Sums::default();
-        for sums in gather_numbers(ranks, &own.all()) {
-            for (total, x) in self.last.all_mut().into_iter().zip(sums) {
-                *total += x;
-            }
-        }
         for range in self.net.all_weights() {
             for (sum, weight) in gradient[range.clone()].iter_mut().zip(&self.params[range]) {
                 *sum += config.weight_decay as f32 * weight;
             }
         }
         if !gradient.iter().all(|x| x.is_finite()) {
-            return;
+            return sums;
         }
         self.steps += 1;
         let [m, v] = &mut self.moments;
@@ -157,6 +151,7 @@ impl StyleReward {
             step: self.steps,
         }
         .apply();
+        sums
     }
 }
 
@@ -224,9 +219,18 @@ impl LearnedReward for StyleReward {
 
     fn train(&mut self, shards: &[&Transitions], ranks: &dyn Ranks, threads: usize) {
         let horizon = Horizon::new(shards, ranks);
+        let mut last = None;
         for _ in 0..self.config.steps {
-            let Some(parts) = self.parts(&horizon, ranks) else { return };
-            self.step(parts, ranks, threads);
+            let Some(parts) = self.parts(&horizon, ranks) else { break };
+            last = Some(self.step(parts, ranks, threads));
+        }
+        // The figures are those of the last step, of all ranks.
+        let Some(own) = last else { return };
+        self.last = Sums::default();
+        for sums in gather_numbers(ranks, &own.all()) {
+            for (total, x) in self.last.all_mut().into_iter().zip(sums) {
+                *total += x;
+            }
         }
     }
 
