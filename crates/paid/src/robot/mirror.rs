@@ -6,10 +6,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use paid_deploy::{LiveStatus, Player, State, Status, Told};
 use paid_eval::metrics::shooting::fallen;
 use paid_lanes::{Quat, Vec3};
-use paid_live::{Belief, Body, Flags, Frame, WatchPage, Watched};
+use paid_live::{Belief, Body, Flags, Frame, Pose2, WatchPage};
 use paid_robot::kinematics::forward;
 
 use super::PlayerArgs;
+use super::watch::{anchor, serve};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 
@@ -38,17 +39,8 @@ impl Mirror {
         if !live.live {
             return Ok(None);
         }
-        let watched = Watched {
-            policy: args.policy.display().to_string(),
-            robot: &player.model,
-            anchor: player.model.body_index(&player.spec.anchor_body).unwrap_or(0),
-            task: &player.task,
-            clips: player.library.facts().iter().map(|clip| clip.name.clone()).collect(),
-            engine: "the robot",
-            stop: "The robot is damped, and the program ends",
-        };
-        let knowledge = "what the robot's senses say".to_owned();
-        let page = WatchPage::start(watched, knowledge, &live.options()).map_err(Failure::input)?;
+        let shown = ["the robot", "The robot is damped, and the program ends"];
+        let page = serve(live, args, player, shown, "what the robot's senses say")?;
         // Standard output may be lines of JSON.
         eprintln!("{}  <- open this in a browser to look on", page.url());
         let (player, stop) = (Arc::clone(player), Arc::clone(stop));
@@ -83,11 +75,12 @@ impl Mirror {
         let quat = Quat(status.base_quat);
         let joints: Vec<f64> = status.joints.iter().map(|joint| f64::from(joint.pos_rad)).collect();
         let poses = forward(model, Vec3(base), quat, &joints);
-        let torso = &poses[model.body_index(&spec.anchor_body).unwrap_or(0)];
-        let (s, c) = torso.rot().yaw().sin_cos();
+        let torso = &poses[anchor(&self.player)];
+        let axes = Pose2 { xy: [torso.pos.x(), torso.pos.y()], heading: torso.rot().yaw() };
         let (radius, age_s) = (self.player.task.ball_params.radius_m, status.ages_s[2]);
-        let ball = status.ball_m.map_or([base[0], base[1], BURIED_M], |[ahead, left]| {
-            [torso.pos.x() + c * ahead - s * left, torso.pos.y() + s * ahead + c * left, radius]
+        let ball = status.ball_m.map_or([base[0], base[1], BURIED_M], |ball| {
+            let [x, y] = axes.point(ball);
+            [x, y, radius]
         });
         let belief = status.ball_m.map(|_| Belief {
             pos: ball.map(|x| x as f32),

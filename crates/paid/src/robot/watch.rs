@@ -8,7 +8,7 @@ use paid_deploy::sim::{KickResult, STEP_US, VirtualG1, Watcher};
 use paid_deploy::{Player, State, Status};
 use paid_eval::metrics::shooting::fallen;
 use paid_lanes::Quat;
-use paid_live::{Belief, Body, Flags, Frame, Outcome, Pace, Shot, WatchPage, Watched};
+use paid_live::{Belief, Body, Flags, Frame, Outcome, Pace, Pose2, Shot, WatchPage, Watched};
 
 use super::PlayerArgs;
 use crate::failure::Failure;
@@ -20,6 +20,31 @@ const PICTURE_US: u64 = 20_000;
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Force from which the robot has touched the ball `[N]`.
 const TOUCHED_N: f64 = 10.0;
+
+/// Index of the body that carries the camera.
+pub(super) fn anchor(player: &Player) -> usize {
+    player.model.body_index(&player.spec.anchor_body).unwrap_or(0)
+}
+
+/// Serves a page that looks on at a robot with this player: what moves it, and what the page's stop does.
+pub(super) fn serve(
+    live: &LiveArgs,
+    args: &PlayerArgs,
+    player: &Player,
+    [engine, stop]: [&'static str; 2],
+    knowledge: &str,
+) -> Result<WatchPage, Failure> {
+    let watched = Watched {
+        policy: args.policy.display().to_string(),
+        robot: &player.model,
+        anchor: anchor(player),
+        task: &player.task,
+        clips: player.library.facts().iter().map(|clip| clip.name.clone()).collect(),
+        engine,
+        stop,
+    };
+    WatchPage::start(watched, knowledge.to_owned(), &live.options()).map_err(Failure::input)
+}
 
 /// The page, shared by who shows the robot and who counts its shots.
 #[derive(Clone)]
@@ -35,18 +60,9 @@ impl Watching {
         if !live.live {
             return Ok(None);
         }
-        let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
-        let watched = Watched {
-            policy: args.policy.display().to_string(),
-            robot: &player.model,
-            anchor,
-            task: &player.task,
-            clips: player.library.facts().iter().map(|clip| clip.name.clone()).collect(),
-            engine: "MuJoCo",
-            stop: "The robot is damped",
-        };
-        let knowledge = "what the virtual robot's senses say".to_owned();
-        let page = WatchPage::start(watched, knowledge, &live.options()).map_err(Failure::input)?;
+        let knowledge = "what the virtual robot's senses say";
+        let page = serve(live, args, player, ["MuJoCo", "The robot is damped"], knowledge)?;
+        let anchor = anchor(player);
         println!("{}  <- open this in a browser to look on", page.url());
         let nominal_height_m = player.spec.nominal_height_m;
         Ok(Some(Self { page: Rc::new(RefCell::new(page)), anchor, nominal_height_m }))
@@ -109,14 +125,9 @@ impl LookOn {
         let truth = robot.truth();
         let body = |at: &paid_physics::BodyState<f64>| Body { pos: at.pos.0, quat: at.rot.to_quat().0 };
         let torso = &truth.bodies[self.watching.anchor];
-        let (s, c) = torso.rot.yaw().sin_cos();
-        let belief = self.believed.map(|[ahead, left]| Belief {
-            pos: [
-                torso.pos.x() + c * ahead - s * left,
-                torso.pos.y() + s * ahead + c * left,
-                truth.ball.pos.z(),
-            ]
-            .map(|x| x as f32),
+        let axes = Pose2 { xy: [torso.pos.x(), torso.pos.y()], heading: torso.rot.yaw() };
+        let belief = self.believed.map(|ball| axes.point(ball)).map(|[x, y]| Belief {
+            pos: [x, y, truth.ball.pos.z()].map(|x| x as f32),
             deviation_m: 0.0,
             age_s: 0.0,
         });
