@@ -6,16 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use paid_deploy::{LiveStatus, Player, State, Status, Told};
 use paid_eval::metrics::shooting::fallen;
 use paid_lanes::{Quat, Vec3};
-use paid_live::{Belief, Body, Flags, Frame, Pose2, WatchPage};
+use paid_live::{Body, Flags, Frame, Pose2, WatchPage};
 use paid_robot::kinematics::forward;
 
 use super::PlayerArgs;
-use super::watch::{anchor, serve};
+use super::watch::{anchor, believed, in_view, serve};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 
-/// A picture is of this age at most, or the ball is not in view `[s]`.
-const IN_VIEW_S: f64 = 0.2;
 /// Where a ball or goal is drawn that nobody knows of: out of sight, below the ground `[m]`.
 const BURIED_M: f64 = -9.0;
 
@@ -77,23 +75,16 @@ impl Mirror {
         let poses = forward(model, Vec3(base), quat, &joints);
         let torso = &poses[anchor(&self.player)];
         let axes = Pose2 { xy: [torso.pos.x(), torso.pos.y()], heading: torso.rot().yaw() };
-        let (radius, age_s) = (self.player.task.ball_params.radius_m, status.ages_s[2]);
-        let ball = status.ball_m.map_or([base[0], base[1], BURIED_M], |ball| {
-            let [x, y] = axes.point(ball);
-            [x, y, radius]
-        });
-        let belief = status.ball_m.map(|_| Belief {
-            pos: ball.map(|x| x as f32),
-            deviation_m: status.ball_deviation_m as f32,
-            age_s: age_s as f32,
-        });
+        let radius = self.player.task.ball_params.radius_m;
+        let belief = believed(status, &axes, radius);
+        let ball = belief.map_or([base[0], base[1], BURIED_M], |belief| belief.pos.map(f64::from));
         // A goal lies beyond the horizon while nobody has said where it is.
         let [gx, gy] = status.goal_m.unwrap_or([base[0] + 1e3, base[1]]);
         Frame {
             flags: Flags {
                 fallen: fallen(base[2], quat.to_mat().0[2][2], spec.nominal_height_m),
                 kicking: status.state == State::Kick,
-                in_view: age_s < IN_VIEW_S,
+                in_view: in_view(belief.as_ref()),
                 ..Flags::default()
             },
             step: self.pictures,

@@ -26,6 +26,23 @@ pub(super) fn anchor(player: &Player) -> usize {
     player.model.body_index(&player.spec.anchor_body).unwrap_or(0)
 }
 
+/// A picture is of this age at most, or the ball is not in view `[s]`.
+const IN_VIEW_S: f32 = 0.2;
+
+/// What the runtime believes of the ball, if it knows of one, in the world: the torso stands on `axes`, the ball's center is at this height `[m]`.
+pub(super) fn believed(status: &Status, axes: &Pose2, height_m: f64) -> Option<Belief> {
+    status.ball_m.map(|ball| axes.point(ball)).map(|[x, y]| Belief {
+        pos: [x, y, height_m].map(|x| x as f32),
+        deviation_m: status.ball_deviation_m as f32,
+        age_s: status.ages_s[2] as f32,
+    })
+}
+
+/// True if what is believed was seen just now.
+pub(super) fn in_view(belief: Option<&Belief>) -> bool {
+    belief.is_some_and(|belief| belief.age_s < IN_VIEW_S)
+}
+
 /// Serves a page that looks on at a robot with this player: what moves it, and what the page's stop does.
 pub(super) fn serve(
     live: &LiveArgs,
@@ -75,8 +92,7 @@ impl Watching {
             pace: waits.then(|| Pace::new(Instant::now())),
             ball_quat: Quat::identity(),
             goal: [5.0, 0.0, 0.0],
-            believed: None,
-            kicking: false,
+            told: None,
             touched: false,
             fallen: false,
         }
@@ -113,30 +129,31 @@ pub struct LookOn {
     pace: Option<Pace>,
     ball_quat: Quat<f64>,
     goal: [f64; 3],
-    /// The ball ahead of the torso and to its left, as the runtime has it `[m]`.
-    believed: Option<[f64; 2]>,
-    kicking: bool,
+    /// What the runtime said last.
+    told: Option<Status>,
     touched: bool,
     fallen: bool,
 }
 
 impl LookOn {
+    fn kicking(&self) -> bool {
+        self.told.as_ref().is_some_and(|status| status.state == State::Kick)
+    }
+
     fn frame(&self, robot: &VirtualG1) -> Frame {
         let truth = robot.truth();
         let body = |at: &paid_physics::BodyState<f64>| Body { pos: at.pos.0, quat: at.rot.to_quat().0 };
         let torso = &truth.bodies[self.watching.anchor];
         let axes = Pose2 { xy: [torso.pos.x(), torso.pos.y()], heading: torso.rot.yaw() };
-        let belief = self.believed.map(|ball| axes.point(ball)).map(|[x, y]| Belief {
-            pos: [x, y, truth.ball.pos.z()].map(|x| x as f32),
-            deviation_m: 0.0,
-            age_s: 0.0,
-        });
+        let height = truth.ball.pos.z();
+        let belief = self.told.as_ref().and_then(|status| believed(status, &axes, height));
         Frame {
             flags: Flags {
                 fallen: self.fallen,
                 late: self.pace.is_some_and(|pace| pace.late()),
                 touched: self.touched,
-                kicking: self.kicking,
+                kicking: self.kicking(),
+                in_view: in_view(belief.as_ref()),
                 ..Flags::default()
             },
             step: (robot.now_us() / PICTURE_US) as u32,
@@ -156,7 +173,7 @@ impl Watcher for LookOn {
     fn step(&mut self, robot: &VirtualG1) {
         let ball = &robot.truth().ball;
         self.ball_quat = self.ball_quat.integrate(ball.ang_vel, STEP_US as f64 * 1e-6);
-        self.touched |= self.kicking && ball.robot_force.norm() > TOUCHED_N;
+        self.touched |= self.kicking() && ball.robot_force.norm() > TOUCHED_N;
         if !robot.now_us().is_multiple_of(PICTURE_US) {
             return;
         }
@@ -182,11 +199,10 @@ impl Watcher for LookOn {
     }
 
     fn status(&mut self, status: &Status) {
-        let kicking = status.state == State::Kick;
-        if kicking && !self.kicking {
+        if status.state == State::Kick && !self.kicking() {
             self.touched = false;
         }
-        (self.kicking, self.believed) = (kicking, status.ball_m);
+        self.told = Some(*status);
     }
 
     fn stops(&mut self) -> bool {
