@@ -6,15 +6,18 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use paid_lanes::rng::Rng;
-use paid_task::own_place;
+use paid_task::{EnvSample, own_place};
 use serde::Serialize;
 
 use crate::EvalError;
 use crate::engine::EngineFacts;
-use crate::episodes::EvalSetup;
+use crate::episodes::{Ending, EvalSetup, Observer};
+use crate::metrics::statistics::mean;
+use crate::metrics::tracking::TrackingErrors;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Outcome, Placement, ShootingOptions, Trial};
 use crate::table::{Table, number};
+use crate::tracking;
 
 /// Redraws of a ball before a clip counts as having no room for one.
 const REDRAWS: usize = 1000;
@@ -46,6 +49,8 @@ pub struct ClipRow {
     pub motion: String,
     /// Its scores; `place` is the clip's own `[m]`.
     pub score: CellScore,
+    /// How far off the clip the bodies were, mean over the shots: each from its start until it was decided or the clip ended.
+    pub errors: TrackingErrors,
 }
 
 /// Everything.
@@ -69,16 +74,42 @@ pub fn evaluate(
     policy: &DriverMaker,
     options: &ClipsOptions,
 ) -> Result<ClipsReport, EvalError> {
-    let outcomes = shots(setup, policy, options)?;
+    let (shots, trials) = plan(setup, options)?;
+    let follow = |i: usize| Follow {
+        frames: setup.library.facts()[trials[i].motion].frames,
+        watch: tracking::Watch::new(setup, trials[i].motion, false),
+    };
+    let errors = |follow: Follow| follow.watch.errors();
+    let outcomes = shooting::outcomes_beside(setup, policy, &shots, &trials, follow, errors)?;
     let rows = setup.library.facts().iter().enumerate().filter_map(|(motion, facts)| {
-        let of_clip: Vec<_> = outcomes.iter().filter(|o| o.trial.motion == motion).collect();
-        (!of_clip.is_empty()).then(|| ClipRow {
+        let of_clip = || outcomes.iter().filter(|(o, _)| o.trial.motion == motion);
+        let shots: Vec<&Outcome> = of_clip().map(|(outcome, _)| outcome).collect();
+        let errors: Vec<TrackingErrors> = of_clip().filter_map(|(_, errors)| *errors).collect();
+        let mean = |of: fn(&TrackingErrors) -> f64| mean(errors.iter().map(of)).unwrap_or(f64::NAN);
+        (!shots.is_empty()).then(|| ClipRow {
             motion: facts.name.clone(),
-            score: CellScore::of(Some(own_place(facts)), &of_clip),
+            score: CellScore::of(Some(own_place(facts)), &shots),
+            errors: TrackingErrors {
+                mpjpe_mm: mean(|e| e.mpjpe_mm),
+                g_mpjpe_mm: mean(|e| e.g_mpjpe_mm),
+                velocity_error_mm: mean(|e| e.velocity_error_mm),
+            },
         })
     });
     let rows = rows.collect();
     Ok(ClipsReport { engine: setup.engine.facts(&setup.preset), options: options.clone(), rows })
+}
+
+/// Follows a clip to its end; the pose that is held afterwards does not count.
+struct Follow {
+    frames: usize,
+    watch: tracking::Watch,
+}
+
+impl Observer for Follow {
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
+        sample.frame >= self.frames || self.watch.observe(sample, ended)
+    }
 }
 
 /// What came of every shot.
@@ -87,6 +118,11 @@ pub(crate) fn shots(
     policy: &DriverMaker,
     options: &ClipsOptions,
 ) -> Result<Vec<Outcome>, EvalError> {
+    let (shots, trials) = plan(setup, options)?;
+    shooting::outcomes(setup, policy, &shots, &trials)
+}
+
+fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<(ShootingOptions, Vec<Trial>), EvalError> {
     let bad = |option, expected: &str, found: String| {
         Err(EvalError::Option { option, expected: expected.to_owned(), found })
     };
@@ -96,14 +132,9 @@ pub(crate) fn shots(
     if !(0.0..=2.0).contains(&options.radius_m) {
         return bad("radius", "0 to 2 m", options.radius_m.to_string());
     }
-    let trials = plan(setup, options)?;
-    let shots = ShootingOptions { limit_s: options.limit_s, ..ShootingOptions::default() };
-    shooting::outcomes(setup, policy, &shots, &trials)
-}
-
-fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<Vec<Trial>, EvalError> {
     let placement = Placement::new(setup);
-    let goal = [ShootingOptions::default().goal_distance_m, 0.0];
+    let shots = ShootingOptions { limit_s: options.limit_s, ..ShootingOptions::default() };
+    let goal = [shots.goal_distance_m, 0.0];
     let mut trials = Vec::new();
     for (motion, facts) in setup.library.facts().iter().enumerate() {
         let place = own_place(facts);
@@ -125,11 +156,11 @@ fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<Vec<Trial>, EvalErr
             trials.push(Trial { place, repeat, displacement, ball, ball_velocity, goal, motion });
         }
     }
-    Ok(trials)
+    Ok((shots, trials))
 }
 
 /// Titles of the table and of the CSV.
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 11] = [
     "clip",
     "own place [m]",
     "trials",
@@ -139,10 +170,12 @@ const COLUMNS: [&str; 9] = [
     "a foot first",
     "labeled foot",
     "falls in the clip",
+    "MPJPE [mm]",
+    "ball [m/s]",
 ];
 
 impl ClipRow {
-    fn cells(&self) -> [String; 9] {
+    fn cells(&self) -> [String; 11] {
         let share = |share: f64| format!("{:.1}%", 100.0 * share);
         let s = &self.score;
         [
@@ -155,6 +188,8 @@ impl ClipRow {
             share(s.foot_contact.share),
             share(s.correct_foot.share),
             share(s.falls_in_clip.share),
+            number(self.errors.mpjpe_mm, 0),
+            s.ball_speed.map_or("-".to_owned(), |v| number(v, 1)),
         ]
     }
 }
@@ -206,7 +241,7 @@ mod tests {
         let row = |name: &str, goals: &[bool]| {
             let mut score = CellScore::of(Some([1.0, 0.5]), &[]);
             score.success = Share::of(goals.iter().copied());
-            ClipRow { motion: name.to_owned(), score }
+            ClipRow { motion: name.to_owned(), score, errors: TrackingErrors::default() }
         };
         let report = ClipsReport {
             engine: EngineChoice::Builtin.facts(&TaskPreset::builtin("paper_stage2").expect("built in")),

@@ -80,6 +80,30 @@ pub trait Observer: Send {
     }
 }
 
+/// Sees nothing.
+impl Observer for () {
+    fn observe(&mut self, _sample: &EnvSample, _ended: Option<Ending>) -> bool {
+        false
+    }
+}
+
+/// Two observers of one trial. The first says when it has seen enough, and what is to be kicked next.
+pub(crate) struct Beside<A, B>(pub A, pub B);
+
+impl<A: Observer, B: Observer> Observer for Beside<A, B> {
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
+        self.1.observe(sample, ended);
+        self.0.observe(sample, ended)
+    }
+    fn look_on(&mut self, world: &dyn EvalControl, env: usize) -> Result<(), EvalError> {
+        self.0.look_on(world, env)?;
+        self.1.look_on(world, env)
+    }
+    fn next_kick(&mut self) -> Option<NextKick> {
+        self.0.next_kick()
+    }
+}
+
 /// Runs every start as a trial and returns the observers of those that ended, with their numbers, in the order of
 /// `starts`: all of them, unless the setup's monitor was told to stop. `observer` makes the observer of a trial by number.
 /// A trial is over when its observer says so, when the task ended its episode, or after `max_steps` control steps.

@@ -136,10 +136,11 @@ impl Comparison {
             "accuracy",
             "falls",
             "ball [m/s]",
+            "MPJPE [mm]",
         ]);
         let mut any = false;
         for row in &self.rows {
-            for ClipShots { clip, shots } in &row.scores.clips {
+            for ClipShots { clip, shots, mpjpe_mm } in &row.scores.clips {
                 any = true;
                 table.row([
                     row.name.clone(),
@@ -152,6 +153,7 @@ impl Comparison {
                         number(100.0 * shots.falls.count as f64 / shots.falls.trials.max(1) as f64, 1)
                     ),
                     shots.ball_speed.map_or("-".to_owned(), |x| number(x, 2)),
+                    mpjpe_mm.map_or("-".to_owned(), |x| number(x, 0)),
                 ]);
             }
         }
@@ -243,7 +245,7 @@ mod tests {
                 fixed: shots(50),
                 rolling: shots(10),
             }],
-            clips: vec![ClipShots { clip: "stylized-001".into(), shots: shots(40) }],
+            clips: vec![ClipShots { clip: "stylized-001".into(), shots: shots(40), mpjpe_mm: Some(77.0) }],
             panel: Some(PanelScore { mean: 0.4, worst: 0.1, worst_ball: "dead".into() }),
             likeness: ["the clips", "the policy"].map(likeness).into(),
             tracks: Vec::new(),
@@ -259,7 +261,10 @@ mod tests {
         // Deviation sqrt(8), over sqrt(2), times 12.706; the others are equal.
         assert!(seeds.contains("[26.6, 77.4]") && seeds.contains("10.0% [10.0, 10.0]"), "{seeds}");
         let clip = table.lines().find(|l| l.contains("stylized-001")).expect("a clip");
-        assert!(clip.contains("40.0% [30.9, 49.8]") && clip.contains("0.750"), "{clip}");
+        assert!(
+            clip.contains("40.0% [30.9, 49.8]") && clip.contains("0.750") && clip.ends_with("77"),
+            "{clip}"
+        );
         let line = |start: &str| table.lines().find(|l| l.starts_with(start)).unwrap_or_default().to_owned();
         assert!(table.starts_with("a title\n"));
         let ours = table.lines().find(|l| l.contains("truth")).expect("a row");

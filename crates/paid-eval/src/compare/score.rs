@@ -91,6 +91,9 @@ pub struct ClipShots {
     pub clip: String,
     /// What came of them.
     pub shots: Shots,
+    /// How far off the clip the bodies were relative to the root, mean over the shots `[mm]`; `None` in scores of before it was measured.
+    #[serde(default)]
+    pub mpjpe_mm: Option<f64>,
 }
 
 /// Everything about one policy.
@@ -229,8 +232,11 @@ impl Scores {
                     ..ClipsOptions::default()
                 };
                 let report = crate::clips::evaluate(&subject.setup, &*subject.maker, &options)?;
-                let row =
-                    |row: &ClipRow| ClipShots { clip: row.motion.clone(), shots: Shots::of(&row.score) };
+                let row = |row: &ClipRow| ClipShots {
+                    clip: row.motion.clone(),
+                    shots: Shots::of(&row.score),
+                    mpjpe_mm: Some(row.errors.mpjpe_mm),
+                };
                 clips = report.rows.iter().map(row).collect();
             }
         }

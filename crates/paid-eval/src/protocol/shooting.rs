@@ -8,10 +8,11 @@ mod score;
 
 use paid_task::{EpisodeRules, InitialState, TimeLimit};
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::EvalError;
 use crate::divergence::{Trace, Traced};
-use crate::episodes::{EvalSetup, Observer, run_episodes};
+use crate::episodes::{Beside, EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
 
@@ -180,16 +181,29 @@ pub(crate) fn outcomes(
     options: &ShootingOptions,
     trials: &[Trial],
 ) -> Result<Vec<Outcome>, EvalError> {
+    let outcomes = outcomes_beside(setup, policy, options, trials, |_| (), |()| ())?;
+    Ok(outcomes.into_iter().map(|(outcome, ())| outcome).collect())
+}
+
+/// As [`outcomes`], with what another observer found in each trial until its shot was decided.
+pub(crate) fn outcomes_beside<O: Observer, T: Serialize + DeserializeOwned>(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    options: &ShootingOptions,
+    trials: &[Trial],
+    other: impl Fn(usize) -> O + Sync,
+    found: impl Fn(O) -> T,
+) -> Result<Vec<(Outcome, T)>, EvalError> {
     let (starts, rules, steps) = course(setup, options, trials);
-    let watch = |_| Watch::new(setup, options);
+    let watch = |i| Beside(Watch::new(setup, options), other(i));
     // An outcome's path is not written with it.
-    let outcome = |i: usize, watch: Watch| {
+    let outcome = |i: usize, Beside(watch, other): Beside<Watch, O>| {
         let mut outcome = watch.outcome(trials[i].clone(), setup);
         let path = core::mem::take(&mut outcome.path);
-        (outcome, path)
+        (outcome, path, found(other))
     };
     let outcomes = run_shared(setup, policy, &starts, rules, steps, watch, outcome)?;
-    Ok(outcomes.into_iter().map(|(_, (outcome, path))| Outcome { path, ..outcome }).collect())
+    Ok(outcomes.into_iter().map(|(_, (outcome, path, found))| (Outcome { path, ..outcome }, found)).collect())
 }
 
 /// As [`evaluate`] with trials that were planned before, with the number and the trace of every trial in the report's order. The same

@@ -11,7 +11,7 @@ use crate::divergence::{Trace, Traced};
 use crate::episodes::{EvalSetup, run_episodes};
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
-use observer::Watch;
+pub(crate) use observer::Watch;
 
 pub use report::TrackingReport;
 pub use score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};

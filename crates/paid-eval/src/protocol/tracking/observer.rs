@@ -8,10 +8,12 @@ use paid_task::{EnvSample, ReferenceLibrary};
 use super::RunScore;
 use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::metrics::shooting::fallen;
-use crate::metrics::tracking::{BodyTrack, body_errors, displacement_share, peak_jerk, tracking_errors};
+use crate::metrics::tracking::{
+    BodyTrack, TrackingErrors, body_errors, displacement_share, peak_jerk, tracking_errors,
+};
 
 /// What one run did beside what the motion asked.
-pub(super) struct Watch {
+pub(crate) struct Watch {
     library: Arc<ReferenceLibrary>,
     motion: usize,
     tracked: Vec<usize>,
@@ -55,7 +57,7 @@ impl FootRange {
 }
 
 impl Watch {
-    pub(super) fn new(setup: &EvalSetup, motion: usize, until_fall: bool) -> Self {
+    pub(crate) fn new(setup: &EvalSetup, motion: usize, until_fall: bool) -> Self {
         let index = |name: &String| setup.robot.body_index(name);
         let tracked: Vec<usize> = setup.spec.tracked_bodies.iter().filter_map(index).collect();
         Self {
@@ -75,6 +77,11 @@ impl Watch {
             until_fall,
             frames_seen: 0,
         }
+    }
+
+    /// How far off the clip the bodies were; `None` if nothing was seen.
+    pub(crate) fn errors(&self) -> Option<TrackingErrors> {
+        tracking_errors(&self.robot, &self.reference)
     }
 
     /// The figures of the run.
@@ -97,7 +104,7 @@ impl Watch {
             completed: self.ended == Some(Ending::Over) && !(self.until_fall && self.fell),
             fell: self.fell,
             frames: self.frames_seen,
-            errors: tracking_errors(&self.robot, &self.reference).unwrap_or_default(),
+            errors: self.errors().unwrap_or_default(),
             body_errors_mm: body_errors(&self.robot, &self.reference),
             jerk: peak_jerk(&self.robot),
             reference_jerk: peak_jerk(&self.reference),
