@@ -1,7 +1,7 @@
 //! What a kick in a clip looks like, in numbers that a task and an evaluation share.
 
 use paid_lanes::{Quat, Vec3};
-use paid_robot::{RobotModel, RobotSpec, Shape};
+use paid_robot::{Body, RobotModel, RobotSpec, Shape};
 
 use crate::Clip;
 
@@ -64,26 +64,46 @@ pub fn kick_facts(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Option<K
     })
 }
 
+/// How far a contact shape of a body in this pose reaches along a unit vector, from the world's origin `[m]`.
+fn reach(shape: &Shape, pos: [f64; 3], quat: [f64; 4], way: Vec3<f64>) -> f64 {
+    let along = |p: [f64; 3]| (Quat(quat).rotate(Vec3(p)) + Vec3(pos)).dot(way);
+    match *shape {
+        Shape::Sphere { center, radius } => along(center) + radius,
+        Shape::Capsule { ends, radius } => along(ends[0]).max(along(ends[1])) + radius,
+        Shape::Box { center, half_size, quat: tilt } => {
+            // The support of a box: the sum of its half extents' shares along the way.
+            let local = Quat(quat).mul(Quat(tilt)).to_mat().tr_mul_vec(way);
+            along(center) + (0..3).map(|k| (local.0[k] * half_size[k]).abs()).sum::<f64>()
+        }
+    }
+}
+
 /// Height of the lowest point of all contact shapes that the robot trains with (of the body origins if it has none) `[m]`.
 /// Poses are in model order.
 pub fn lowest_point(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]]) -> f64 {
-    let mut lowest = f64::INFINITY;
-    for (i, body) in model.bodies.iter().enumerate() {
-        let height = |p: [f64; 3]| (Quat(quat[i]).rotate(Vec3(p)) + Vec3(pos[i])).z();
-        for geom in body.geoms.iter().filter(|g| g.class != "referee") {
-            let bottom = match geom.shape {
-                Shape::Sphere { center, radius } => height(center) - radius,
-                Shape::Capsule { ends, radius } => height(ends[0]).min(height(ends[1])) - radius,
-                Shape::Box { center, half_size, quat: tilt } => {
-                    // The support of a box along -z: the sum of its half extents' heights.
-                    let rot = Quat(quat[i]).mul(Quat(tilt)).to_mat();
-                    height(center) - (0..3).map(|k| (rot.0[2][k] * half_size[k]).abs()).sum::<f64>()
-                }
-            };
-            lowest = lowest.min(bottom);
-        }
-    }
+    let lowest = model.bodies.iter().enumerate().map(|(i, body)| lowest_point_of(body, pos[i], quat[i]));
+    let lowest = lowest.fold(f64::INFINITY, f64::min);
     if lowest.is_finite() { lowest } else { pos.iter().map(|p| p[2]).fold(lowest, f64::min) }
+}
+
+/// The same of one body in this pose; infinite if it has no shape.
+pub(crate) fn lowest_point_of(body: &Body, pos: [f64; 3], quat: [f64; 4]) -> f64 {
+    let shapes = body.geoms.iter().filter(|g| g.class != "referee");
+    shapes.map(|g| -reach(&g.shape, pos, quat, Vec3([0.0, 0.0, -1.0]))).fold(f64::INFINITY, f64::min)
+}
+
+/// Where the center of a ball is, seen from above, that touches a body in this pose from ahead of its motion, world `[m]`: on the line
+/// from the body's origin along its horizontal velocity (its own x axis where there is none), a radius beyond the farthest point of its contact
+/// shapes. A shape that is lower or higher than the ball's center touches it a little later.
+pub fn ball_ahead(body: &Body, pos: [f64; 3], quat: [f64; 4], velocity: [f64; 3], radius_m: f64) -> [f64; 2] {
+    let flat = |v: [f64; 3]| Vec3([v[0], v[1], 0.0]);
+    let ahead = [flat(velocity), flat(Quat(quat).rotate(Vec3([1.0, 0.0, 0.0])).0), Vec3([1.0, 0.0, 0.0])];
+    let way = ahead.into_iter().find(|v| v.norm() > 1e-6).map_or(ahead[2], |v| v.scale(1.0 / v.norm()));
+    let origin = Vec3(pos).dot(way);
+    let shapes = body.geoms.iter().filter(|g| g.class != "referee");
+    let toe = shapes.map(|g| reach(&g.shape, pos, quat, way)).fold(origin, f64::max);
+    let distance = toe - origin + radius_m;
+    [pos[0] + distance * way.x(), pos[1] + distance * way.y()]
 }
 
 #[cfg(test)]
@@ -125,5 +145,20 @@ mod tests {
         let low = lowest_point(&robot, &[[0.0, 0.0, 1.0]; 3], &[tilt; 3]);
         // Half sizes 0.1, 0.2, 0.3 turned by 45 degrees about x reach (0.2 + 0.3) / sqrt 2 down.
         assert!((low - (1.0 - 0.5 * 0.5_f64.sqrt())).abs() < 1e-12, "{low}");
+    }
+    #[test]
+    fn the_ball_lies_a_radius_ahead_of_the_toe() {
+        let foot = &model().bodies[2]; // a capsule along x: ends 0.1 m from the middle, 0.04 m thick
+        let level = [1.0, 0.0, 0.0, 0.0];
+        let at = |quat, velocity| ball_ahead(foot, [1.0, 2.0, 0.3], quat, velocity, 0.11);
+        let close = |a: [f64; 2], b: [f64; 2]| {
+            assert!((a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12, "{a:?} {b:?}");
+        };
+        close(at(level, [3.0, 0.0, 1.0]), [1.25, 2.0]);
+        // Moved sideways, it meets the ball with its side.
+        close(at(level, [0.0, -2.0, 0.0]), [1.0, 1.85]);
+        // At rest it looks where the foot looks: here along y.
+        let left = [0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()];
+        close(at(left, [0.0, 0.0, 4.0]), [1.0, 2.25]);
     }
 }

@@ -58,7 +58,7 @@ pub use csv::{parse_csv, read_csv, write_csv};
 pub use error::MotionError;
 pub use format::{EXTENSIONS, JointOrder, ReadOptions, read_motion, write_motion};
 pub use gmr::{parse_gmr, read_gmr};
-pub use kick::{KickFacts, displacement_in_heading, kick_facts, lowest_point};
+pub use kick::{KickFacts, ball_ahead, displacement_in_heading, kick_facts, lowest_point};
 pub use label::{KickLabel, fastest_kick};
 pub use library::{MotionLibrary, motion_files};
 pub use points::{Points, is_points_file, parse_points, read_points, write_points};

@@ -12,12 +12,23 @@ use crate::preset::{Range, ReferenceSource, value_error};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum BallRule {
-    /// The motion's torso displacement, turned and stretched (paper, appendix A).
+    /// The way to the motion's own place, turned and stretched (paper, appendix A).
     Arc,
-    /// Uniform in a rectangle ahead of the robot, kicked with the motion whose torso displacement is nearest, as in the
+    /// Uniform in a rectangle ahead of the robot, kicked with the motion whose own place is nearest, as in the
     /// evaluation. Episodes from the first frame draw the ball first; others draw motion and phase first and then a ball that
     /// belongs to the motion, and begin displaced toward it by the share of the way to the strike that is behind them.
     Workspace,
+}
+
+/// Where a motion's own ball is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OwnPlace {
+    /// Where the torso ends, as in the paper, whose kicks end where the ball was.
+    #[default]
+    TorsoEnd,
+    /// Ahead of the foot in the frame of the strike ([`paid_motion::ball_ahead`]): for motions that go on to another place afterwards.
+    Strike,
 }
 
 /// Where the ball lies at the start.
@@ -26,6 +37,9 @@ pub enum BallRule {
 pub struct BallPlacement {
     /// Which balls belong to which motion.
     pub rule: BallRule,
+    /// Where a motion's own ball is, which the rules below are about.
+    #[serde(default)]
+    pub own_place: OwnPlace,
     /// `workspace`: range ahead of the first frame's anchor, along its heading `[m]`. The evaluation's effective workspace and a quarter of
     /// a meter around it is 0.25 to 2.25, and -1.25 to 1.25 to the left.
     pub ahead_m: Range,

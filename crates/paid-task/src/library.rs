@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use paid_lanes::{Quat, Vec3};
-use paid_motion::MotionLibrary;
+use paid_motion::{MotionLibrary, ball_ahead};
 use paid_robot::kinematics::forward;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::preset::value_error;
+use crate::preset::{OwnPlace, value_error};
 use crate::{TaskError, TaskPreset};
 
 /// One motion at the control rate, in model order. Row `t` of a `[T, N]` array is at `t * N ..`.
@@ -58,7 +58,8 @@ pub struct MotionFacts {
     pub base_xy: [f64; 2],
     /// Heading of the anchor's x axis in the first frame `[rad]`.
     pub heading: f64,
-    /// Anchor displacement from the first to the last frame, world axes `[m]`: from `start_xy` to the nominal ball.
+    /// From `start_xy` to the nominal ball, world axes `[m]`: the anchor's displacement from the first to the last frame, unless
+    /// [`ReferenceLibrary::with_balls_at_strike`] put it elsewhere.
     pub displacement: [f64; 2],
 }
 
@@ -186,7 +187,8 @@ impl ReferenceLibrary {
         Self::new(clips.collect(), robot, spec)
     }
 
-    /// The same for a task: its policy's contacts are taken over ([`ReferenceLibrary::with_contacts`]).
+    /// The same for a task: its motions' own places ([`OwnPlace`]) and its policy's contacts
+    /// ([`ReferenceLibrary::with_contacts`]) are taken over.
     ///
     /// # Errors
     /// As [`ReferenceLibrary::from_motions`] and [`ReferenceLibrary::with_contacts`].
@@ -196,7 +198,32 @@ impl ReferenceLibrary {
         spec: &RobotSpec,
         task: &TaskPreset,
     ) -> Result<Self, TaskError> {
-        Self::from_motions(motions, robot, spec)?.with_contacts(&task.ball.contact_s)
+        let library = Self::from_motions(motions, robot, spec)?;
+        let library = match task.ball.own_place {
+            OwnPlace::TorsoEnd => library,
+            OwnPlace::Strike => library.with_balls_at_strike(robot, spec, task.ball_params.radius_m)?,
+        };
+        library.with_contacts(&task.ball.contact_s)
+    }
+
+    /// Puts each motion's nominal ball, of this radius `[m]`, ahead of its foot in the frame of the strike ([`ball_ahead`]).
+    ///
+    /// # Errors
+    /// If a foot of `spec` is not in `robot`.
+    pub fn with_balls_at_strike(
+        mut self,
+        robot: &RobotModel,
+        spec: &RobotSpec,
+        radius_m: f64,
+    ) -> Result<Self, TaskError> {
+        for (facts, clip) in self.facts.iter_mut().zip(&self.clips) {
+            let foot = body_index(robot, "foot", &spec.feet[clip.kick_foot])?;
+            let row = facts.strike_frame * robot.bodies.len() + foot;
+            let (pos, quat, velocity) = (clip.body_pos[row], clip.body_quat[row], clip.body_com_vel[row]);
+            let ball = ball_ahead(&robot.bodies[foot], pos, quat, velocity, radius_m);
+            facts.displacement = [0, 1].map(|k| ball[k] - facts.start_xy[k]);
+        }
+        Ok(self)
     }
 
     /// The library of a task without a reference: the robot stands in its default pose, heading along x, with the nominal ball

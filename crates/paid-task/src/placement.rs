@@ -21,17 +21,17 @@ pub(crate) fn turned(xy: [f64; 2], angle: f64) -> [f64; 2] {
 /// How far from a motion's own place a ball about it lies at most, in x and in y `[m]`.
 const ABOUT_M: f64 = 0.3;
 
-/// The nominal ball: the motion's anchor displacement from its start, world `[m]`.
+/// The nominal ball: a motion's own place, world `[m]`.
 pub(crate) fn nominal_ball(facts: &MotionFacts) -> [f64; 2] {
     [facts.start_xy[0] + facts.displacement[0], facts.start_xy[1] + facts.displacement[1]]
 }
 
-/// A motion's own place: its anchor displacement in its start frame (x ahead, y left) `[m]`.
+/// A motion's own place ([`crate::preset::OwnPlace`]) in its start frame (x ahead, y left) `[m]`.
 pub fn own_place(facts: &MotionFacts) -> [f64; 2] {
     turned(facts.displacement, -facts.heading)
 }
 
-/// The motion whose anchor displacement is nearest to a ball at `xy` in the start frame `[m]`; the first of equals (the public
+/// The motion whose own place is nearest to a ball at `xy` in the start frame `[m]`; the first of equals (the public
 /// evaluation's rule).
 ///
 /// # Panics
@@ -60,7 +60,7 @@ impl RollingBall {
     }
 }
 
-/// The motion whose anchor displacement is nearest to where the ball (in the start frame) will be when that motion strikes; the
+/// The motion whose own place is nearest to where the ball (in the start frame) will be when that motion strikes; the
 /// first of equals. `dt_s` is the time between two frames.
 ///
 /// # Panics
@@ -205,6 +205,7 @@ mod tests {
     fn arc() -> BallPlacement {
         BallPlacement {
             rule: BallRule::Arc,
+            own_place: crate::preset::OwnPlace::TorsoEnd,
             ahead_m: [0.25, 2.25],
             left_m: [-1.25, 1.25],
             angle_deg: 20.0,

@@ -7,7 +7,9 @@ use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
 
-pub use crate::ball_preset::{AfterStrikePreset, BallPlacement, BallRule, GoalPreset, ShownAfterStrike};
+pub use crate::ball_preset::{
+    AfterStrikePreset, BallPlacement, BallRule, GoalPreset, OwnPlace, ShownAfterStrike,
+};
 use crate::contact_kind;
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
 pub use crate::eyes::KnowledgeMode;

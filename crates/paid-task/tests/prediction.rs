@@ -147,3 +147,31 @@ fn a_contact_after_the_motions_end_is_refused_and_one_of_another_motion_is_not_r
     let error = TaskPreset::builtin_with("paper_stage2", &[value]).expect_err("negative").to_string();
     assert!(error.starts_with(&format!("preset: ball.contact_s.{name} is -0.1, expected a time")), "{error}");
 }
+
+#[test]
+fn a_motions_own_ball_may_lie_ahead_of_the_foot_that_strikes() {
+    let (_, at_end, _) = shard(&[AT_STRIKE], ENVS);
+    let (mut shard, at_strike, _) = shard(&[AT_STRIKE, "ball.own_place=strike"], ENVS);
+    let robot = RobotModel::g1();
+    let feet = RobotSpec::g1().feet.map(|name| robot.body_index(&name).expect("a foot"));
+    for (motion, (end, strike)) in at_end.facts().iter().zip(at_strike.facts()).enumerate() {
+        let clip = &at_strike.clips()[motion];
+        let foot = clip.body_pos[strike.strike_frame * robot.bodies.len() + feet[strike.kick_foot]];
+        let ball = [0, 1].map(|k| strike.start_xy[k] + strike.displacement[k]);
+        let ahead = (ball[0] - foot[0]).hypot(ball[1] - foot[1]);
+        // From the ankle's origin: a toe of 0.1 to 0.15 m, and the ball's radius.
+        assert!((0.2..0.27).contains(&ahead), "{}: {ahead} m", strike.name);
+        assert_eq!((end.start_xy, end.strike_frame), (strike.start_xy, strike.strike_frame));
+        // The task puts it there.
+        shard.eval().force_start(0, &InitialState::nominal(motion)).expect("exists");
+        let placed = shard.eval().sample(0).expect("exists").ball_pos;
+        assert!(
+            (placed[0] - ball[0]).hypot(placed[1] - ball[1]) < 1e-5,
+            "{}: {placed:?}, {ball:?}",
+            strike.name
+        );
+    }
+    let error = TaskPreset::builtin_with("paper_stage2", &["ball.own_place=head".to_owned()]);
+    let error = error.expect_err("no such place").to_string();
+    assert!(error.contains("head") && error.contains("torso_end"), "{error}");
+}

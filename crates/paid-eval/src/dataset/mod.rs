@@ -1,7 +1,7 @@
 //! What a set of kicks covers: the paper's figures of its data (appendix A), and which kick to record next.
 //!
-//! The *place* of a kick is where its robot's torso ends, seen from where it begins (x ahead, y left): the task puts the ball
-//! there, and an evaluation gives each ball to the kick whose place is nearest.
+//! The *place* of a kick is where its own ball lies, seen from where the robot's torso begins (x ahead, y left): where the torso ends, or ahead of
+//! the foot that strikes ([`OwnPlace`]). The task puts the ball there, and an evaluation gives each ball to the kick whose place is nearest.
 
 mod coverage;
 mod draw;
@@ -9,9 +9,11 @@ mod draw;
 use std::path::Path;
 
 use paid_lanes::Vec3;
-use paid_motion::{Clip, KickLeg, displacement_in_heading, kick_facts};
+use paid_motion::generate::BALL_RADIUS;
+use paid_motion::{Clip, KickLeg, ball_ahead, displacement_in_heading, kick_facts};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::TaskPreset;
+use paid_task::preset::OwnPlace;
 use serde::Serialize;
 
 use crate::EvalError;
@@ -41,16 +43,25 @@ pub struct Kick {
 }
 
 impl Kick {
-    fn of(clip: &Clip, robot: &RobotModel, spec: &RobotSpec) -> Option<Self> {
+    fn of(clip: &Clip, robot: &RobotModel, spec: &RobotSpec, place: OwnPlace) -> Option<Self> {
         let facts = kick_facts(clip, robot, spec)?;
         let anchor = robot.body_index(&spec.anchor_body)?;
         let foot = robot.body_index(&spec.feet[clip.kick_leg.index()])?;
         let (heading, origin) = (clip.body_quat(0)[anchor], clip.body_pos(0)[anchor]);
         let strike = clip.kick_frame.unwrap_or(facts.kick_frame);
+        let place = match place {
+            OwnPlace::TorsoEnd => facts.anchor_displacement,
+            OwnPlace::Strike => {
+                let (pos, quat) = (clip.body_pos(strike)[foot], clip.body_quat(strike)[foot]);
+                let velocity = clip.body_lin_vel(strike)[foot];
+                let [x, y] = ball_ahead(&robot.bodies[foot], pos, quat, velocity, BALL_RADIUS);
+                displacement_in_heading(heading, origin, [x, y, 0.0])
+            }
+        };
         Some(Self {
             name: clip.name.clone(),
             leg: clip.kick_leg,
-            place: facts.anchor_displacement,
+            place,
             strike_phase: strike as f64 / (clip.frames - 1).max(1) as f64,
             peak_foot_speed: facts.peak_foot_speed,
             path: (0..clip.frames)
@@ -82,12 +93,18 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// Looks at clips and at how they cover a grid of ball places.
+    /// Looks at clips, whose own balls lie at `place`, and at how they cover a grid of ball places.
     ///
     /// # Errors
     /// If there is no clip, or the robot lacks a body that its TOML names.
-    pub fn new(clips: &[Clip], robot: &RobotModel, spec: &RobotSpec, grid: Grid) -> Result<Self, EvalError> {
-        let kicks: Option<Vec<Kick>> = clips.iter().map(|clip| Kick::of(clip, robot, spec)).collect();
+    pub fn new(
+        clips: &[Clip],
+        robot: &RobotModel,
+        spec: &RobotSpec,
+        grid: Grid,
+        place: OwnPlace,
+    ) -> Result<Self, EvalError> {
+        let kicks: Option<Vec<Kick>> = clips.iter().map(|clip| Kick::of(clip, robot, spec, place)).collect();
         let kicks = kicks.filter(|kicks| !kicks.is_empty()).ok_or_else(|| EvalError::Option {
             option: "motions",
             expected: "at least one clip of a robot with the bodies that its TOML names".to_owned(),
@@ -125,8 +142,15 @@ mod tests {
     fn the_generators_kicks_give_four_pictures_and_a_kick_to_record() {
         let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
         let clips = MotionLibrary::builtin(&robot, &spec, 50.0).expect("built in").clips;
-        let set = Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE).expect("a robot");
+        let set = Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE, OwnPlace::TorsoEnd).expect("a robot");
         assert_eq!((set.kicks.len(), set.coverage.cells.len()), (13, 63));
+        // The generator's kicks end where the ball was: ahead of the toe, which meets it below its middle.
+        let at_strike =
+            Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE, OwnPlace::Strike).expect("a robot");
+        for (end, strike) in set.kicks.iter().zip(&at_strike.kicks) {
+            let off = (end.place[0] - strike.place[0]).hypot(end.place[1] - strike.place[1]);
+            assert!((0.0..0.15).contains(&off), "{}: {off} m", end.name);
+        }
         let kick = &set.kicks[0];
         assert_eq!((kick.path.len(), kick.foot_speed.len()), (clips[0].frames, clips[0].frames));
         let peak = kick.foot_speed.iter().copied().fold(0.0, f64::max);
@@ -138,7 +162,8 @@ mod tests {
             assert!(svg.contains(&kick.name), "{name}: every picture has the legend");
             assert!(folder.path().join(format!("{name}.png")).is_file(), "{name}");
         }
-        let error = Dataset::new(&[], &robot, &spec, Grid::EFFECTIVE).expect_err("none").to_string();
+        let error = Dataset::new(&[], &robot, &spec, Grid::EFFECTIVE, OwnPlace::Strike);
+        let error = error.expect_err("none").to_string();
         assert!(error.starts_with("motions: expected at least one clip"), "{error}");
     }
 }

@@ -1,5 +1,7 @@
 //! Where a warning and where a failure begins.
 
+use crate::generate::BALL_RADIUS;
+
 /// Two bounds of a measure: above the first a warning, above the second a failure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limit {
@@ -60,6 +62,8 @@ pub struct CheckLimits {
     pub end_tilt: Limit,
     /// Distance of a stated kick frame from the fastest frame `[s]`.
     pub kick_frame_s: Limit,
+    /// Height of the kicking foot's lowest point in the frame of the strike `[m]`: from a ball's top on it meets none on the floor.
+    pub strike_height_m: Limit,
 }
 
 impl Default for CheckLimits {
@@ -91,6 +95,7 @@ impl Default for CheckLimits {
             end_base_speed: Limit::new(0.15, f64::INFINITY),
             end_tilt: Limit::new(0.35, f64::INFINITY),
             kick_frame_s: Limit::new(0.06, 0.30),
+            strike_height_m: Limit::new(2.0 * BALL_RADIUS, f64::INFINITY),
         }
     }
 }

@@ -5,8 +5,10 @@ use paid_robot::{RobotModel, RobotSpec, SpecError, kinematics};
 use serde::Serialize;
 
 use super::{collision_pairs, deepest_overlap, foot_contacts};
+use crate::generate::BALL_RADIUS;
+use crate::kick::lowest_point_of;
 use crate::resample::differentiate;
-use crate::{Clip, GRAVITY, balance, lowest_point, support_margin};
+use crate::{Clip, GRAVITY, balance, ball_ahead, lowest_point, support_margin};
 
 /// The largest value of something, the frame and (if it belongs to one) the joint or body.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -81,6 +83,10 @@ pub struct Measures {
     pub end_tilt: f64,
     /// Feet that stand in the last frame.
     pub end_feet: usize,
+    /// Height of the kicking foot's lowest point in the frame of the strike `[m]`.
+    pub strike_height_m: f64,
+    /// From where the torso ends to a ball that the kicking foot meets in the frame of the strike ([`ball_ahead`]), along the floor `[m]`.
+    pub end_to_ball_m: f64,
 }
 
 /// Friction coefficient that soles are sure to have (the task's floor has 1.0).
@@ -176,6 +182,10 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
     };
     let up = Quat(clip.body_quat(last)[0]).rotate(Vec3([0.0, 0.0, 1.0])).z();
     let shot = again.body_lin_vel(foot_speed.frame)[foot];
+    let strike = clip.kick_frame.unwrap_or(foot_speed.frame);
+    let (pos, quat) = (clip.body_pos(strike)[foot], clip.body_quat(strike)[foot]);
+    let [x, y] = ball_ahead(&model.bodies[foot], pos, quat, again.body_lin_vel(strike)[foot], BALL_RADIUS);
+    let end = clip.body_pos(last)[indices.anchor];
     Ok(Measures {
         duration_s: clip.duration_s(),
         shot_angle: between(shot[1].atan2(shot[0]), heading(0)),
@@ -208,6 +218,8 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         end_base_speed: Vec3(again.body_lin_vel(last)[0]).norm(),
         end_tilt: up.clamp(-1.0, 1.0).acos(),
         end_feet: contacts.iter().filter(|c| !c.standing[last].is_empty()).count(),
+        strike_height_m: lowest_point_of(&model.bodies[foot], pos, quat),
+        end_to_ball_m: (x - end[0]).hypot(y - end[1]),
     })
 }
 

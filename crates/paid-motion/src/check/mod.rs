@@ -16,4 +16,4 @@ pub use limits::{CheckLimits, Limit};
 pub use measure::{Measures, Worst, measure};
 pub use shapes::{Overlap, collision_pairs, deepest_overlap};
 pub(crate) use shapes::{nearest_points, rod};
-pub use verdict::{Aspect, ClipReport, Finding, Verdict, check_clip, mixed_rates};
+pub use verdict::{Aspect, ClipReport, Finding, Verdict, check_clip, ends_away, mixed_rates};

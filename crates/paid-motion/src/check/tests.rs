@@ -170,6 +170,35 @@ fn a_folder_of_mixed_frame_rates_is_judged_clip_by_clip_and_the_mixture_is_told(
 }
 
 #[test]
+fn clips_that_end_away_from_their_ball_are_told() {
+    let mut reports = folder(&[50.0, 60.0]);
+    assert_eq!(ends_away(&reports), None, "{:?}", reports[0].measures.end_to_ball_m);
+    reports[1].measures.end_to_ball_m = 0.85;
+    reports[1].name = "far".to_owned();
+    assert_eq!(
+        ends_away(&reports).expect("one is"),
+        "1 of 2 clips end more than 0.4 m from the ball that the foot strikes ('far': 0.8 m): train Stage II with \
+         --set task.ball.own_place=strike"
+    );
+}
+
+#[test]
+fn a_strike_over_the_ball_is_found() {
+    let mut clip = good();
+    let strike = report(&clip).measures.foot_speed.frame;
+    clip.kick_frame = Some(strike);
+    let low = report(&clip).measures.strike_height_m;
+    assert!((0.0..0.22).contains(&low) && report(&clip).findings.is_empty(), "{low}");
+    // The whole robot 0.3 m up.
+    let clip = Clip { kick_frame: Some(strike), ..moved(|_| [0.0, 0.0, 0.3]) };
+    let high = report(&clip);
+    assert!((high.measures.strike_height_m - low - 0.3).abs() < 1e-9);
+    let finding = high.findings.iter().find(|f| f.aspect == Aspect::Label).expect("over the ball");
+    assert_eq!((finding.verdict, finding.frame), (Verdict::Warn, Some(strike)));
+    assert!(finding.reason.ends_with("m above the floor at the strike, over a ball that lies there"));
+}
+
+#[test]
 fn three_frames_get_a_verdict_that_says_so() {
     let clip = crate::edit::cut(&good(), &RobotModel::g1(), 1.0, 1.04).expect("3 frames");
     let report = report(&clip);

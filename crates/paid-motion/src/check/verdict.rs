@@ -252,6 +252,25 @@ pub fn mixed_rates(reports: &[ClipReport]) -> Option<String> {
     })
 }
 
+/// From here on a torso's end is not where the ball was: the paper's kicks end within 0.3 m of it `[m]`.
+const AWAY_M: f64 = 0.4;
+
+/// A note where clips end away from the ball that they strike.
+pub fn ends_away(reports: &[ClipReport]) -> Option<String> {
+    let away = |report: &&ClipReport| report.measures.end_to_ball_m > AWAY_M;
+    let farthest =
+        |a: &ClipReport, b: &ClipReport| a.measures.end_to_ball_m.total_cmp(&b.measures.end_to_ball_m);
+    let worst = reports.iter().max_by(|a, b| farthest(a, b)).filter(away)?;
+    Some(format!(
+        "{} of {} clips end more than {AWAY_M} m from the ball that the foot strikes ('{}': {:.1} m): train Stage II with \
+         --set task.ball.own_place=strike",
+        reports.iter().filter(away).count(),
+        reports.len(),
+        worst.name,
+        worst.measures.end_to_ball_m
+    ))
+}
+
 /// A last frame that is no stand.
 fn end(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
     let last = Some(clip.frames - 1);
@@ -282,4 +301,10 @@ fn label(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
         let reason = format!("kick frame {stated}, but the foot is fastest in frame {}", fastest.frame);
         out.add(Aspect::Label, judge(off, limits.kick_frame_s), Some(stated), reason);
     }
+    let reason = format!(
+        "the foot is {:.2} m above the floor at the strike, over a ball that lies there",
+        m.strike_height_m
+    );
+    let strike = clip.kick_frame.unwrap_or(fastest.frame);
+    out.add(Aspect::Label, judge(m.strike_height_m, limits.strike_height_m), Some(strike), reason);
 }

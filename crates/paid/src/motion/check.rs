@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip, mixed_rates};
+use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip, ends_away, mixed_rates};
 use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -90,7 +90,7 @@ fn print(reports: &[ClipReport]) {
             println!("{:<width$}    {}: {}{place}", "", finding.verdict, finding.reason);
         }
     }
-    if let Some(note) = mixed_rates(reports) {
+    for note in [mixed_rates(reports), ends_away(reports)].into_iter().flatten() {
         println!("note: {note}");
     }
     let count = |verdict| reports.iter().filter(|r| r.verdict == verdict).count();

@@ -7,6 +7,7 @@ use paid_eval::dataset::Dataset;
 use paid_eval::shooting::Grid;
 use paid_motion::MotionLibrary;
 use paid_robot::{RobotModel, RobotSpec};
+use paid_task::preset::OwnPlace;
 
 use crate::failure::Failure;
 
@@ -21,6 +22,9 @@ pub struct Args {
     /// Balls that the kicks should cover.
     #[arg(long, value_enum, default_value_t = Workspace::Effective)]
     workspace: Workspace,
+    /// Where a kick's own ball lies.
+    #[arg(long, value_enum, default_value_t = Place::TorsoEnd)]
+    place: Place,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -34,6 +38,14 @@ enum Workspace {
     Whole,
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Place {
+    /// Where the torso ends, as in the paper.
+    TorsoEnd,
+    /// Ahead of the foot that strikes (task.ball.own_place=strike).
+    Strike,
+}
+
 /// Draws the pictures and prints what the kicks cover and which one to record next.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
@@ -44,7 +56,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Workspace::Effective => Grid::EFFECTIVE,
         Workspace::Whole => Grid::WHOLE,
     };
-    let set = Dataset::new(&library.clips, &model, &spec, grid)?;
+    let place = match args.place {
+        Place::TorsoEnd => OwnPlace::TorsoEnd,
+        Place::Strike => OwnPlace::Strike,
+    };
+    let set = Dataset::new(&library.clips, &model, &spec, grid, place)?;
     set.write(&args.out)?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&set).map_err(Failure::input)?);
