@@ -1,5 +1,7 @@
 //! Reference motions, packed for gathering one frame a lane.
 
+mod clip;
+
 use std::collections::BTreeMap;
 
 use paid_lanes::{Quat, Vec3};
@@ -10,58 +12,7 @@ use paid_robot::{Permutation, RobotModel, RobotSpec};
 use crate::preset::{OwnPlace, value_error};
 use crate::{TaskError, TaskPreset};
 
-/// One motion at the control rate, in model order. Row `t` of a `[T, N]` array is at `t * N ..`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceClip {
-    /// Name.
-    pub name: String,
-    /// Frames a second; must be the control rate.
-    pub fps: f64,
-    /// Labeled kicking foot: 0 left, 1 right.
-    pub kick_foot: usize,
-    /// Frame in which the foot meets the ball, where the motion states it; else the fastest frame of the foot counts.
-    pub strike_frame: Option<usize>,
-    /// Number of frames T.
-    pub frames: usize,
-    /// Joint angles `[T, J]` `[rad]`.
-    pub joint_pos: Vec<f64>,
-    /// Joint velocities `[T, J]` `[rad/s]`.
-    pub joint_vel: Vec<f64>,
-    /// Body origins `[T, B]`, world `[m]`.
-    pub body_pos: Vec<[f64; 3]>,
-    /// Body orientations `[T, B]`, w, x, y, z.
-    pub body_quat: Vec<[f64; 4]>,
-    /// Velocities of the bodies' centers of mass `[T, B]`, world `[m/s]`.
-    pub body_com_vel: Vec<[f64; 3]>,
-    /// Angular velocities `[T, B]`, world `[rad/s]`.
-    pub body_ang_vel: Vec<[f64; 3]>,
-}
-
-/// What the task derives from a motion.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MotionFacts {
-    /// Name.
-    pub name: String,
-    /// Number of frames.
-    pub frames: usize,
-    /// Labeled kicking foot: 0 left, 1 right.
-    pub kick_foot: usize,
-    /// Frame of the strike: the stated one, or the one in which the kicking foot's center of mass is fastest.
-    pub strike_frame: usize,
-    /// Frame in which the policy's foot meets the ball: the strike's, unless it was measured ([`ReferenceLibrary::with_contacts`]).
-    pub contact_frame: usize,
-    /// Speed of the foot's center of mass in the frame of the strike `[m/s]`.
-    pub strike_speed: f64,
-    /// Anchor position (x, y) in the first frame, world `[m]`.
-    pub start_xy: [f64; 2],
-    /// Base position (x, y) in the first frame, world `[m]`.
-    pub base_xy: [f64; 2],
-    /// Heading of the anchor's x axis in the first frame `[rad]`.
-    pub heading: f64,
-    /// From `start_xy` to the nominal ball, world axes `[m]`: the anchor's displacement from the first to the last frame, unless
-    /// [`ReferenceLibrary::with_balls_at_strike`] put it elsewhere.
-    pub displacement: [f64; 2],
-}
+pub use clip::{MotionFacts, ReferenceClip};
 
 /// Positions of values in a packed frame: joint angles, joint velocities (policy order), then 13 numbers a followed body: position,
 /// quaternion, center-of-mass velocity, angular velocity.
@@ -151,12 +102,12 @@ impl ReferenceLibrary {
             clips: Vec::new(),
         };
         for clip in clips {
-            check(&clip, robot)?;
+            clip.check(robot)?;
             library.first_frame.push(library.packed.len() / layout.len());
             for t in 0..=clip.frames {
                 library.pack(&clip, t.min(clip.frames - 1), t == clip.frames, to_policy.indices());
             }
-            library.facts.push(facts(&clip, robot.bodies.len(), anchor, feet[clip.kick_foot]));
+            library.facts.push(MotionFacts::of(&clip, robot.bodies.len(), anchor, feet[clip.kick_foot]));
             library.clips.push(clip);
         }
         Ok(library)
@@ -338,59 +289,5 @@ impl ReferenceLibrary {
     pub fn bins(&self) -> usize {
         let seconds = self.clips.iter().map(|c| (c.frames as f64 / c.fps) as usize).max();
         seconds.unwrap_or(0) + 1
-    }
-}
-
-fn check(clip: &ReferenceClip, robot: &RobotModel) -> Result<(), TaskError> {
-    let (t, joints, bodies) = (clip.frames, robot.joints.len(), robot.bodies.len());
-    let fail = |what: String| Err(TaskError::Library(format!("motion '{}': {what}", clip.name)));
-    if t < 2 || clip.kick_foot > 1 || !(clip.fps > 0.0 && clip.fps.is_finite()) {
-        return fail(format!(
-            "expected at least 2 frames, a positive rate and kick foot 0 or 1, found {t}, {}, {}",
-            clip.fps, clip.kick_foot
-        ));
-    }
-    if let Some(strike) = clip.strike_frame.filter(|strike| *strike >= t) {
-        return fail(format!("expected a strike frame from 0 to {}, found {strike}", t - 1));
-    }
-    let lengths = [
-        ("joint_pos", clip.joint_pos.len(), t * joints),
-        ("joint_vel", clip.joint_vel.len(), t * joints),
-        ("body_pos", clip.body_pos.len(), t * bodies),
-        ("body_quat", clip.body_quat.len(), t * bodies),
-        ("body_com_vel", clip.body_com_vel.len(), t * bodies),
-        ("body_ang_vel", clip.body_ang_vel.len(), t * bodies),
-    ];
-    for (key, found, expected) in lengths {
-        if found != expected {
-            return fail(format!("'{key}' has {found} rows, expected {expected}"));
-        }
-    }
-    let finite = clip.joint_pos.iter().chain(&clip.joint_vel).all(|x| x.is_finite())
-        && clip.body_quat.iter().flatten().all(|x| x.is_finite())
-        && [&clip.body_pos, &clip.body_com_vel, &clip.body_ang_vel]
-            .iter()
-            .all(|rows| rows.iter().flatten().all(|x| x.is_finite()));
-    if finite { Ok(()) } else { fail("a value is not finite".into()) }
-}
-
-fn facts(clip: &ReferenceClip, bodies: usize, anchor: usize, foot: usize) -> MotionFacts {
-    let speed = |t: usize| clip.body_com_vel[t * bodies + foot].iter().map(|v| v * v).sum::<f64>().sqrt();
-    let fastest = (1..clip.frames).fold(0, |best, t| if speed(t) > speed(best) { t } else { best });
-    let strike = clip.strike_frame.unwrap_or(fastest);
-    let start = clip.body_pos[anchor];
-    let end = clip.body_pos[(clip.frames - 1) * bodies + anchor];
-    let [w, x, y, z] = clip.body_quat[anchor];
-    MotionFacts {
-        name: clip.name.clone(),
-        frames: clip.frames,
-        kick_foot: clip.kick_foot,
-        strike_frame: strike,
-        contact_frame: strike,
-        strike_speed: speed(strike),
-        start_xy: [start[0], start[1]],
-        base_xy: [clip.body_pos[0][0], clip.body_pos[0][1]],
-        heading: (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z)),
-        displacement: [end[0] - start[0], end[1] - start[1]],
     }
 }
