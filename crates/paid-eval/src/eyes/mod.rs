@@ -3,6 +3,7 @@
 
 mod cause;
 mod judge;
+mod kick;
 mod plot;
 mod report;
 mod senses;
@@ -25,9 +26,9 @@ use crate::shooting::{ShootingOptions, ShootingReport, Trial, plan};
 
 pub use cause::Cause;
 pub use judge::{EyesOutcome, SightingError};
+pub use kick::{KickLog, LoggedStep};
 pub use plot::kick_chart;
 pub use report::{EyesReport, EyesTotals};
-pub use trial::{KickLog, LoggedStep};
 
 /// Who finds the ball in a picture.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
