@@ -43,11 +43,16 @@ pub struct CleanOptions {
     pub slow: Option<f64>,
     /// Share of the joints' torque limits that the motion should need.
     pub torque_share: f64,
+    /// Most that is kept before the kick `[s]`.
+    pub lead_s: f64,
+    /// Largest angle between the heading of the stand at the beginning and the foot's way at the kick `[rad]`; a player who stands further
+    /// turned is turned back, by a step if need be.
+    pub facing: f64,
 }
 
 impl Default for CleanOptions {
     fn default() -> Self {
-        Self { fps: 50.0, slow: None, torque_share: 1.0 }
+        Self { fps: 50.0, slow: None, torque_share: 1.0, lead_s: 4.5, facing: 0.5 }
     }
 }
 
@@ -92,7 +97,7 @@ pub fn clean(
     let plan = Plan::new(
         &figure,
         &original.poses().collect::<Vec<_>>(),
-        options.fps,
+        options,
         clip.kick_leg.index(),
         facts.kick_frame,
     );

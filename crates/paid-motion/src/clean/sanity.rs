@@ -14,6 +14,8 @@ pub(super) fn options(options: &CleanOptions) -> Result<(), CleanError> {
         ("clean-rate", "20 to 200 Hz", options.fps, 20.0..=200.0),
         ("stretch", "1 to 4", options.slow.unwrap_or(1.0), 1.0..=4.0),
         ("torque", "0.2 to 5", options.torque_share, 0.2..=5.0),
+        ("lead", "0.5 to 60 s", options.lead_s, 0.5..=60.0),
+        ("facing", "0 to 90 degrees", options.facing.to_degrees(), 0.0..=90.0),
     ];
     match checks.into_iter().find(|(.., value, range)| !range.contains(value)) {
         Some((option, expected, found, _)) => Err(CleanError::Option { option, expected, found }),

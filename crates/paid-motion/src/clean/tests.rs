@@ -25,7 +25,8 @@ fn slopes(problem: &Problem<'_>, poses: &[Pose]) -> Vec<f64> {
 fn the_normal_equations_have_the_slope_of_the_cost() {
     let (model, spec, clip) = kick();
     let figure = Figure::new(&model, &spec).expect("a humanoid");
-    let plan = Plan::new(&figure, &clip.poses().collect::<Vec<_>>(), 50.0, clip.kick_leg.index(), 90);
+    let poses = clip.poses().collect::<Vec<_>>();
+    let plan = Plan::new(&figure, &poses, &CleanOptions::default(), clip.kick_leg.index(), 90);
     let problem = Problem::new(&figure, &plan, 0.5);
     let mut poses = plan.poses.clone();
     for (t, pose) in poses.iter_mut().enumerate() {
@@ -130,4 +131,31 @@ fn a_recording_at_another_rate_is_brought_to_the_asked_one() {
     let cleaned = clean(&coarse, &model, &spec, &CleanOptions::default()).expect("a kick");
     assert_eq!(cleaned.clip.fps, 50.0);
     assert!(cleaned.clip.duration_s() < 10.0);
+}
+
+#[test]
+fn what_is_kept_before_the_kick_and_where_the_first_stand_faces_are_options() {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let facing = |clip: &Clip| {
+        let facts = kick_facts(clip, &model, &spec).expect("feet");
+        let foot = model.body_index(&spec.feet[clip.kick_leg.index()]).expect("a foot");
+        let way = clip.body_lin_vel(facts.kick_frame)[foot];
+        let off = way[1].atan2(way[0]) - Quat(clip.body_quat(0)[0]).to_mat().yaw();
+        off.sin().atan2(off.cos()).abs()
+    };
+    // Of the generator's kicks the one that goes farthest off where the player stands, after three seconds of waiting.
+    let clips = MotionLibrary::builtin(&model, &spec, 50.0).expect("built in").clips;
+    let clip = clips.iter().max_by(|a, b| facing(a).total_cmp(&facing(b))).expect("some");
+    let waits = std::iter::repeat_n(clip.poses().next().expect("a frame"), 150);
+    let poses: Vec<Pose> = waits.chain(clip.poses()).collect();
+    let waiting = Clip { kick_leg: clip.kick_leg, ..Clip::of_poses(&model, 50.0, &poses) };
+    let of = |options: CleanOptions| clean(&waiting, &model, &spec, &options).expect("a kick").clip;
+    let whole = of(CleanOptions::default());
+    let short = of(CleanOptions { lead_s: 2.0, ..CleanOptions::default() });
+    assert!(whole.frames > short.frames + 50, "{} and {} frames", whole.frames, short.frames);
+    let ahead = of(CleanOptions { lead_s: 2.0, facing: 0.05, ..CleanOptions::default() });
+    assert!(facing(&short) > 0.3 && facing(&ahead) < 0.15, "{} {}", facing(&short), facing(&ahead));
+    let wide = CleanOptions { facing: 2.0, ..CleanOptions::default() };
+    let error = clean(&waiting, &model, &spec, &wide).expect_err("more than a right angle").to_string();
+    assert!(error.starts_with("facing: expected 0 to 90 degrees, found 114"), "{error}");
 }

@@ -43,12 +43,25 @@ pub struct CleanHow {
     /// Share of the joints' torque limits that the cleaned motion should need.
     #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
     torque: f64,
+    /// Keep so much before the kick, where the player stands by then: seconds of waiting teach a policy nothing [s].
+    #[arg(long, value_name = "S", default_value_t = 4.5)]
+    lead: f64,
+    /// Turn the first stand until it faces where the foot kicks, within this angle [degrees] [default: 29].
+    #[arg(long, value_name = "DEG")]
+    facing: Option<f64>,
 }
 
 impl CleanHow {
     /// For the library.
     pub fn options(self) -> CleanOptions {
-        CleanOptions { fps: self.clean_rate, slow: self.stretch, torque_share: self.torque }
+        let usual = CleanOptions::default();
+        CleanOptions {
+            fps: self.clean_rate,
+            slow: self.stretch,
+            torque_share: self.torque,
+            lead_s: self.lead,
+            facing: self.facing.map_or(usual.facing, f64::to_radians),
+        }
     }
 }
 

@@ -13,12 +13,13 @@ pub(super) use swing::Swing;
 
 use paid_lanes::Vec3;
 
+use super::CleanOptions;
 use super::figure::{Figure, Frame};
 use super::stance::{self, Span};
 use crate::generate::{Pose, min_jerk};
 use crate::slerp;
 use foothold::Foothold;
-use neutral::{Neutral, shot, stand};
+use neutral::{Facing, Neutral, shot, stand};
 
 /// Added before and after the motion: from the stand, into the stand, and at rest `[s]`.
 const RISE: f64 = 0.7;
@@ -28,6 +29,8 @@ const REST: f64 = 0.3;
 const STEP: f64 = 0.5;
 /// Motions that turn by more than this are left to turn `[rad]`.
 const TURNABLE: f64 = 1.7;
+/// The last stand's largest angle off the first one's heading `[rad]`; the check warns above 0.8.
+const TURNED: f64 = 0.5;
 
 /// The whole plan.
 #[derive(Clone, Debug)]
@@ -58,7 +61,14 @@ impl Plan {
     }
 
     /// The plan for a motion whose foot `side` meets the ball in frame `kick`.
-    pub fn new(figure: &Figure<'_>, original: &[Pose], fps: f64, side: usize, kick: usize) -> Self {
+    pub fn new(
+        figure: &Figure<'_>,
+        original: &[Pose],
+        options: &CleanOptions,
+        side: usize,
+        kick: usize,
+    ) -> Self {
+        let fps = options.fps;
         let mut frames: Vec<Frame> = original.iter().map(|p| figure.frame(p)).collect();
         let floor = stance::floor(figure, &frames, fps);
         let spans = stance::find(figure, &frames, fps, floor);
@@ -66,7 +76,7 @@ impl Plan {
         poses.iter_mut().for_each(|p| p.base_pos[2] -= floor);
         despike::despike(figure, &mut poses, fps);
         frames.iter_mut().for_each(|f| f.lower(floor));
-        let kept = spans::keep(figure, &frames, &spans, fps, kick);
+        let kept = spans::keep(figure, &frames, &spans, fps, (options.lead_s, kick));
         let spans = spans::fill(spans, kept, fps);
         let count = |s: f64| (s * fps).round() as usize;
         let [rise, settle, rest, step] = [RISE, SETTLE, REST, STEP].map(count);
@@ -87,11 +97,13 @@ impl Plan {
         // The foot that stays longer on its place at the start came there by a step; at the end the shorter step is taken.
         let stay = |side: usize| own[side].first().map_or(0, |(s, _)| if s[0] == kept[0] { s[1] } else { 0 });
         let mover = usize::from(stay(1) > stay(0));
-        let before = Neutral::new(figure, begin, mover, (shot(&frames, figure.feet[side], kick), TURNABLE));
-        let options =
-            [0, 1].map(|mover| Neutral::new(figure, finish, mover, (before.yaw, std::f64::consts::PI)));
-        let movers = [mover, usize::from(options[1].effort < options[0].effort)];
-        let after = &options[movers[1]];
+        let facing =
+            Facing { first: shot(&frames, figure.feet[side], kick), within: options.facing, below: TURNABLE };
+        let before = Neutral::new(figure, begin, mover, facing);
+        let facing = Facing { first: before.yaw, within: TURNED, below: std::f64::consts::PI };
+        let ends = [0, 1].map(|mover| Neutral::new(figure, finish, mover, facing));
+        let movers = [mover, usize::from(ends[1].effort < ends[0].effort)];
+        let after = &ends[movers[1]];
         let added = [
             rest + rise + if before.step { step + settle } else { 0 },
             settle + rest + if after.step { step + settle } else { 0 },

@@ -8,8 +8,17 @@ use crate::generate::Pose;
 
 /// Feet further than this from where a stand has them are brought there by a step `[m, rad]`.
 const AWKWARD: [f64; 2] = [0.12, 0.35];
-/// A stand's largest angle off the first heading `[rad]`; the check warns above 0.8.
-const TURNED: f64 = 0.5;
+
+/// Where a stand shall face `[rad]`.
+#[derive(Clone, Copy)]
+pub(super) struct Facing {
+    /// The heading that is wanted.
+    pub first: f64,
+    /// A stand is turned until it is this near to it,
+    pub within: f64,
+    /// if it is off by less than this.
+    pub below: f64,
+}
 
 /// A stand at an end of the motion.
 pub(super) struct Neutral {
@@ -23,18 +32,13 @@ pub(super) struct Neutral {
 }
 
 impl Neutral {
-    /// A stand for feet that are at `feet`: as they are, or with `mover` beside the other. The stand is turned at most
-    /// [`TURNED`] from the heading `first`, if it is off by less than `turnable`.
-    pub fn new(
-        figure: &Figure<'_>,
-        feet: [Foothold; 2],
-        mover: usize,
-        (first, turnable): (f64, f64),
-    ) -> Self {
+    /// A stand for feet that are at `feet`: as they are, or with `mover` beside the other.
+    pub fn new(figure: &Figure<'_>, feet: [Foothold; 2], mover: usize, facing: Facing) -> Self {
+        let Facing { first, within, below } = facing;
         let wrap = |angle: f64| angle.sin().atan2(angle.cos());
         let near = |yaw: f64| {
             let off = wrap(yaw - first);
-            if off.abs() > turnable { yaw } else { first + off.clamp(-TURNED, TURNED) }
+            if off.abs() > below { yaw } else { first + off.clamp(-within, within) }
         };
         let rest = figure.frame(&Pose {
             base_pos: [0.0; 3],
@@ -51,7 +55,7 @@ impl Neutral {
         let off = (beside[mover].pos - feet[mover].pos).norm();
         let turned = wrap(feet[mover].yaw - anchor.yaw).abs();
         let middle = anchor.yaw + 0.5 * wrap(feet[mover].yaw - anchor.yaw);
-        let far = (TURNED..turnable).contains(&wrap(middle - first).abs());
+        let far = (within..below).contains(&wrap(middle - first).abs());
         if off > AWKWARD[0] || turned > AWKWARD[1] || far {
             let turned = wrap(anchor.yaw - yaw).abs() + wrap(feet[mover].yaw - yaw).abs();
             Self { feet: beside, yaw, step: true, effort: off + 0.5 * turned }

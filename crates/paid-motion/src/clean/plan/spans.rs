@@ -4,27 +4,25 @@ use super::super::figure::{Figure, Frame};
 use super::super::stance::{self, Span};
 use crate::GRAVITY;
 
-/// Longest time before the kick that is kept `[s]`.
-const LEAD: f64 = 4.5;
 /// A base slower than this stands `[m/s]`.
 const CALM: f64 = 0.15;
 /// A stance is prolonged by at most this to shorten a flight `[s]`.
 const FILL: f64 = 0.04;
 
-/// The frames that are kept: from the first calm stand (or the first frame) to the first stand after the kick that can be held.
+/// The frames that are kept, at most `lead_s` before the kick: from the first calm stand (or the first frame) to the first stand after the kick that can be held.
 pub(super) fn keep(
     figure: &Figure<'_>,
     frames: &[Frame],
     spans: &[Vec<Span>; 2],
     fps: f64,
-    kick: usize,
+    (lead_s, kick): (f64, usize),
 ) -> Span {
     let both = |t: usize| stance::stands(&spans[0], t) && stance::stands(&spans[1], t);
     let speed = |t: usize| {
         let (a, b) = (t.saturating_sub(1), (t + 1).min(frames.len() - 1));
         (frames[b].pos[0] - frames[a].pos[0]).scale(fps / (b - a).max(1) as f64)
     };
-    let earliest = kick.saturating_sub((LEAD * fps) as usize);
+    let earliest = kick.saturating_sub((lead_s * fps) as usize);
     let latest = kick.saturating_sub((0.4 * fps) as usize);
     let start = (earliest..latest)
         .find(|&t| both(t) && speed(t).norm() < CALM)
