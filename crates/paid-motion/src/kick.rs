@@ -146,6 +146,7 @@ mod tests {
         // Half sizes 0.1, 0.2, 0.3 turned by 45 degrees about x reach (0.2 + 0.3) / sqrt 2 down.
         assert!((low - (1.0 - 0.5 * 0.5_f64.sqrt())).abs() < 1e-12, "{low}");
     }
+
     #[test]
     fn the_ball_lies_a_radius_ahead_of_the_toe() {
         let foot = &model().bodies[2]; // a capsule along x: ends 0.1 m from the middle, 0.04 m thick
