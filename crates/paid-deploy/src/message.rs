@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A picture that the ball detector has looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
-    /// When it was taken, on the clock of the runtime `[us]`.
+    /// When it was taken, on the clock of the senses, which the runtime maps to its own by what came fastest `[us]`.
     pub captured_us: u64,
     /// Center of the ball in the frame of the body that carries the camera (torso) `[m]`; `None`: no ball in it.
     pub ball: Option<[f64; 3]>,
@@ -16,7 +16,7 @@ pub struct Sighting {
 /// A pose from odometry. Its frame is fixed to the ground, z up, with origin and heading of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OdometryPose {
-    /// When the robot was there, on the clock of the runtime `[us]`.
+    /// When the robot was there, on the clock of the senses `[us]`.
     pub stamp_us: u64,
     /// Origin of the pelvis `[m]`.
     pub position: [f64; 3],

@@ -136,3 +136,37 @@ fn the_torso_follows_from_pelvis_and_waist() {
         }
     }
 }
+
+#[test]
+fn virtual_senses_have_a_clock_of_their_own() {
+    let player = player();
+    // Whose clock is three seconds ahead, and who begins before.
+    for ahead_us in [0, 3_000_000] {
+        let mut runtime = Runtime::new(Arc::clone(&player), Limits::default());
+        let mut now_us = 0;
+        while now_us < 400_000 {
+            let mut low = LowState { mode_machine: 5, tick: (now_us / 1000) as u32, ..LowState::default() };
+            low.imu.quaternion = [1.0, 0.0, 0.0, 0.0];
+            for (j, &m) in player.motors.iter().enumerate() {
+                low.motors[m].q = player.control.default_pos[j] as f32;
+            }
+            let mut packets = vec![Packet::LowState(low.sealed().to_cdr())];
+            let clock_us = now_us + ahead_us;
+            if now_us % 10_000 == 0 {
+                let (position, quaternion) = ([0.0, 0.0, 0.75], [1.0, 0.0, 0.0, 0.0]);
+                packets.push(Packet::Odometry(OdometryPose { stamp_us: clock_us, position, quaternion }));
+            }
+            // Pictures come 60 ms after their capture.
+            if now_us % 40_000 == 0 && now_us >= 100_000 {
+                let (captured_us, ball) = (clock_us - 60_000, Some([1.2, 0.1, -0.7]));
+                packets.push(Packet::Sighting(Sighting { captured_us, ball, deviation_m: 0.01 }));
+            }
+            runtime.step(now_us, &packets, false);
+            now_us += 2_000;
+        }
+        let [_, odometry_s, ball_s] = runtime.status(now_us).ages_s;
+        assert!((0.0..=0.0101).contains(&odometry_s), "{ahead_us}: odometry {odometry_s} s");
+        // The last picture came at 360 ms.
+        assert!((0.08..=0.105).contains(&ball_s), "{ahead_us}: ball {ball_s} s");
+    }
+}

@@ -1,7 +1,8 @@
 //! What comes from the robot, and whether it can be believed.
 
 use super::{Reason, Runtime};
-use crate::message::Packet;
+use crate::eyes::DeviceClock;
+use crate::message::{OdometryPose, Packet, Sighting};
 use crate::wire::{LowState, Remote};
 
 /// What the last packets said beside the body.
@@ -27,12 +28,19 @@ pub(super) struct Intake {
     pub master: Option<String>,
     /// When the last picture came, with or without a ball.
     pub picture_us: Option<u64>,
+    /// What virtual senses stamp with: over the network the clock of another program.
+    pub senses: DeviceClock,
 }
 
 impl Intake {
     /// The vendor's controller, if it is in command.
     pub fn vendor(&self) -> Option<&str> {
         self.master.as_deref().filter(|name| !name.is_empty())
+    }
+
+    /// A stamp of the virtual senses, in what came at `now_us`, on the clock of the runtime `[us]`.
+    fn local_us(&mut self, stamp_us: u64, now_us: u64) -> u64 {
+        self.senses.local_ns(1000 * stamp_us, 1000 * now_us) / 1000
     }
 
     /// Time since the last new state `[s]`; infinite before the first.
@@ -52,9 +60,13 @@ impl Runtime {
             Packet::OthersCommand => self.intake.others = true,
             Packet::Sighting(sighting) => {
                 self.intake.picture_us = Some(now_us);
-                self.sight.sighting(*sighting);
+                let captured_us = self.intake.local_us(sighting.captured_us, now_us);
+                self.sight.sighting(Sighting { captured_us, ..*sighting });
             }
-            Packet::Odometry(pose) => self.sight.odometry(*pose),
+            Packet::Odometry(pose) => {
+                let stamp_us = self.intake.local_us(pose.stamp_us, now_us);
+                self.sight.odometry(OdometryPose { stamp_us, ..*pose });
+            }
             Packet::Goal(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal = Some(*goal),
             Packet::Master(name) => self.intake.master.get_or_insert_default().clone_from(name),
             Packet::Keys(keys) => self.intake.typed.keys |= keys,
