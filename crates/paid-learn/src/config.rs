@@ -4,6 +4,30 @@ use paid_policy::bf16::Precision;
 use paid_policy::{NetworkConfig, NetworkKind};
 use serde::{Deserialize, Serialize};
 
+/// A price for doing something else in the mirror image of a state than the mirrored action (Yu et al. 2018): the squared distance of the
+/// policy's mean there from the mirrored mean of the state, in the standard deviations of the actions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MirrorConfig {
+    /// Factor on it, against the surrogate loss; 0 is off.
+    pub weight: f64,
+    /// Share of the samples whose image is looked at in each pass. More cost time: an image costs the policy's network another pass.
+    pub share: f64,
+}
+
+impl Default for MirrorConfig {
+    fn default() -> Self {
+        Self { weight: 0.0, share: 0.25 }
+    }
+}
+
+impl MirrorConfig {
+    /// One in how many units is looked at.
+    pub(crate) fn every(&self) -> usize {
+        (1.0 / self.share).round() as usize
+    }
+}
+
 /// PPO (Schulman et al. 2017) with the constants of the release, except where a comment says otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -60,6 +84,8 @@ pub struct PpoConfig {
     /// for another; a shuffle over all shards gives one more by chance.
     #[serde(default)]
     pub balanced: bool,
+    /// Symmetry of the policy.
+    pub mirror: MirrorConfig,
 }
 
 impl Default for PpoConfig {
@@ -89,6 +115,7 @@ impl Default for PpoConfig {
             sequence_block: 64,
             slices: 8,
             balanced: false,
+            mirror: MirrorConfig::default(),
         }
     }
 }
@@ -160,9 +187,17 @@ impl LearnConfig {
         ] {
             rules.push((key, positive(value), "a positive number", value.to_string()));
         }
-        for (key, value) in [("ppo.value_loss", p.value_loss), ("ppo.entropy", p.entropy)] {
+        for (key, value) in [
+            ("ppo.value_loss", p.value_loss),
+            ("ppo.entropy", p.entropy),
+            ("ppo.mirror.weight", p.mirror.weight),
+        ] {
             rules.push((key, value.is_finite() && value >= 0.0, "0 or more", value.to_string()));
         }
+        let share = p.mirror.share > 0.0 && p.mirror.share <= 1.0;
+        rules.push(("ppo.mirror.share", share, "more than 0 and at most 1", p.mirror.share.to_string()));
+        let memory = p.mirror.weight == 0.0 || self.actor.kind == NetworkKind::Mlp;
+        rules.push(("ppo.mirror.weight", memory, "0 for a policy with memory", p.mirror.weight.to_string()));
         let rates = p.max_learning_rate.is_finite() && p.max_learning_rate >= p.min_learning_rate;
         rules.push((
             "ppo.max_learning_rate",

@@ -20,7 +20,7 @@ use crate::transitions::Transitions;
 use crate::update::{Gradients, Horizon, Networks, Schedule, Worker, update};
 use paid_policy::Policy;
 use paid_policy::normalizer::Normalizer;
-use paid_policy::{ObservationGroup, VecEnv};
+use paid_policy::{Mirrors, ObservationGroup, VecEnv};
 
 /// Streams of the random number generator.
 const INIT_STREAM: u32 = 0x696E_6974;
@@ -50,6 +50,9 @@ pub struct Learner {
     pub(crate) ranks: Arc<dyn Ranks>,
     /// All shards of all ranks.
     pub(crate) world: World,
+    /// How observations and actions read in a mirrored world, and the same for what the last horizon's observations are.
+    mirrors: Option<Mirrors>,
+    collected: Option<Mirrors>,
     /// Sum, sum of squares and number of the last horizon's advantages over all shards.
     advantages: [f64; 3],
     workers: Vec<Worker>,
@@ -101,6 +104,8 @@ impl Learner {
             shards: Vec::new(),
             ranks: Arc::new(Alone),
             world: World::default(),
+            mirrors: None,
+            collected: None,
             advantages: [0.0; 3],
             workers: Vec::new(),
             gradients: Gradients::default(),
@@ -144,6 +149,22 @@ impl Learner {
         }
         self.learned = Some(RewardStream { reward, role });
         self.shards.clear();
+        Ok(self)
+    }
+
+    /// The same learner, told how observations and actions read in a mirrored world: what a policy pays for being lopsided needs it
+    /// ([`crate::MirrorConfig`]).
+    ///
+    /// # Errors
+    /// If they are of other sizes.
+    pub fn with_mirrors(mut self, mirrors: Mirrors) -> Result<Self, ConfigError> {
+        let want = (self.actor.net.input, self.actor.net.output);
+        let found = (mirrors.observation.len(), mirrors.action.len());
+        if found != want {
+            let found = format!("one of {found:?} for {want:?}");
+            return Err(ConfigError { key: "mirrors".to_owned(), expected: "one for this policy", found });
+        }
+        self.mirrors = Some(mirrors);
         Ok(self)
     }
 
@@ -263,6 +284,11 @@ impl Learner {
             shard.collect(shared, env.as_mut(), &mut worker.step);
         });
         self.env_steps += self.config.ppo.horizon as u64;
+        self.collected =
+            self.mirrors.as_ref().filter(|_| self.config.ppo.mirror.weight > 0.0).map(|mirrors| {
+                let observation = mirrors.observation.normalized(&self.policy_normalizer);
+                Mirrors { observation, action: mirrors.action.clone() }
+            });
         let seen = self.seen();
         self.policy_normalizer.merge(seen.iter().map(|seen| &seen.policy));
         self.critic_normalizer.merge(seen.iter().map(|seen| &seen.critic));
@@ -332,6 +358,7 @@ impl Learner {
                 world: &self.world,
                 ranks: &*self.ranks,
                 advantage: moments(self.advantages),
+                mirrors: self.collected.as_ref(),
             },
             &mut self.gradients,
             &mut self.workers,

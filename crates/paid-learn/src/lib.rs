@@ -70,7 +70,7 @@ pub mod transitions;
 pub mod update;
 pub mod value_loss;
 
-pub use config::{ConfigError, LearnConfig, PpoConfig};
+pub use config::{ConfigError, LearnConfig, MirrorConfig, PpoConfig};
 pub use learned_reward::{LearnedReward, RewardRole};
 pub use learner::{Learner, ShardError};
 pub use model::Model;

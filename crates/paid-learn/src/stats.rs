@@ -53,6 +53,8 @@ pub struct UpdateStats {
     pub value_loss: f64,
     /// Value loss of the learned reward's critic, before its weight; 0 if there is none.
     pub learned_value_loss: f64,
+    /// What the policy pays for being lopsided, before its weight; 0 where it is not asked.
+    pub mirror_loss: f64,
     /// Divergence from the policy that collected.
     pub kl: f64,
     /// Share of samples outside the clip range.
@@ -67,8 +69,9 @@ pub struct UpdateStats {
 
 impl UpdateStats {
     /// What every rank has a share of: losses, divergence, share of clipped samples.
-    pub(crate) fn sums_mut(&mut self) -> [&mut f64; 5] {
-        let Self { surrogate_loss, value_loss, learned_value_loss, kl, clip_fraction, .. } = self;
-        [surrogate_loss, value_loss, learned_value_loss, kl, clip_fraction]
+    pub(crate) fn sums_mut(&mut self) -> [&mut f64; 6] {
+        let Self { surrogate_loss, value_loss, learned_value_loss, mirror_loss, kl, clip_fraction, .. } =
+            self;
+        [surrogate_loss, value_loss, learned_value_loss, mirror_loss, kl, clip_fraction]
     }
 }

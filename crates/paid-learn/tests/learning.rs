@@ -6,8 +6,10 @@ mod common;
 
 use common::{PointMass, Recall};
 use paid_learn::{
-    LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, StepBuffers, VecEnv,
+    LearnConfig, Learner, LstmConfig, MirrorConfig, NetworkConfig, NetworkKind, PpoConfig, StepBuffers,
+    VecEnv,
 };
+use paid_policy::{Mirror, Mirrors, Sides};
 
 fn point_masses(shards: usize, envs: usize) -> Vec<Box<PointMass>> {
     (0..shards).map(|k| Box::new(PointMass::new(envs, k as u64))).collect()
@@ -164,4 +166,65 @@ fn a_lower_limit_of_the_noise_holds_for_the_next_horizon_and_is_no_divergence() 
     let kl = learner.update(1).kl;
     // From 0.5 to 0.1 within the update the divergence is above 10.
     assert!(kl < 1.0, "{kl}");
+}
+
+/// How a point mass reads in a mirrored world: everything has the other sign.
+fn other_side() -> Mirrors {
+    let of = |numbers: usize| {
+        Mirror::of_joints(&Sides { joints: (0..numbers).map(|k| (k, -1.0)).collect(), bodies: Vec::new() })
+    };
+    Mirrors { observation: of(2), action: of(1) }
+}
+
+/// RMS of `a(x) + a(-x)` over a grid of states: 0 for a policy without a preferred side.
+fn lopsidedness(learner: &Learner) -> f64 {
+    let policy = learner.policy();
+    let grid: Vec<[f32; 2]> = (-4..=4)
+        .flat_map(|x| (-4..=4).map(move |v| [0.25 * x as f32, 0.25 * v as f32]))
+        .flat_map(|[x, v]| [[x, v], [-x, -v]])
+        .collect();
+    let n = grid.len();
+    let observation: Vec<f32> = (0..2).flat_map(|k| grid.iter().map(move |state| state[k])).collect();
+    let mut actions = vec![0.0; n];
+    policy.act(&observation, &mut policy.start(n), &mut actions);
+    let squares = actions.chunks(2).map(|pair| f64::from(pair[0] + pair[1]).powi(2));
+    (squares.sum::<f64>() / (n / 2) as f64).sqrt()
+}
+
+#[test]
+fn a_policy_that_pays_for_being_lopsided_has_no_preferred_side() {
+    let trained = |weight: f64, threads: usize| {
+        let mut config = config(NetworkKind::Mlp, &[32, 32]);
+        config.ppo.mirror = MirrorConfig { weight, share: 0.5 };
+        let mut learner = Learner::new(2, 3, 1, &config, 1).unwrap().with_mirrors(other_side()).unwrap();
+        let mut envs = point_masses(2, 64);
+        let mut last = 0.0;
+        for _ in 0..60 {
+            last = learner.iterate(&mut envs, threads).unwrap().update.mirror_loss;
+        }
+        (learner, last)
+    };
+    let (free, nothing) = trained(0.0, 2);
+    let (paid, price) = trained(1.0, 2);
+    let (a, b) = (lopsidedness(&free), lopsidedness(&paid));
+    let scores = [&free, &paid].map(|learner| evaluate(learner, &mut PointMass::new(200, 99)));
+    println!("lopsided by {a:.4} without a price, {b:.4} with it; {price:.5}; rewards {scores:.3?}");
+    assert_eq!(nothing, 0.0);
+    assert!(b < 0.3 * a && price > 0.0, "{a} {b} {price}");
+    assert!(scores[1] > scores[0] - 0.05, "{scores:?}");
+    assert_eq!(weights(&paid), weights(&trained(1.0, 1).0), "one thread and two");
+}
+
+#[test]
+fn a_price_that_nothing_can_be_paid_for_is_refused() {
+    let mut config = config(NetworkKind::Lstm, &[16]);
+    config.ppo.mirror.weight = 0.1;
+    let error = Learner::new(2, 2, 1, &config, 1).expect_err("a memory has no image").to_string();
+    assert_eq!(error, "ppo.mirror.weight: expected 0 for a policy with memory, found 0.1");
+    config.ppo.mirror = MirrorConfig { weight: 0.0, share: 0.0 };
+    let error = Learner::new(2, 2, 1, &config, 1).expect_err("a share").to_string();
+    assert_eq!(error, "ppo.mirror.share: expected more than 0 and at most 1, found 0");
+    let learner = Learner::new(3, 2, 1, &LearnConfig::default(), 1).unwrap();
+    let error = learner.with_mirrors(other_side()).expect_err("two features").to_string();
+    assert_eq!(error, "mirrors: expected one for this policy, found one of (2, 1) for (3, 1)");
 }

@@ -1,5 +1,7 @@
 //! The one interface between a learner and its environments.
 
+use crate::mirror::Mirrors;
+
 /// Number of the group that the policy sees.
 pub const POLICY: usize = 0;
 /// Number of the group that the critic sees.
@@ -108,6 +110,13 @@ pub trait VecEnv: Send {
     fn observation_groups(&self) -> Vec<ObservationGroup>;
     /// Number of actions.
     fn action_dim(&self) -> usize;
+    /// How the policy's observation and actions read in a mirrored world.
+    ///
+    /// # Errors
+    /// Why environments have no mirror image.
+    fn mirrors(&self) -> Result<Mirrors, String> {
+        Err("these environments have no mirror image".to_owned())
+    }
     /// Writes the current observations, one matrix `[size, num_envs]` per group, in the order of the groups. The last groups may be
     /// left out by a caller that does not need them.
     ///

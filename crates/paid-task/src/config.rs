@@ -1,7 +1,8 @@
 //! Names resolved to indices, once.
 
 use paid_physics::{BodyState, GroupState};
-use paid_policy::{Dimensions, ObservationLayout};
+use paid_policy::{Dimensions, ObservationLayout, Sides};
+use paid_robot::mirror::mirrored_names;
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
 use crate::library::{body_index, followed_bodies};
@@ -18,6 +19,8 @@ pub(crate) struct TaskConfig {
     pub control: ControlSpec,
     /// Model joint of each policy joint.
     pub to_model: Vec<usize>,
+    /// Which joints and tracked bodies are each other's image, or why there is none.
+    pub sides: Result<Sides, String>,
     /// Model body of each followed body.
     pub followed: Vec<usize>,
     /// The first so many followed bodies are tracked.
@@ -106,6 +109,7 @@ impl TaskConfig {
         let config = Self {
             layout: preset.observations.layout(spec)?,
             observations: ObservationConfig::new(&preset.observations, Dimensions::of(spec)),
+            sides: sides(robot, spec, &control, &to_model),
             to_model,
             tracked: spec.tracked_bodies.len(),
             anchor: place("anchor body", &spec.anchor_body)?,
@@ -157,4 +161,28 @@ impl TaskConfig {
     pub(crate) fn joints(&self) -> usize {
         self.to_model.len()
     }
+}
+
+/// Which joints and tracked bodies are each other's image. Joints that rest or act otherwise than their image make a robot lopsided.
+fn sides(
+    robot: &RobotModel,
+    spec: &RobotSpec,
+    control: &ControlSpec,
+    to_model: &[usize],
+) -> Result<Sides, String> {
+    let images = robot.mirrored_joints().map_err(|e| e.to_string())?;
+    let joint = |&m: &usize| {
+        let (image, sign) = images[m];
+        let differ = |values: &[f64], sign: f64| (values[m] - sign * values[image]).abs() > 1e-9;
+        if differ(&control.default_pos, sign) || differ(&control.action_scale, 1.0) {
+            let [joint, image] = [m, image].map(|j| &robot.joints[j].name);
+            return Err(format!("'{joint}' rests or acts otherwise than its image '{image}'"));
+        }
+        let place = to_model.iter().position(|j| *j == image);
+        Ok((place.ok_or_else(|| format!("the policy does not have '{}'", robot.joints[image].name))?, sign))
+    };
+    Ok(Sides {
+        joints: to_model.iter().map(joint).collect::<Result<_, _>>()?,
+        bodies: mirrored_names("tracked body", &spec.tracked_bodies).map_err(|e| e.to_string())?,
+    })
 }

@@ -3,7 +3,7 @@
 use paid_lanes::Real;
 use paid_physics::Simulator;
 use paid_policy::env::STYLE_GROUP;
-use paid_policy::{ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
+use paid_policy::{Mirror, Mirrors, ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::eyes::believed_ball;
 use crate::score::Sums;
@@ -31,6 +31,13 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
     }
     fn action_dim(&self) -> usize {
         self.config.joints()
+    }
+    fn mirrors(&self) -> Result<Mirrors, String> {
+        let sides = self.config.sides.as_ref().map_err(Clone::clone)?;
+        Ok(Mirrors {
+            observation: Mirror::of_observation(&self.config.preset.observations.policy, sides),
+            action: Mirror::of_joints(sides),
+        })
     }
     fn observe(&mut self, groups: &mut [&mut [f32]]) {
         self.observe_all(groups);

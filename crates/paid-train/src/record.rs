@@ -43,10 +43,18 @@ pub struct LossRecord {
     pub entropy: f64,
     /// Learning rate after the iteration.
     pub learning_rate: f64,
+    /// What the policy pays for being lopsided, before its weight; not written where it is not asked.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub mirror: f64,
     /// KL divergence of the new policy from the old `[nat]`.
     pub kl: f64,
     /// Gradient norm before clipping.
     pub gradient_norm: f64,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes a reference")]
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// Everything that is reported about an iteration.
@@ -122,6 +130,9 @@ impl Record {
         ]
         .map(|(tag, value)| (tag.to_owned(), value))
         .into();
+        if self.loss.mirror != 0.0 {
+            tags.push(("Loss/symmetry".to_owned(), self.loss.mirror));
+        }
         for (prefix, named) in [
             ("Episode_Reward", &self.rewards),
             ("Episode_Termination", &self.terminations),

@@ -320,3 +320,11 @@ fn training_improves_the_toy() {
     }
     assert!(last > 0.5 * first, "mean return {first} became {last}");
 }
+
+#[test]
+fn environments_without_sides_cannot_train_a_symmetric_policy() {
+    let mut preset = Toy::preset(&[]);
+    preset.learn.ppo.mirror.weight = 0.1;
+    let error = Trainer::new(&preset, Toy::shards(&preset), Vec::new()).err().expect("no image").to_string();
+    assert!(error.contains("learn.ppo.mirror: these environments have no mirror image"), "{error}");
+}

@@ -81,7 +81,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             return Err(TrainError::Setup("expected at least one shard, found none".to_owned()));
         };
         let sampler = first.new_sampler();
-        let learner = Learner::new(
+        let mut learner = Learner::new(
             first.policy_obs_dim(),
             first.critic_obs_dim(),
             first.action_dim(),
@@ -89,6 +89,11 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             preset.run.seed,
         )
         .map_err(|error| TrainError::Setup(error.to_string()))?;
+        if preset.learn.ppo.mirror.weight > 0.0 {
+            let mirrors =
+                first.mirrors().map_err(|why| TrainError::Setup(format!("learn.ppo.mirror: {why}")))?;
+            learner = learner.with_mirrors(mirrors).map_err(|error| TrainError::Setup(error.to_string()))?;
+        }
         Ok(Self {
             preset: preset.clone(),
             motions,
@@ -186,6 +191,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
                 surrogate: stats.update.surrogate_loss,
                 entropy: stats.entropy,
                 learning_rate: stats.learning_rate,
+                mirror: stats.update.mirror_loss,
                 kl: stats.update.kl,
                 gradient_norm: stats.update.grad_norm,
             },

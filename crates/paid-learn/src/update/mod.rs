@@ -1,9 +1,11 @@
 //! The PPO update: minibatches of units, gradients per slice, reduction in slice order, Adam.
 
+mod mirrored;
 mod reduce;
 mod slice;
 
 use paid_lanes::rng::Rng;
+use paid_policy::Mirrors;
 
 use crate::config::PpoConfig;
 use crate::model::Model;
@@ -51,6 +53,8 @@ pub struct Horizon<'a> {
     pub ranks: &'a dyn Ranks,
     /// Mean of all advantages and one over their standard deviation.
     pub advantage: (f64, f64),
+    /// How the samples read in a mirrored world, observations normalized as they were collected; `None` if nobody asks.
+    pub mirrors: Option<&'a Mirrors>,
 }
 
 impl Horizon<'_> {
@@ -74,7 +78,7 @@ pub fn update(
     workers: &mut [Worker],
 ) -> UpdateStats {
     let Networks { actor, critics, operands } = networks;
-    let Horizon { shards, world, ranks, advantage } = horizon;
+    let Horizon { shards, world, ranks, advantage, mirrors } = horizon;
     let mut units = world.units();
     let old_log_std = actor.log_std().to_vec();
     let minibatches = config.minibatches.min(units.len());
@@ -83,8 +87,17 @@ pub fn update(
         let shuffled = shuffle(&mut units, world, minibatches, config.balanced, &mut schedule.shuffle);
         for batch in shuffled {
             operands.refresh(core::iter::once(&*actor).chain(&*critics), workers);
-            let shared =
-                Shared { config, actor, critics, operands, old_log_std: &old_log_std, shards, advantage };
+            let step_number = schedule.adam_step as usize;
+            let shared = Shared {
+                config,
+                actor,
+                critics,
+                operands,
+                old_log_std: &old_log_std,
+                shards,
+                advantage,
+                mirrors: mirrors.map(|mirrors| (mirrors, step_number)),
+            };
             let weight = 1.0 / world.samples(&batch) as f64;
             let own = horizon.own(&batch);
             // A rank has its share of the slices: each costs a gradient to fill and to sum.
@@ -101,6 +114,7 @@ pub fn update(
             totals.surrogate_loss += losses.surrogate_loss;
             totals.value_loss += losses.value_loss;
             totals.learned_value_loss += losses.learned_value_loss;
+            totals.mirror_loss += losses.mirror_loss;
             totals.kl += losses.kl;
             totals.clip_fraction += losses.clip_fraction;
         }
@@ -111,6 +125,7 @@ pub fn update(
         surrogate_loss: totals.surrogate_loss / count,
         value_loss: totals.value_loss / count,
         learned_value_loss: totals.learned_value_loss / count,
+        mirror_loss: totals.mirror_loss / count,
         kl: totals.kl / count,
         clip_fraction: totals.clip_fraction / count,
         grad_norm: totals.grad_norm / taken,

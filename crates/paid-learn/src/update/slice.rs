@@ -1,7 +1,9 @@
 //! Gradients of a minibatch, slice by slice.
 
+use paid_policy::Mirrors;
 use paid_policy::net::State;
 
+use super::mirrored::{self, Image};
 use super::reduce::{Gradients, NetworkGradient};
 use crate::config::PpoConfig;
 use crate::gaussian::{ActorBatch, ActorLoss, ActorLossConfig, actor_loss};
@@ -17,15 +19,16 @@ use crate::value_loss::{ValueBatch, value_loss};
 /// Scratch of one thread.
 #[derive(Clone, Debug, Default)]
 pub struct Worker {
-    train: TrainWorkspace<f32>,
+    pub(super) train: TrainWorkspace<f32>,
     dlog_prob: Vec<f32>,
+    pub(super) image: Image,
     /// Scratch of collection.
     pub step: paid_policy::net::StepWorkspace<f32>,
 }
 
 /// Which network a slice trains, and where its loss goes.
 enum Target<'a> {
-    Actor(&'a mut ActorLoss),
+    Actor(&'a mut ActorLoss, &'a mut f64),
     Critic(usize, &'a mut f64),
 }
 
@@ -45,6 +48,8 @@ pub(super) struct Shared<'a> {
     pub(super) old_log_std: &'a [f32],
     pub(super) shards: &'a [Shard],
     pub(super) advantage: (f64, f64),
+    /// How samples read in a mirrored world, and the number of the gradient step.
+    pub(super) mirrors: Option<(&'a Mirrors, usize)>,
 }
 
 /// Gradients of this rank's units of one minibatch, one for each of so many slices, and their share of its mean losses. `weight` is one over the samples of
@@ -74,8 +79,10 @@ pub(super) fn minibatch_gradient(
             jobs.push(Slice { target: Target::Critic(k, value), units: part(s), grads });
         }
     }
-    for (s, (grads, sums)) in gradients.actor.slices.iter_mut().zip(&mut sums).enumerate() {
-        jobs.push(Slice { target: Target::Actor(sums), units: part(s), grads });
+    let mut mirror = vec![0.0; slices];
+    let sinks = sums.iter_mut().zip(&mut mirror);
+    for (s, (grads, (sums, mirror))) in gradients.actor.slices.iter_mut().zip(sinks).enumerate() {
+        jobs.push(Slice { target: Target::Actor(sums, mirror), units: part(s), grads });
     }
     for_each(workers, jobs, |worker, slice| train_slice(shared, weight, worker, slice));
     // Once in the sum over all ranks.
@@ -86,6 +93,7 @@ pub(super) fn minibatch_gradient(
     let mut losses = UpdateStats::default();
     for s in 0..slices {
         losses.surrogate_loss += sums[s].surrogate * weight;
+        losses.mirror_loss += mirror[s] * weight;
         losses.kl += sums[s].kl * weight;
         losses.clip_fraction += sums[s].clipped * weight;
         losses.value_loss += values[0][s] * weight;
@@ -100,11 +108,12 @@ fn train_slice(shared: &Shared<'_>, weight: f64, worker: &mut Worker, slice: Sli
     for &(k, unit) in units {
         let shard = &shared.shards[k];
         match &mut target {
-            Target::Actor(sums) => {
+            Target::Actor(sums, mirror) => {
                 let loss = train_actor(shared, weight, shard, unit, grads, worker);
                 sums.surrogate += loss.surrogate;
                 sums.kl += loss.kl;
                 sums.clipped += loss.clipped;
+                **mirror += mirrored::train(shared, weight, shard, unit, grads, worker);
             }
             Target::Critic(critic, value) => {
                 **value += train_critic(shared, *critic, weight, (shard, unit), grads, worker);
@@ -114,7 +123,7 @@ fn train_slice(shared: &Shared<'_>, weight: f64, worker: &mut Worker, slice: Sli
 }
 
 /// The stored samples of a unit as input of a network.
-fn sequence<'a>(
+pub(super) fn sequence<'a>(
     shard: &'a Shard,
     obs: &'a [f32],
     rows: usize,

@@ -88,7 +88,7 @@ impl<'a> Biped<'a> {
             soles,
             default_pos: control.default_pos,
             range: model.joints.iter().map(|j| inner(j.range)).collect(),
-            mirror: mirror(model)?,
+            mirror: model.mirrored_joints().map_err(|e| GenerateError::Robot(e.to_string()))?,
         })
     }
 
@@ -159,22 +159,4 @@ fn toe(model: &RobotModel, foot: usize) -> Option<([f64; 3], f64)> {
         Shape::Capsule { ends: [a, b], radius } => Some((if a[0] > b[0] { a } else { b }, radius)),
         _ => None,
     })
-}
-
-/// Swaps `left` and `right` in names; a mirror in the x-z plane turns an axis (x, y, z) into (-x, y, -z).
-fn mirror(model: &RobotModel) -> Result<Vec<(usize, f64)>, GenerateError> {
-    let other = |name: &str| match (name.strip_prefix("left_"), name.strip_prefix("right_")) {
-        (Some(rest), _) => format!("right_{rest}"),
-        (_, Some(rest)) => format!("left_{rest}"),
-        _ => name.to_owned(),
-    };
-    let images = model.joints.iter().map(|joint| {
-        let image = model.joint_index(&other(&joint.name)).ok_or_else(|| {
-            GenerateError::Robot(format!("joint '{}' has no image '{}'", joint.name, other(&joint.name)))
-        })?;
-        let ([x, y, z], axis) = (joint.axis, model.joints[image].axis);
-        let sign = -x * axis[0] + y * axis[1] - z * axis[2];
-        Ok((image, sign.signum()))
-    });
-    images.collect()
 }

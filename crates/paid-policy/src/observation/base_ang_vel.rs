@@ -14,6 +14,7 @@ impl Observation for BaseAngVel {
     const UNIT: &'static str = "rad/s";
     const FRAME: &'static str = "base";
     const SHAPE: Shape = Shape::Vector;
+    const AXIAL: bool = true;
     const SENSED: bool = true;
     const NOISE: Noise = Noise::uniform(0.2, "the authors' public release");
 

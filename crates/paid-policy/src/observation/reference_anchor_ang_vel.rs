@@ -14,6 +14,7 @@ impl Observation for ReferenceAnchorAngVel {
     const UNIT: &'static str = "rad/s";
     const FRAME: &'static str = "world";
     const SHAPE: Shape = Shape::Vector;
+    const AXIAL: bool = true;
     const NEEDS: &'static [Need] = &[Need::Reference];
     const NOISE: Noise = Noise::uniform(0.05, "the authors' public release");
 

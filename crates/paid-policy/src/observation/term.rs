@@ -19,6 +19,8 @@ pub trait Observation {
     const SHAPE: Shape;
     /// What it needs beside the robot's sensors.
     const NEEDS: &'static [Need] = &[];
+    /// True for vectors that turn the other way in a mirror, as angular velocities do.
+    const AXIAL: bool = false;
     /// True for a sensor's reading, which comes late where a preset has a delay of observations.
     const SENSED: bool = false;
     /// Noise of the policy's copy, unless a preset says otherwise.
@@ -125,6 +127,8 @@ pub struct ObservationInfo {
     pub shape: Shape,
     /// What it needs beside the robot's sensors.
     pub needs: &'static [Need],
+    /// True for vectors that turn the other way in a mirror.
+    pub axial: bool,
     /// True for a sensor's reading.
     pub sensed: bool,
     /// Noise of the policy's copy, unless a preset says otherwise.
@@ -140,6 +144,7 @@ impl ObservationInfo {
             frame: T::FRAME,
             shape: T::SHAPE,
             needs: T::NEEDS,
+            axial: T::AXIAL,
             sensed: T::SENSED,
             noise: T::NOISE,
         }

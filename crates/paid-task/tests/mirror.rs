@@ -1,0 +1,83 @@
+//! The built-in kicks to the left are the mirror images of those to the right: what the policy sees of them is too.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_lanes::Isa;
+use paid_motion::MotionLibrary;
+use paid_policy::matrix::{Mat, MatMut};
+use paid_policy::{Mirror, StepBuffers};
+use paid_robot::{RobotModel, RobotSpec};
+use paid_task::{
+    EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard,
+};
+
+/// One group of the widest lanes.
+const ENVS: usize = 16;
+/// Environment of the kick by the right foot, and of that by the left one.
+const SIDES: [usize; 2] = [0, 1];
+
+fn mirrored(mirror: &Mirror, x: &[f32]) -> Vec<f32> {
+    let mut out = vec![0.0; x.len()];
+    mirror.apply(Mat::new(x, x.len(), 1, 1), MatMut::new(&mut out, x.len(), 1, 1));
+    out
+}
+
+/// What the policy of an environment sees.
+fn seen(shard: &mut dyn TaskShard) -> [Vec<f32>; 2] {
+    let rows = shard.policy_obs_dim();
+    let (mut policy, mut critic) = (vec![0.0; rows * ENVS], vec![0.0; shard.critic_obs_dim() * ENVS]);
+    shard.observe(&mut [&mut policy, &mut critic]);
+    SIDES.map(|env| (0..rows).map(|row| policy[row * ENVS + env]).collect())
+}
+
+#[test]
+fn what_the_left_foots_kick_sees_is_the_image_of_what_the_right_foots_sees() {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 50.0).expect("the built-in kicks");
+    let preset = TaskPreset::builtin_with("paper_stage2", &[]).expect("valid");
+    let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset).expect("they fit"));
+    let task =
+        TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
+    let mut shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: ENVS }).expect("builds");
+    shard.eval().set_rules(EpisodeRules::evaluation());
+    let motion = |name: &str| library.clips().iter().position(|c| c.name == name).expect("a built-in kick");
+    let (right, left) = (motion("standard_04_right"), motion("standard_02_left"));
+    for (env, motion, side) in [(SIDES[0], right, 1.0), (SIDES[1], left, -1.0)] {
+        let start = InitialState {
+            frame: 40,
+            ball_xy: Some([1.2, -0.3 * side]),
+            goal_xy: Some([5.0, 0.4 * side]),
+            ..InitialState::nominal(motion)
+        };
+        shard.eval().force_start(env, &start).expect("exists");
+    }
+    let mirrors = shard.mirrors().expect("a G1 has two sides");
+    let names: Vec<(usize, String)> = {
+        let places = shard.layout().policy.places();
+        places.flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
+    };
+    let joints = shard.action_dim();
+    let (mut reward, mut terminated, mut truncated) = (vec![0.0; ENVS], vec![0; ENVS], vec![0; ENVS]);
+    for step in 0..6 {
+        let [right, left] = seen(shard.as_mut());
+        let image = mirrored(&mirrors.observation, &right);
+        // The robot's parts are not quite symmetric, and differences grow.
+        let allowed = if step == 0 { 1e-4 } else { 0.05 };
+        for (row, name) in &names {
+            let apart = (image[*row] - left[*row]).abs();
+            let speeds = if name.contains("vel") { 10.0 } else { 1.0 };
+            assert!(apart < speeds * allowed, "{step}: {name}: {} {}", image[*row], left[*row]);
+        }
+        let action: Vec<f32> = (0..joints).map(|j| ((7 * j + 3 * step) % 11) as f32 * 0.06 - 0.3).collect();
+        let actions = [action.clone(), mirrored(&mirrors.action, &action)];
+        let mut all = vec![0.0; joints * ENVS];
+        for (env, action) in SIDES.into_iter().zip(&actions) {
+            for (j, value) in action.iter().enumerate() {
+                all[j * ENVS + env] = *value;
+            }
+        }
+        shard.step(&all, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
+        assert_eq!(SIDES.map(|env| terminated[env] + truncated[env]), [0, 0], "step {step}");
+    }
+}
