@@ -6,9 +6,9 @@ use nalgebra::Vector3;
 use paid_lanes::{Quat, Vec3};
 use paid_lidar::{Health, ImuSample, Odometry, Point, Scan, stamped};
 use paid_perceive::{BallMemory, Candidate, Glance, KnownBall, Pose, PoseBuffer, Rolling, StampedPose};
-use paid_vision::detect::Detection;
+use paid_vision::detect::{Depth, Detection};
 use paid_vision::locate::BallFinder;
-use paid_vision::{PictureFault, PictureWatch, VisionError};
+use paid_vision::{DepthImage, PictureFault, PictureWatch, VisionError};
 
 use crate::body::OwnBody;
 use crate::message::{ImuMessage, PictureMessage, ScanMessage, seconds};
@@ -284,7 +284,7 @@ impl Sight {
         let of_ball = self.memory.own(&self.rolling).map_or([0.0; 2], |own| own.belief.ball.velocity);
         let speed = (velocity.x() - of_ball[0]).hypot(velocity.y() - of_ball[1]);
         let mut found = Vec::new();
-        for detection in self.detect(picture)? {
+        for detection in self.detect(picture, depth)? {
             let Ok(sighting) = self.place.sight_from(&torso, &detection, depth, captured_s, speed) else {
                 continue;
             };
@@ -330,7 +330,11 @@ impl Sight {
         Ok(())
     }
 
-    fn detect(&self, picture: &PictureMessage) -> Result<Vec<Detection>, VisionError> {
+    fn detect(
+        &self,
+        picture: &PictureMessage,
+        depth: Option<&DepthImage>,
+    ) -> Result<Vec<Detection>, VisionError> {
         if let Some(boxes) = &picture.boxes {
             let detection = |outline: &paid_vision::PixelBox| Detection {
                 outline: *outline,
@@ -341,7 +345,10 @@ impl Sight {
             return Ok(boxes.iter().map(detection).collect());
         }
         match &self.finder {
-            Finder::Network(detector) => detector.detect(&picture.color),
+            Finder::Network(detector) => {
+                let depth = depth.map(|image| Depth { image, intrinsics: &picture.intrinsics });
+                detector.detect(&picture.color, depth)
+            }
             Finder::Boxes => Ok(Vec::new()),
         }
     }

@@ -18,6 +18,13 @@ fn the_own_detector_is_judged_and_the_worst_pictures_are_shown() {
     assert!(report["detect_ms"].as_f64().is_some_and(|ms| ms > 0.0));
     let written = fs::read_to_string(folder.path().join("seen/report.json")).expect("the report");
     assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), report);
+    // No score is so high: all balls are missed, and the sheet shows them.
+    let unsure =
+        ["perceive", "detect", "--held-out", "2", "--confidence", "0.999999", "--json", "--out", "none"];
+    let report: Value = serde_json::from_str(&succeeds(&paid(folder.path(), &unsure))).expect("JSON");
+    assert_eq!(report["rows"][0]["found"], 0);
+    let sheet = fs::read(folder.path().join("none/worst.png")).expect("the worst pictures");
+    assert!(sheet.starts_with(b"\x89PNG") && sheet.len() > 10_000, "{} bytes", sheet.len());
 }
 
 #[test]

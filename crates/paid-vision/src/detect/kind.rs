@@ -13,7 +13,7 @@ const COEFFICIENTS: usize = 32;
 /// A kind of detector and its sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// The project's own network.
+    /// The project's own network, which sees depth too.
     Own,
     /// YOLOv8: `[1, 4 + classes, cells]`, and with masks `[1, 4 + classes + 32, cells]` and `[1, 32, h / 4, w / 4]`.
     YoloV8 {
@@ -50,6 +50,11 @@ impl Kind {
         if matches!(self, Self::YoloX { .. }) { Coding::BgrBytes } else { Coding::RgbUnit }
     }
 
+    /// Numbers per pixel of the input.
+    pub(super) fn inputs(self) -> usize {
+        if self == Self::Own { net::INPUTS } else { 3 }
+    }
+
     /// Number of classes it tells apart.
     pub fn classes(self) -> usize {
         match self {
@@ -74,8 +79,11 @@ impl Interface {
             path: file.path().to_owned(),
             expected: format!(
                 "one float input of fixed shape [1, 3, H, W] (H and W multiples of 32) with the outputs of YOLOv8 [1, 4 + classes, cells], \
-                 YOLOv8-seg [1, 4 + classes + {COEFFICIENTS}, cells] and [1, {COEFFICIENTS}, H/4, W/4], YOLOX [1, cells, 5 + classes], or \
-                 this project's '{}' [1, {}, {}, {}]; cells = HW/64 + HW/256 + HW/1024; exported without built-in NMS, in 32 bits",
+                 YOLOv8-seg [1, 4 + classes + {COEFFICIENTS}, cells] and [1, {COEFFICIENTS}, H/4, W/4], YOLOX [1, cells, 5 + classes]; or \
+                 this project's input [1, {}, {}, {}] with the output '{}' [1, {}, {}, {}]; cells = HW/64 + HW/256 + HW/1024; exported without built-in NMS, in 32 bits",
+                net::INPUTS,
+                net::HEIGHT,
+                net::WIDTH,
                 net::OUTPUT,
                 net::CHANNELS,
                 net::HEIGHT / net::STRIDE,
@@ -87,7 +95,7 @@ impl Interface {
 
     fn recognize(file: &OnnxFile) -> Option<Self> {
         let [input] = file.inputs() else { return None };
-        let [1, 3, height, width] = shape(input)?[..] else { return None };
+        let [1, inputs, height, width] = shape(input)?[..] else { return None };
         let size = [width, height];
         if !size.iter().all(|s| (32..=4096).contains(s) && s % 32 == 0) {
             return None;
@@ -118,6 +126,9 @@ impl Interface {
             _ => return None,
         };
         let outputs = outputs.into_iter().map(|(name, dims)| (name, dims.iter().product())).collect();
+        if inputs != kind.inputs() {
+            return None;
+        }
         Some(Self { kind, input: input.name.clone()?, size, outputs })
     }
 }

@@ -1,5 +1,7 @@
 //! A picture in the size and order that a network wants.
 
+use super::Depth;
+use crate::net::depth_code;
 use crate::{ColorImage, PixelBox};
 
 /// The gray beside a picture of another shape; detectors are trained with it.
@@ -103,6 +105,28 @@ impl Letterbox {
         }
         out
     }
+
+    /// What the own network is told of depth, `[height, width]`: each pixel of the input reads the pixel of the picture under its middle. Depths
+    /// are not averaged: between a ball and the floor behind it there is nothing.
+    pub(super) fn fill_depth(&self, depth: Option<Depth<'_>>, [width, height]: [usize; 2]) -> Vec<f32> {
+        let mut out = vec![0.0; width * height];
+        let Some(Depth { image, intrinsics }) = depth else { return out };
+        let focal = intrinsics.focal[0] * self.scale;
+        let under = |i: usize, k: usize, size: usize| {
+            let at = (i as f64 + 0.5 - self.offset[k]) / self.scale;
+            (at >= 0.0 && at < size as f64).then_some(at as usize)
+        };
+        let columns: Vec<Option<usize>> = (0..width).map(|x| under(x, 0, image.width)).collect();
+        for (y, line) in out.chunks_exact_mut(width).enumerate() {
+            let Some(row) = under(y, 1, image.height) else { continue };
+            for (value, column) in line.iter_mut().zip(&columns) {
+                if let Some(column) = column {
+                    *value = depth_code(image.data[row * image.width + column], focal);
+                }
+            }
+        }
+        out
+    }
 }
 
 /// Which pixels of a line make one pixel of the input, and their shares; none outside the picture.
@@ -144,6 +168,7 @@ impl Taps {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{DepthImage, Intrinsics};
 
     #[test]
     fn a_wide_picture_gets_gray_bars_above_and_below() {
@@ -168,6 +193,20 @@ mod tests {
         let picture = ColorImage::filled(2, 1, [10, 20, 30]);
         let input = fit.fill(&picture, [4, 4], Coding::BgrBytes);
         assert_eq!([input[0], input[16], input[32], input[15]], [30.0, 20.0, 10.0, 114.0]);
+    }
+
+    #[test]
+    fn depth_is_read_where_the_picture_lies() {
+        let fit = Letterbox::fit([640, 360], [320, 192], Anchor::Middle);
+        let intrinsics = Intrinsics { width: 640, height: 360, focal: [400.0; 2], center: [320.0, 180.0] };
+        let mut image = DepthImage::new(640, 360, vec![1100; 640 * 360]).expect("whole");
+        image.data[2 * (640 + 1) + 640 + 1] = 0;
+        let input = fit.fill_depth(Some(Depth { image: &image, intrinsics: &intrinsics }), [320, 192]);
+        let at = |x: usize, y: usize| input[y * 320 + x];
+        // 0.22 m at 1.1 m and 200 px of the input: five cells. Pixel (1, 7) of the input reads pixel (3, 3) of the picture.
+        assert!((at(5, 100) - 0.5 * 5.0_f32.ln()).abs() < 1e-6);
+        assert_eq!([at(5, 5), at(1, 7), at(5, 186)], [0.0; 3]);
+        assert_eq!(fit.fill_depth(None, [320, 192]), vec![0.0; 320 * 192]);
     }
 
     #[test]

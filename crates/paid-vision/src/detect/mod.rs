@@ -1,4 +1,4 @@
-//! Finding the ball in a color picture, with the project's own network or a detector of the user.
+//! Finding the ball in a picture, with the project's own network or a detector of the user.
 
 mod boxes;
 mod decode;
@@ -14,7 +14,7 @@ use std::path::Path;
 
 use paid_onnx::{OnnxFile, RawModel};
 
-use crate::{ColorImage, PixelBox, VisionError};
+use crate::{ColorImage, DepthImage, Intrinsics, PixelBox, VisionError};
 use kind::Interface;
 
 /// The committed network.
@@ -54,6 +54,15 @@ pub struct Detection {
     pub mask: Option<Mask>,
     /// Whether the box means the whole ball, seen or not, as the own network's does. Others box what is seen.
     pub whole: bool,
+}
+
+/// The depth picture beside a color picture, aligned to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Depth<'a> {
+    /// As large as the color picture; of another size it is not looked at.
+    pub image: &'a DepthImage,
+    /// The camera of both.
+    pub intrinsics: &'a Intrinsics,
 }
 
 /// A network that finds balls; runs on the calling thread.
@@ -101,7 +110,8 @@ impl Detector {
         }
         let detector = Self { model: RawModel::new(file)?, interface, options };
         // Layers that do not fit each other are found now and not on the pitch.
-        detector.run(&vec![0.5; 3 * detector.interface.size[0] * detector.interface.size[1]])?;
+        let Interface { kind, size, .. } = &detector.interface;
+        detector.run(&vec![0.5; kind.inputs() * size[0] * size[1]])?;
         Ok(detector)
     }
 
@@ -122,15 +132,24 @@ impl Detector {
         self
     }
 
-    /// Balls in a picture, the surest first.
+    /// Balls in a picture, the surest first. The own network looks at depth too, and finds less without; the others see only color.
     ///
     /// # Errors
     /// If the runtime fails.
-    pub fn detect(&self, picture: &ColorImage) -> Result<Vec<Detection>, VisionError> {
+    pub fn detect(
+        &self,
+        picture: &ColorImage,
+        depth: Option<Depth<'_>>,
+    ) -> Result<Vec<Detection>, VisionError> {
         let Interface { kind, size, .. } = &self.interface;
         let shape = [picture.width, picture.height];
         let fit = Letterbox::fit(shape, *size, kind.anchor());
-        let outputs = self.run(&fit.fill(picture, *size, kind.coding()))?;
+        let mut input = fit.fill(picture, *size, kind.coding());
+        if *kind == Kind::Own {
+            let depth = depth.filter(|d| [d.image.width, d.image.height] == shape);
+            input.extend(fit.fill_depth(depth, *size));
+        }
+        let outputs = self.run(&input)?;
         let [first, rest @ ..] = &outputs[..] else { return Ok(Vec::new()) };
         let DetectOptions { class, confidence, iou, most } = self.options;
         let cells = kind::cells(*size);
@@ -161,10 +180,10 @@ impl Detector {
 
     /// The outputs of an input.
     pub(crate) fn run(&self, input: &[f32]) -> Result<Vec<Vec<f32>>, VisionError> {
-        let Interface { input: name, size, outputs, .. } = &self.interface;
+        let Interface { kind, input: name, size, outputs } = &self.interface;
         let wanted: Vec<(&str, usize)> =
             outputs.iter().map(|(name, numbers)| (name.as_str(), *numbers)).collect();
-        Ok(self.model.run(&[(name, vec![1, 3, size[1], size[0]], input)], &wanted)?)
+        Ok(self.model.run(&[(name, vec![1, kind.inputs(), size[1], size[0]], input)], &wanted)?)
     }
 
     /// The input of the network, across and down `[px]`.

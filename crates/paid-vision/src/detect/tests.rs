@@ -6,6 +6,8 @@ use prost::Message;
 
 use super::*;
 use crate::net::{self, Convolution, LAYERS, encode_net, node};
+use crate::render::render;
+use crate::scatter::{Scatter, Use};
 
 /// A file with one input `[1, 3, h, w]` whose outputs are constants.
 fn constant(input: &[usize], outputs: &[(&str, Vec<usize>, Vec<f32>)]) -> OnnxFile {
@@ -41,13 +43,14 @@ fn a_yolo_v8_export_finds_its_ball_in_picture_pixels() {
     assert_eq!(detector.kind(), Kind::YoloV8 { classes: 80, masks: false });
     assert_eq!(detector.options().class, 32);
     // A picture of 128 x 48: half the size, 4 px of gray above.
-    let found = detector.detect(&ColorImage::filled(128, 48, [0; 3])).expect("runs");
+    let found = detector.detect(&ColorImage::filled(128, 48, [0; 3]), None).expect("runs");
     assert_eq!(found.len(), 1);
     assert_eq!((found[0].outline.min, found[0].outline.max), ([64.0, 8.0], [96.0, 24.0]));
     assert!(!found[0].whole && found[0].mask.is_none());
     let person = Detector::from_file(file.clone(), Some(0)).expect("class 0");
     assert!(
-        (person.detect(&ColorImage::filled(128, 48, [0; 3])).expect("runs")[0].score - 0.99).abs() < 1e-6
+        (person.detect(&ColorImage::filled(128, 48, [0; 3]), None).expect("runs")[0].score - 0.99).abs()
+            < 1e-6
     );
     let error = Detector::from_file(file, Some(80)).expect_err("no such class").to_string();
     assert!(error.contains("0 to 79") && error.contains("80"), "{error}");
@@ -71,7 +74,7 @@ fn a_yolo_v8_seg_export_gives_the_mask_of_its_box() {
     );
     let detector = Detector::from_file(file, None).expect("YOLOv8-seg");
     assert_eq!(detector.kind(), Kind::YoloV8 { classes: 1, masks: true });
-    let found = detector.detect(&ColorImage::filled(64, 32, [9; 3])).expect("runs");
+    let found = detector.detect(&ColorImage::filled(64, 32, [9; 3]), None).expect("runs");
     let mask = found[0].mask.as_ref().expect("a mask");
     // The left half of the box: 16 x 16.
     assert_eq!(mask.area(), 256);
@@ -86,7 +89,7 @@ fn a_yolox_export_is_decoded_by_its_grid() {
     let file = constant(&[1, 3, 32, 64], &[("output", vec![1, CELLS, 6], output)]);
     let detector = Detector::from_file(file, None).expect("YOLOX");
     assert_eq!(detector.kind(), Kind::YoloX { classes: 1 });
-    let found = detector.detect(&ColorImage::filled(128, 64, [0; 3])).expect("runs");
+    let found = detector.detect(&ColorImage::filled(128, 64, [0; 3]), None).expect("runs");
     assert_eq!((found[0].outline.min, found[0].outline.max), ([32.0, 16.0], [48.0, 32.0]));
 }
 
@@ -121,7 +124,7 @@ fn a_network_written_here_runs_as_its_layers_say() {
         Detector::from_file(OnnxFile::from_bytes(bytes, "own.onnx".as_ref()).expect("a model"), None)
             .expect("runs");
     assert_eq!(detector.kind(), Kind::Own);
-    let found = detector.detect(&ColorImage::filled(320, 192, [0; 3])).expect("runs");
+    let found = detector.detect(&ColorImage::filled(320, 192, [0; 3]), None).expect("runs");
     // A flat map has one peak, its first cell.
     assert_eq!(found.len(), 1);
     assert!((found[0].score - 1.0 / (1.0 + (-1.0_f64).exp())).abs() < 1e-6);
@@ -136,7 +139,36 @@ fn the_committed_network_is_small_and_its_own() {
     let detector = Detector::own().expect("the committed network");
     assert_eq!((detector.kind(), detector.input_size()), (Kind::Own, [320, 192]));
     assert!(
-        detector.detect(&ColorImage::filled(640, 480, [0; 3])).expect("runs").is_empty(),
+        detector.detect(&ColorImage::filled(640, 480, [0; 3]), None).expect("runs").is_empty(),
         "a black picture has no ball"
     );
+}
+
+#[test]
+fn the_committed_network_finds_balls_with_depth_and_most_without() {
+    let (detector, scatter) =
+        (Detector::own().expect("runs"), Scatter::new(Use::HeldOut, 11).expect("the robot"));
+    let (mut balls, mut with_depth, mut without, mut others) = (0, 0, 0, 0);
+    for number in 0..60 {
+        let sample = scatter.sample(number, Intrinsics::g1_color(), true);
+        let rendered = render(&sample.scene, &sample.view);
+        let Some(outline) = sample.ball.and_then(|ball| ball.outline) else { continue };
+        if (rendered.ball_pixels() as f64) < 0.6 * outline.area() {
+            continue;
+        }
+        balls += 1;
+        let (color, depth) = (rendered.color(&sample.color), rendered.depth(&sample.depth));
+        let depth = Depth { image: &depth, intrinsics: &sample.view.intrinsics };
+        let near = |d: &Detection| {
+            let (a, b) = (d.outline.middle(), outline.middle());
+            (a[0] - b[0]).hypot(a[1] - b[1]) < 0.25 * (outline.size()[0] + outline.size()[1])
+        };
+        let found = detector.detect(&color, Some(depth)).expect("runs");
+        with_depth += usize::from(found.iter().any(near));
+        others += found.iter().filter(|d| !near(d)).count();
+        without += usize::from(detector.detect(&color, None).expect("runs").iter().any(near));
+    }
+    assert!(balls > 40, "{balls} balls");
+    assert!(with_depth * 10 >= balls * 9 && others * 10 <= balls, "{with_depth} of {balls}, {others} others");
+    assert!(without * 10 >= balls * 6 && without <= with_depth, "{without} of {balls} without depth");
 }

@@ -7,11 +7,11 @@ mod table;
 pub use sheet::{Bad, sheet};
 pub use table::{Report, Row};
 
-use crate::detect::{Detection, Detector};
-use crate::locate::locate;
+use crate::detect::{Depth, Detection, Detector};
+use crate::locate::BallFinder;
 use crate::render::render;
 use crate::scatter::{Scatter, TrueBall, UNSEEN_PATTERN, Use};
-use crate::{ColorImage, Intrinsics, PixelBox, VisionError};
+use crate::{ColorImage, Intrinsics, PixelBox, Pose, VisionError};
 
 /// Which pictures a detector is judged on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,9 +70,16 @@ pub fn judge(
         let picture = rendered.color(&sample.color);
         let depth = rendered.depth(&sample.depth);
         let middle = clock::cpu_s();
-        let detections = detector.detect(&picture)?;
+        let detections =
+            detector.detect(&picture, Some(Depth { image: &depth, intrinsics: &options.intrinsics }))?;
         detect_s += clock::cpu_s() - middle;
         render_s += middle - start;
+        // As the robot does it; the camera's pose is exact, and the floor is where it is.
+        let placed = |found: &Detection, radius: f64| {
+            let finder = BallFinder::new(options.intrinsics, Pose::identity(), radius).ok()?;
+            let sighting = finder.sight_from(&sample.view.pose, found, Some(&depth), 0.0, 0.0).ok()?;
+            Some(sighting.position)
+        };
         let mut others: Vec<&Detection> = detections.iter().collect();
         let outline = sample.ball.and_then(|ball| ball.outline);
         if let (Some(ball), Some(outline)) = (sample.ball, outline) {
@@ -81,8 +88,7 @@ pub fn judge(
             others.retain(|d| !same(&d.outline, &outline));
             if shown >= LEAST_SHOWN {
                 let error_m = hit.and_then(|hit| {
-                    let fix = locate(hit, Some(&depth), &options.intrinsics, ball.radius, None)?;
-                    let place = sample.view.pose.point(fix.position);
+                    let place = placed(hit, ball.radius)?;
                     Some((0..3).map(|k| (place[k] - ball.center[k]).powi(2)).sum::<f64>().sqrt())
                 });
                 cases.push(Case { ball, shown, found: hit.is_some(), error_m });
@@ -98,8 +104,7 @@ pub fn judge(
         }
         false_balls += others.len() as u32;
         let radius = sample.ball.map_or(0.11, |ball| ball.radius);
-        let placed = |d: &&&Detection| locate(d, Some(&depth), &options.intrinsics, radius, None).is_some();
-        false_places += others.iter().filter(placed).count() as u32;
+        false_places += others.iter().filter(|d| placed(d, radius).is_some()).count() as u32;
         if let Some(surest) = others.first() {
             let boxes: Vec<PixelBox> = others.iter().map(|d| d.outline).collect();
             invented.add(surest.score, || Bad {

@@ -32,7 +32,7 @@ pub struct Report {
     pub false_balls: u32,
     /// The same in 1000 pictures.
     pub false_per_1000: f64,
-    /// False balls in 1000 pictures whose depths fit to a ball, so that they get a place.
+    /// False balls in 1000 pictures that get a place: their depths fit to a ball, and one that is not in the floor.
     pub false_places_per_1000: f64,
     /// Processor time to render a picture, color and depth `[ms]`.
     pub render_ms: f64,
@@ -113,7 +113,7 @@ impl Report {
         }
         let _ = writeln!(
             out,
-            "false balls: {} in {} pictures, {:.1} in 1000; with depths that fit to a ball {:.1} in 1000\nprocessor time a picture: rendering {:.1} ms, detection {:.1} ms",
+            "false balls: {} in {} pictures, {:.1} in 1000; with a place where a ball can be {:.1} in 1000\nprocessor time a picture: rendering {:.1} ms, detection {:.1} ms",
             self.false_balls,
             self.pictures,
             self.false_per_1000,

@@ -41,6 +41,18 @@ pub enum NoSighting {
     Pose(PoseGap),
     /// The box is empty or says nothing about the distance.
     Box,
+    /// Its middle would be in the floor or just above it: a dome, a lid, a spot.
+    InFloor,
+}
+
+/// A middle may be lower than that of a ball on the floor by this share of its radius ...
+const SUNK_RADII: f64 = 0.6;
+/// ... and by what a degree of the camera's tilt makes of the distance.
+const TILT_RAD: f64 = 0.0175;
+
+/// Whether no ball of `radius_m` can lie at a height `[m]` over the floor, seen from `distance_m` away.
+pub(crate) fn in_floor(height_m: f64, distance_m: f64, radius_m: f64) -> bool {
+    height_m < radius_m - SUNK_RADII * radius_m - TILT_RAD * distance_m
 }
 
 /// Knows where the camera was, and makes places of detections.
@@ -119,7 +131,7 @@ impl BallFinder {
     /// deviation is the paper's `c_min + speed / c_vel + distance / c_dist`, and where depth is missing what a pixel's error makes beside.
     ///
     /// # Errors
-    /// If the pose at that time or the distance is not known.
+    /// If the pose at that time or the distance is not known, or the place is in the floor.
     pub fn sight(
         &self,
         detection: &Detection,
@@ -134,7 +146,7 @@ impl BallFinder {
     /// As [`Self::sight`] for a torso whose pose at the moment of capture is known.
     ///
     /// # Errors
-    /// If the distance is not known.
+    /// If the distance is not known, or the place is in the floor.
     pub fn sight_from(
         &self,
         torso: &Pose,
@@ -151,6 +163,13 @@ impl BallFinder {
         let fix = locate(detection, depth, &self.intrinsics, self.radius_m, floor.as_ref())
             .ok_or(NoSighting::Box)?;
         let position = camera.point(fix.position);
+        let from_camera = fix.position.iter().map(|v| v * v).sum::<f64>().sqrt();
+        // A place that was taken from the floor is on it.
+        if fix.source != Source::Floor
+            && self.floor_m.is_some_and(|floor| in_floor(position[2] - floor, from_camera, self.radius_m))
+        {
+            return Err(NoSighting::InFloor);
+        }
         let distance = (position[0] - torso.pos.x()).hypot(position[1] - torso.pos.y());
         let sigma: f64 = self.noise.deviation(speed.abs(), distance);
         let variance = match fix.source {

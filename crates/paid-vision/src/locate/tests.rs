@@ -1,8 +1,9 @@
 //! Places from rendered pictures.
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{Quat, Vec3};
+use paid_lanes::{Mat3, Quat, Vec3};
 
+use super::find::in_floor;
 use super::*;
 use crate::detect::Detection;
 use crate::render::{DepthSensor, Rendered, render};
@@ -86,7 +87,7 @@ fn errors(distance: f64, count: usize, with_depth: bool) -> Vec<f64> {
 }
 
 /// A unit quaternion of a rotation whose real part is not small.
-fn quat_of(m: &paid_lanes::Mat3<f64>) -> Quat<f64> {
+fn quat_of(m: &Mat3<f64>) -> Quat<f64> {
     let m = m.0;
     let w = 0.5 * (1.0 + m[0][0] + m[1][1] + m[2][2]).max(1e-9).sqrt();
     let k = 0.25 / w;
@@ -217,4 +218,34 @@ fn the_place_is_where_the_torso_was_when_the_picture_was_taken() {
     assert!(faster.variance > sighting.variance);
     assert!(BallFinder::new(intrinsics, Pose::identity(), 0.0).is_err());
     assert!(DepthSensor::default().deviation(3.0) < 0.04);
+}
+
+#[test]
+fn a_dome_in_the_floor_is_no_ball() {
+    // The camera looks straight down from 1.2 m.
+    let intrinsics = Intrinsics::g1_color();
+    let camera =
+        Pose { rot: Mat3([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]), pos: Vec3([0.0, 0.0, 1.2]) };
+    let finder = BallFinder::new(intrinsics, Pose::identity(), 0.11).expect("a camera");
+    let sight = |height: f64| {
+        let middle = [0.0, 0.0, 1.2 - height];
+        let depth_mm = |i: usize| {
+            let ray = intrinsics.ray([(i % 424) as f64 + 0.5, (i / 424) as f64 + 0.5]);
+            let (along, length2) = (middle[2], ray[0] * ray[0] + ray[1] * ray[1] + 1.0);
+            let root = along * along - length2 * (along * along - 0.11 * 0.11);
+            let to_sphere = if root > 0.0 { (along - root.sqrt()) / length2 } else { f64::INFINITY };
+            (1000.0 * to_sphere.min(1.2)).round() as u16
+        };
+        let depth = DepthImage::new(424, 240, (0..424 * 240).map(depth_mm).collect()).expect("whole");
+        let outline = intrinsics.sphere_box(middle, 0.11).expect("ahead");
+        let detection = Detection { outline, score: 0.9, mask: None, whole: true };
+        finder.sight_from(&camera, &detection, Some(&depth), 0.0, 0.0).map(|sighting| sighting.position[2])
+    };
+    // A ball lies 0.11 m high and may bounce; half a sphere that looks out of the floor is none.
+    for height in [0.11, 0.5] {
+        assert!((sight(height).expect("a ball") - height).abs() < 5e-3);
+    }
+    assert_eq!(sight(-0.01), Err(NoSighting::InFloor));
+    // 0.11 - 0.6 0.11 - 0.0175 distance: 2 cm is the least height from 1.2 m away, 0 from 2.5 m on.
+    assert!(in_floor(0.02, 1.2, 0.11) && !in_floor(0.026, 1.2, 0.11) && !in_floor(0.001, 2.52, 0.11));
 }

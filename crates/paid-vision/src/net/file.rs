@@ -7,7 +7,7 @@ use paid_onnx::proto::{
 use paid_onnx::{IR_VERSION, OPSET};
 use prost::Message;
 
-use super::{CHANNELS, Convolution, FINE, HEIGHT, LAYERS, Layer, STRIDE, WIDTH};
+use super::{CHANNELS, Convolution, FINE, HEIGHT, INPUTS, LAYERS, Layer, STRIDE, WIDTH};
 use crate::VisionError;
 
 /// Name of the output.
@@ -26,7 +26,7 @@ pub fn encode_net(weights: &[Convolution], notes: &[(&str, String)]) -> Result<V
         ));
     }
     let mut graph = GraphProto { name: Some("ball_detector".to_owned()), ..GraphProto::default() };
-    graph.input.push(ValueInfo::float("image", &[1, 3, HEIGHT, WIDTH]));
+    graph.input.push(ValueInfo::float("image", &[1, INPUTS, HEIGHT, WIDTH]));
     graph.output.push(ValueInfo::float(OUTPUT, &[1, CHANNELS, HEIGHT / STRIDE, WIDTH / STRIDE]));
     // Scales of the one enlargement: batch, channels, down, across.
     graph.initializer.push(TensorProto::float("double", &[4], &[1.0, 1.0, 2.0, 2.0]));

@@ -1,8 +1,8 @@
 //! The project's own ball detector: its layers, its ONNX file, and what its output means.
 //!
-//! A picture `[1, 3, 192, 320]` (RGB, 0 to 1) becomes a map `[1, 5, 24, 40]`: for every cell of 8 x 8 pixels the logit that the middle of a
-//! ball is in it, how far that middle is from the cell's middle (right and down, in cells), and the logarithms of the ball's width and
-//! height in cells.
+//! A picture `[1, 4, 192, 320]` (red, green and blue from 0 to 1, and [`depth_code`]) becomes a map `[1, 5, 24, 40]`: for every cell of 8 x 8
+//! pixels the logit that the middle of a ball is in it, how far that middle is from the cell's middle (right and down, in cells), and the
+//! logarithms of the ball's width and height in cells.
 
 mod file;
 
@@ -10,6 +10,8 @@ mod file;
 pub(crate) use file::node;
 pub use file::{OUTPUT, encode_net};
 
+/// Numbers per pixel of the input.
+pub const INPUTS: usize = 4;
 /// Pixels of the input from left to right.
 pub const WIDTH: usize = 320;
 /// Pixels of the input from top to bottom.
@@ -35,21 +37,38 @@ pub enum Layer {
 }
 
 /// Every convolution in order: kind, channels in, channels out.
-pub const LAYERS: [(Layer, usize, usize); 10] = [
-    (Layer::Half, 3, 12),
-    (Layer::Half, 12, 24),
-    (Layer::Half, 24, FINE),
+pub const LAYERS: [(Layer, usize, usize); 11] = [
+    (Layer::Half, INPUTS, 16),
+    (Layer::Half, 16, 32),
+    (Layer::Half, 32, FINE),
     (Layer::Residual, FINE, FINE),
-    (Layer::Half, FINE, 64),
-    (Layer::Residual, 64, 64),
-    (Layer::Residual, 64, 64),
-    (Layer::Lateral, 64, FINE),
+    (Layer::Half, FINE, COARSE),
+    (Layer::Residual, COARSE, COARSE),
+    (Layer::Residual, COARSE, COARSE),
+    (Layer::Residual, COARSE, COARSE),
+    (Layer::Lateral, COARSE, FINE),
     (Layer::Head, FINE, FINE),
     (Layer::Out, FINE, CHANNELS),
 ];
 
 /// Channels at stride 8.
-const FINE: usize = 32;
+const FINE: usize = 48;
+/// Channels at stride 16.
+const COARSE: usize = 96;
+
+/// Width of a usual ball `[m]`: what the depth channel is told in.
+const BALL_M: f64 = 0.22;
+
+/// What the network is told of a pixel's depth `[mm]` (0: not known) in a picture of this focal length `[px of the input]`: half the logarithm
+/// of the width in cells that a usual ball has there, which is the number that the network has to give for a ball. 0 for 8 pixels and less
+/// (6.5 m and more at the G1's camera), and where depth is not known.
+pub fn depth_code(depth_mm: u16, focal_px: f64) -> f32 {
+    if depth_mm == 0 {
+        return 0.0;
+    }
+    let width_px = BALL_M * focal_px / (f64::from(depth_mm) * 1e-3);
+    (0.5 * (width_px / STRIDE as f64).ln()).clamp(0.0, 2.0) as f32
+}
 
 impl Layer {
     /// Taps across and down.
@@ -89,7 +108,15 @@ pub fn parameters() -> usize {
 mod tests {
     #[test]
     fn the_network_is_small() {
-        // 336 + 2616 + 6944 + 9248 + 18496 + 2 * 36928 + 2080 + 9248 + 165.
-        assert_eq!(super::parameters(), 122_989);
+        // 592 + 4640 + 13872 + 20784 + 41568 + 3 * 83040 + 4656 + 20784 + 245.
+        assert_eq!(super::parameters(), 356_261);
+    }
+
+    #[test]
+    fn depth_is_told_as_the_width_of_a_ball() {
+        // 0.22 m at 1.1 m and 200 px: 40 px, five cells.
+        assert!((super::depth_code(1100, 200.0) - 0.5 * 5.0_f32.ln()).abs() < 1e-6);
+        assert_eq!([super::depth_code(0, 200.0), super::depth_code(9000, 200.0)], [0.0, 0.0]);
+        assert_eq!(super::depth_code(1, 200.0), 2.0);
     }
 }

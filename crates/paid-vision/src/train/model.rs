@@ -57,7 +57,7 @@ impl BallNet {
         Self { units: LAYERS.iter().map(unit).collect() }
     }
 
-    /// The map `[batch, 5, h / 8, w / 8]` of pictures `[batch, 3, h, w]`.
+    /// The map `[batch, 5, h / 8, w / 8]` of pictures `[batch, 4, h, w]`.
     pub(super) fn forward(&self, images: Tensor<4>) -> Tensor<4> {
         let mut x = images;
         let mut fine: Option<Tensor<4>> = None;
@@ -158,7 +158,7 @@ mod tests {
 
     use super::*;
     use crate::detect::Detector;
-    use crate::net::{HEIGHT, WIDTH, encode_net};
+    use crate::net::{HEIGHT, INPUTS, WIDTH, encode_net};
 
     #[test]
     fn the_onnx_file_computes_what_the_trained_network_computes() {
@@ -178,8 +178,9 @@ mod tests {
         }
         // First: it takes up the new statistics.
         let bytes = encode_net(&net.weights().expect("floats"), &[]).expect("fits");
-        let image: Vec<f32> = (0..3 * WIDTH * HEIGHT).map(|_| rng.unit() as f32).collect();
-        let input = Tensor::<4>::from_data(TensorData::new(image.clone(), [1, 3, HEIGHT, WIDTH]), &device);
+        let image: Vec<f32> = (0..INPUTS * WIDTH * HEIGHT).map(|_| rng.unit() as f32).collect();
+        let input =
+            Tensor::<4>::from_data(TensorData::new(image.clone(), [1, INPUTS, HEIGHT, WIDTH]), &device);
         let expected = net.forward(input).into_data().try_to_vec::<f32>().expect("floats");
         let file = OnnxFile::from_bytes(bytes, "net.onnx".as_ref()).expect("a model");
         let found = Detector::from_file(file, None).expect("runs").run(&image).expect("runs").remove(0);

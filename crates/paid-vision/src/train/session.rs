@@ -1,6 +1,8 @@
 //! A training from its first step to its file.
 
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::sync_channel;
 
 use burn::grad_clipping::GradientClippingConfig;
 use burn::optim::{AdamWConfig, GradientsParams};
@@ -30,7 +32,7 @@ pub struct TrainOptions {
 impl Default for TrainOptions {
     /// What the committed network was trained with.
     fn default() -> Self {
-        Self { steps: 2800, batch: 16, rate: 3e-3, seed: 1, save_every: 250 }
+        Self { steps: 26_000, batch: 16, rate: 2e-3, seed: 1, save_every: 250 }
     }
 }
 
@@ -45,16 +47,21 @@ pub struct Progress {
     pub place: f64,
 }
 
+/// Batches that are rendered ahead.
+const AHEAD: usize = 4;
+
 /// Trains the network on rendered windows and writes it to `path` as ONNX, now and then and at the end. The file of the last step is the
-/// result; no other is chosen.
+/// result; no other is chosen. A second thread renders. Once `stop` is set, the step under way is the last one. Returns the steps that were
+/// done.
 ///
 /// # Errors
 /// If an option makes no sense, the loss is no number any more, or the file cannot be written.
 pub fn train(
     options: &TrainOptions,
     path: &Path,
-    mut report: impl FnMut(Progress),
-) -> Result<(), VisionError> {
+    stop: &AtomicBool,
+    report: impl FnMut(Progress),
+) -> Result<u32, VisionError> {
     for (what, value) in
         [("steps", options.steps), ("batch", options.batch), ("save_every", options.save_every)]
     {
@@ -65,6 +72,30 @@ pub fn train(
     if options.steps.checked_mul(options.batch).is_none() {
         return Err(VisionError::value("steps", "steps times batch below 2^32", options.steps.to_string()));
     }
+    let scatter = Scatter::new(Use::Training, options.seed)?;
+    let (give, batches) = sync_channel(AHEAD);
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            for step in 0..options.steps {
+                let batch = Batch::draw(&scatter, step * options.batch..(step + 1) * options.batch);
+                // Nobody takes it: the training has ended.
+                if give.send(batch).is_err() {
+                    break;
+                }
+            }
+        });
+        learn(options, path, stop, batches.into_iter(), report)
+    })
+}
+
+/// The steps of a training.
+fn learn(
+    options: &TrainOptions,
+    path: &Path,
+    stop: &AtomicBool,
+    batches: impl Iterator<Item = Batch>,
+    mut report: impl FnMut(Progress),
+) -> Result<u32, VisionError> {
     let device = Device::flex().autodiff();
     device.seed(options.seed);
     let mut net = BallNet::new(&device);
@@ -72,18 +103,18 @@ pub fn train(
         .with_weight_decay(1e-4)
         .with_grad_clipping(Some(GradientClippingConfig::Norm(5.0)))
         .init();
-    let scatter = Scatter::new(Use::Training, options.seed)?;
     let (mut heat, mut place, mut since) = (0.0, 0.0, 0);
-    for step in 0..options.steps {
-        let batch = Batch::draw(&scatter, step * options.batch..(step + 1) * options.batch).tensors(&device);
-        let loss = net.loss(batch);
+    let mut done = 0;
+    for batch in batches {
+        let loss = net.loss(batch.tensors(&device));
         heat += f64::from(loss.heat.into_scalar::<f32>());
         place += f64::from(loss.place.into_scalar::<f32>());
         since += 1;
         let gradients = GradientsParams::from_grads(loss.total.backward(), &net);
-        net = optimizer.step(rate(options, step), net, gradients);
-        let done = step + 1;
-        if done % 25 == 0 || done == options.steps {
+        net = optimizer.step(rate(options, done), net, gradients);
+        done += 1;
+        let last = done == options.steps || stop.load(Ordering::Relaxed);
+        if done % 25 == 0 || last {
             let mean = |sum: f64| sum / f64::from(since);
             let progress = Progress { step: done, heat: mean(heat), place: mean(place) };
             if !progress.heat.is_finite() || !progress.place.is_finite() {
@@ -96,7 +127,7 @@ pub fn train(
             report(progress);
             (heat, place, since) = (0.0, 0.0, 0);
         }
-        if done % options.save_every == 0 || done == options.steps {
+        if done % options.save_every == 0 || last {
             let notes = [
                 ("data", "rendered by this project; no real photograph".to_owned()),
                 ("steps", format!("{done} of {}", options.steps)),
@@ -107,8 +138,11 @@ pub fn train(
             paid_files::write_atomically(path, &bytes)
                 .map_err(|source| VisionError::Write { path: path.to_owned(), source })?;
         }
+        if last {
+            break;
+        }
     }
-    Ok(())
+    Ok(done)
 }
 
 /// The learning rate of a step.
@@ -133,15 +167,26 @@ mod tests {
         let path = std::env::temp_dir().join(format!("paid-vision-train-{}.onnx", std::process::id()));
         let options = TrainOptions { steps: 3, batch: 2, save_every: 2, ..TrainOptions::default() };
         let mut told = Vec::new();
-        train(&options, &path, |progress| told.push(progress)).expect("trains");
-        assert_eq!(told.len(), 1);
+        let on = AtomicBool::new(false);
+        let done = train(&options, &path, &on, |progress| told.push(progress)).expect("trains");
+        assert_eq!((done, told.len()), (3, 1));
         assert!(told[0].step == 3 && told[0].heat > 0.0 && told[0].place > 0.0, "{told:?}");
         let detector = Detector::load(&path, None).expect("a detector");
         std::fs::remove_file(&path).expect("removes");
         assert_eq!(detector.kind(), Kind::Own);
-        let error =
-            train(&TrainOptions { batch: 0, ..options }, &path, |_| ()).expect_err("no windows").to_string();
+        let none = TrainOptions { batch: 0, ..options };
+        let error = train(&none, &path, &on, |_| ()).expect_err("no windows").to_string();
         assert!(error.contains("batch"), "{error}");
+    }
+
+    #[test]
+    fn a_training_that_is_stopped_writes_what_it_has() {
+        let path = std::env::temp_dir().join(format!("paid-vision-stop-{}.onnx", std::process::id()));
+        let options = TrainOptions { steps: 1000, batch: 1, ..TrainOptions::default() };
+        let done = train(&options, &path, &AtomicBool::new(true), |_| ()).expect("trains");
+        assert_eq!(done, 1);
+        Detector::load(&path, None).expect("a detector");
+        std::fs::remove_file(&path).expect("removes");
     }
 
     #[test]

@@ -11,17 +11,23 @@ pub struct Args {
     #[arg(long, value_name = "FILE", default_value = "ball.onnx")]
     out: PathBuf,
     /// Steps of the optimizer.
-    #[arg(long, default_value_t = 2800)]
+    #[arg(long, default_value_t = 26_000)]
     steps: u32,
     /// Windows of 160 x 96 pixels a step.
     #[arg(long, default_value_t = 16)]
     batch: u32,
     /// Largest learning rate.
-    #[arg(long, default_value_t = 3e-3)]
+    #[arg(long, default_value_t = 2e-3)]
     rate: f64,
     /// Numbers the scenes and the first weights.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Print only the file at the end.
+    #[arg(long, conflicts_with = "json")]
+    quiet: bool,
+    /// Print JSON lines.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Trains and prints the loss.
@@ -36,11 +42,30 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         seed: args.seed,
         ..TrainOptions::default()
     };
-    train(&options, &args.out, |progress| {
-        println!("step {:>6}: heat {:.3}, place {:.3}", progress.step, progress.heat, progress.place);
+    let stop = crate::stop::flag()?;
+    let start = std::time::Instant::now();
+    let done = train(&options, &args.out, &stop, |progress| {
+        let (step, elapsed) = (progress.step, start.elapsed().as_secs_f64());
+        let left = elapsed / f64::from(step) * f64::from(options.steps - step);
+        if args.json {
+            let line = serde_json::json!({
+                "step": step, "heat": progress.heat, "place": progress.place, "elapsed_s": elapsed, "eta_s": left
+            });
+            println!("{line}");
+        } else if !args.quiet {
+            let (heat, place) = (progress.heat, progress.place);
+            println!(
+                "step {step:>6} of {}  heat {heat:.3}  place {place:.3}  elapsed {:.0} s  ETA {left:.0} s",
+                options.steps, elapsed
+            );
+        }
     })
     .map_err(Failure::input)?;
-    println!("{}", args.out.display());
+    if !args.json {
+        let stopped =
+            if done < options.steps { format!(", stopped after {done} steps") } else { String::new() };
+        println!("{}{stopped}", args.out.display());
+    }
     Ok(())
 }
 
