@@ -73,7 +73,8 @@ struct Side {
 
 impl Side {
     fn new(preset: &RunPreset, scene: &Scene, threads: usize) -> Result<Self, TrainError> {
-        let mut trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
+        let trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
+        let mut trainer = scene.styled(preset, trainer)?;
         // The first iterations allocate; the memory of training is what they reach.
         for _ in 0..2 {
             trainer.iterate(threads)?;
@@ -273,4 +274,23 @@ pub fn peak_rss_mib() -> f64 {
         .lines()
         .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse::<f64>().ok())
         .map_or(0.0, |kib| kib / 1024.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_preset_with_a_style_reward_is_measured_with_it() {
+        let sets = ["run.envs=16", "run.shards=1", "learn.ppo.minibatches=2", "learn.precision=\"f32\""];
+        let side = |name: &str| {
+            let preset = RunPreset::resolve(name, &sets.map(str::to_owned)).expect(name);
+            Side::new(&preset, &Scene::load(&preset).expect(name), 1).expect(name)
+        };
+        let mut amp = side("amp");
+        // The whole and the parts alone.
+        assert!(amp.trainer.learner().learned_reward().is_some() && amp.alone.learned_reward().is_some());
+        amp.iterate(1).expect("one more iteration");
+        assert!(side("pure_rl").alone.learned_reward().is_none());
+    }
 }

@@ -7,11 +7,11 @@ use paid_learn::RewardRole;
 use paid_policy::env::STYLE_GROUP;
 use paid_task::layers::KeyError;
 use paid_task::preset::ReferenceSource;
-use paid_task::{EpisodeRules, InitialState, ShardSetup, TaskSetup, build_shard};
+use paid_task::{EpisodeRules, InitialState, ShardSetup, TaskSetup, TrainShard, build_shard};
 use serde::{Deserialize, Serialize};
 
 use crate::setup::clips_of;
-use crate::{RunPreset, Scene, TrainError};
+use crate::{RunPreset, Scene, TrainError, Trainer};
 
 /// How a style reward takes part in a run. The discriminator sees `task.observations.style`; the clips are those of `run.motions`, also
 /// where the task follows none.
@@ -86,6 +86,21 @@ impl Scene {
         let (features, frames) = self.style_frames(preset)?;
         let clips = Arc::new(Clips::new(features, &frames).map_err(setup)?);
         StyleReward::new(clips, &amp.discriminator, preset.run.seed).map(Some).map_err(setup)
+    }
+
+    /// The trainer with the style reward of its run, if it has one.
+    ///
+    /// # Errors
+    /// As [`Scene::style`].
+    pub(crate) fn styled<E: TrainShard + ?Sized>(
+        &self,
+        preset: &RunPreset,
+        trainer: Trainer<E>,
+    ) -> Result<Trainer<E>, TrainError> {
+        match self.style(preset)? {
+            Some(style) => trainer.with_style(style),
+            None => Ok(trainer),
+        }
     }
 
     /// The frames of the run's motions as the discriminator sees frames: the robot is put into each of them. Numbers of a frame, then per
@@ -180,5 +195,104 @@ mod tests {
                 assert!((found - expected).abs() < 1e-4, "frame {t}, {name}: {found} {expected}");
             }
         }
+    }
+
+    /// A quarter turn.
+    const QUARTER: f64 = core::f64::consts::FRAC_PI_2;
+
+    /// A motion file of twelve frames at 50 a second: the base drifts by `drift` and stands at `attitude` (x, y, z, w) of the angle; the joints
+    /// named have their angle and their rate, all others are at zero. Angles are those of frame 2.
+    fn moving(
+        drift: [f64; 3],
+        attitude: impl Fn(f64) -> [f64; 4],
+        rate: f64,
+        joints: &[(&str, f64, f64)],
+    ) -> String {
+        let names = paid_robot::RobotModel::g1().joint_names().join(",");
+        let mut text = format!("# fps: 50\n# kick_leg: right\n# kick_frame: 6\nx,y,z,qx,qy,qz,qw,{names}\n");
+        for t in 0..12 {
+            let time = 0.02 * (f64::from(t) - 2.0);
+            let place = [3.0 + drift[0] * time, -2.0 + drift[1] * time, 1.0 + drift[2] * time];
+            let angles = names.split(',').map(|name| {
+                let found = joints.iter().find(|(joint, ..)| *joint == name);
+                found.map_or(0.0, |(_, angle, rate)| angle + rate * time)
+            });
+            let row: Vec<String> =
+                place.into_iter().chain(attitude(rate * time)).chain(angles).map(|x| x.to_string()).collect();
+            text.push_str(&row.join(","));
+            text.push('\n');
+        }
+        text
+    }
+
+    #[test]
+    fn velocities_axes_and_signs_of_a_clips_frame_are_those_of_a_calculation_by_hand() {
+        let half = |x: f64| (0.5 * x).sin_cos();
+        // Turned left by 90 degrees, turning on at 0.4 rad/s, pitched forward by 30 degrees; the waist is turned left by 90 degrees more.
+        let pitched = |angle: f64| {
+            let ((sz, cz), (sy, cy)) = (half(QUARTER + angle), half(QUARTER / 3.0));
+            [-sz * sy, cz * sy, sz * cy, cz * cy]
+        };
+        // Rolled to the right by 30 degrees, rolling on at 0.4 rad/s.
+        let rolled = |angle: f64| {
+            let (s, c) = half(QUARTER / 3.0 + angle);
+            [s, 0.0, 0.0, c]
+        };
+        let joints = [
+            ("waist_yaw_joint", QUARTER, 0.0),
+            ("right_knee_joint", 0.7, -1.0),
+            ("left_shoulder_pitch_joint", 0.3, 0.5),
+        ];
+        let folder = tempfile::tempdir().expect("folder");
+        let write =
+            |name: &str, text: String| std::fs::write(folder.path().join(name), text).expect("writes");
+        write("a.csv", moving([0.5, -0.2, 0.1], pitched, 0.4, &joints));
+        write("b.csv", moving([0.0, 0.3, 0.0], rolled, 0.4, &[]));
+        let motions = format!("run.motions={:?}", folder.path().display().to_string());
+        let preset = RunPreset::resolve("amp", &[motions]).expect("resolves");
+        let scene = Scene::load(&preset).expect("loads");
+        let (features, clips) = scene.style_frames(&preset).expect("frames");
+        // Gravity, velocity, angular velocity, 29 joints twice, 14 bodies.
+        assert_eq!((features, clips.len()), (3 + 3 + 3 + 29 + 29 + 3 * 14, 2));
+        let near = |found: &[f32], expected: &[f64], what: &str| {
+            let far = found.iter().zip(expected).any(|(f, e)| (f64::from(*f) - e).abs() > 2e-4);
+            assert!(!far && found.len() == expected.len(), "{what}: expected {expected:?}, found {found:?}");
+        };
+        let frame = |clip: usize| &clips[clip][2 * features..3 * features];
+        let (s, c) = (0.5, 0.75_f64.sqrt());
+
+        let a = frame(0);
+        // Down is ahead of a robot that leans forward: (sin 30, 0, -cos 30).
+        near(&a[..3], &[s, 0.0, -c], "gravity");
+        // Turned back by 90 degrees the drift is (-0.2, -0.5, 0.1); pitched back, x is cos x - sin z and z is sin x + cos z.
+        near(&a[3..6], &[-0.2 * c - 0.1 * s, -0.5, -0.2 * s + 0.1 * c], "velocity");
+        // 0.4 rad/s about the world's vertical, which leans back in the base.
+        near(&a[6..9], &[-0.4 * s, 0.0, 0.4 * c], "angular velocity");
+        // In the policy's order, less the default pose: hips -0.312, knees 0.669, ankles -0.363, shoulders 0.2, elbows 0.6.
+        let (mut angles, mut rates) = ([0.0; 29], [0.0; 29]);
+        (angles[0], angles[1], angles[2]) = (0.312, 0.312, QUARTER);
+        (angles[9], angles[10], angles[11], angles[12]) = (-0.669, 0.7 - 0.669, 0.3 - 0.2, -0.2);
+        (angles[13], angles[14], angles[15], angles[16]) = (0.363, 0.363, -0.2, 0.2);
+        (angles[21], angles[22]) = (-0.6, -0.6);
+        (rates[10], rates[11]) = (-1.0, 0.5);
+        near(&a[9..38], &angles, "joint angles");
+        near(&a[38..67], &rates, "joint velocities");
+        // The torso lies (-0.0039635, 0, 0.044) m from the pelvis, turned with the waist: in the torso's axes the pelvis is the opposite.
+        // The hips' roll bodies lie (0, +-0.116452, -0.133165) m from the pelvis; the pelvis' left is the turned torso's ahead.
+        let body = |k: usize| &a[67 + 3 * k..70 + 3 * k];
+        near(body(0), &[0.003_963_5, 0.0, -0.044], "pelvis");
+        near(body(1), &[0.116_452 + 0.003_963_5, 0.0, -0.133_165 - 0.044], "left hip");
+        near(body(4), &[-0.116_452 + 0.003_963_5, 0.0, -0.133_165 - 0.044], "right hip");
+        near(body(7), &[0.0; 3], "torso");
+
+        let b = frame(1);
+        // A robot that leans to its right has down on its right: y points left.
+        near(&b[..3], &[0.0, -s, -c], "gravity");
+        near(&b[3..6], &[0.0, 0.3 * c, -0.3 * s], "velocity");
+        near(&b[6..9], &[0.4, 0.0, 0.0], "angular velocity");
+        let body = |k: usize| &b[67 + 3 * k..70 + 3 * k];
+        near(body(0), &[0.003_963_5, 0.0, -0.044], "pelvis");
+        // The waist is straight: left is left.
+        near(body(1), &[0.003_963_5, 0.116_452, -0.133_165 - 0.044], "left hip");
     }
 }
