@@ -13,6 +13,10 @@ pub trait Ranks: Debug + Send + Sync {
     fn rank(&self) -> usize;
     /// Number of ranks.
     fn count(&self) -> usize;
+    /// Name of the machine that this rank runs on, for messages.
+    fn host(&self) -> String {
+        "this machine".to_owned()
+    }
     /// Sums every element over the ranks; the same bits on each of them.
     fn sum(&self, values: &mut [f32]);
     /// What every rank gives, in their order.

@@ -54,6 +54,9 @@ pub enum TrainError {
     /// Motions, robot or task could not be built.
     #[error("{0}")]
     Setup(String),
+    /// One of several ranks does not fit the others; each of them has this error.
+    #[error("{0}")]
+    Ranks(String),
 }
 
 impl From<LayerError> for TrainError {

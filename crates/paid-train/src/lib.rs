@@ -15,6 +15,7 @@ pub mod explain;
 pub mod folder;
 pub mod judge;
 pub mod load;
+pub mod meeting;
 #[cfg(feature = "mpi")]
 pub mod mpi_ranks;
 pub mod phases;

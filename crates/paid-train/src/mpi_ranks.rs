@@ -49,6 +49,9 @@ impl Ranks for MpiRanks {
     fn count(&self) -> usize {
         self.count
     }
+    fn host(&self) -> String {
+        mpi::environment::processor_name().unwrap_or_else(|_| "a machine without a readable name".to_owned())
+    }
     fn sum(&self, values: &mut [f32]) {
         let own = values.to_vec();
         SimpleCommunicator::world().all_reduce_into(&own[..], values, SystemOperation::sum());

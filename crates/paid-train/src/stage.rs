@@ -10,6 +10,7 @@ use paid_learn::{Checkpoint, Ranks};
 use paid_task::TrainShard;
 
 use crate::folder::{self, PRESET_FILE, RunFolder};
+use crate::meeting::{hosts, meet};
 use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
 use crate::policy_weights::{WEIGHTS_FILE, load_weights, mean_of_run, write_weights};
 use crate::trainer::progress_of;
@@ -101,8 +102,8 @@ pub fn train_judged_stage(
     judge: Option<&mut dyn Judge>,
 ) -> Result<Outcome, TrainError> {
     let ranks = &job.ranks;
-    meet(&**ranks, &job.preset)?;
     let scene = Scene::load(&job.preset)?;
+    meet_for(job, &scene)?;
     let build = |preset: &RunPreset| {
         let trainer = Trainer::new(preset, scene.shards_of(preset, &**ranks)?, scene.motion_names())?;
         let trainer = trainer.with_ranks(Arc::clone(ranks));
@@ -127,31 +128,18 @@ fn write_policy(job: &StageJob) -> Result<(), TrainError> {
     TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)
 }
 
-/// Refuses ranks that would not train the same thing: another program, instruction set or preset.
-fn meet(ranks: &dyn Ranks, preset: &RunPreset) -> Result<(), TrainError> {
-    let isa = preset.isa().map_err(TrainError::Setup)?;
-    let own = format!(
-        "program {}\ninstruction set {isa}\nshards {}\n{}",
-        env!("CARGO_PKG_VERSION"),
-        preset.run.shards,
-        preset.to_toml()?
-    );
-    let all: Vec<String> =
-        ranks.gather(own.as_bytes()).iter().map(|text| String::from_utf8_lossy(text).into_owned()).collect();
-    for (rank, text) in all.iter().enumerate() {
-        let differ = all[0].lines().zip(text.lines()).find(|(a, b)| a != b);
-        if let Some((expected, found)) = differ {
-            return Err(TrainError::Setup(format!(
-                "rank {rank}: expected '{expected}', as rank 0 has, found '{found}'"
-            )));
+/// Refuses ranks that would not train the same thing: another program, instruction set, preset, start, robot, or other motions.
+fn meet_for(job: &StageJob, scene: &Scene) -> Result<(), TrainError> {
+    meet(&*job.ranks, |own| {
+        own.tell_run(&job.preset, scene)?;
+        match &job.start {
+            Start::Fresh => own.tell("start", "with fresh networks"),
+            Start::Resume => own.tell_file("resumed checkpoint", &folder::latest_checkpoint(&job.out)?)?,
+            Start::From(file) if file.is_file() => own.tell_file("start from a policy", file)?,
+            Start::From(run) => own.tell_file("start from a run", &folder::latest_checkpoint(run)?)?,
         }
-        if text.len() != all[0].len() {
-            return Err(TrainError::Setup(format!(
-                "rank {rank}: expected the preset of rank 0, found another one"
-            )));
-        }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// What holds for the next iteration on every rank: the first one's clock, and anybody's wish to stop. `weights` are the sum of the policy's
@@ -165,7 +153,11 @@ fn agreed(
     let flags = [is_up, stop].map(|flag| f64::from(u8::from(flag)));
     let all = gather_numbers(ranks, &[share, flags[0], flags[1], f64::from(weights)]);
     if let Some(rank) = all.iter().position(|each| each[3] != all[0][3]) {
-        return Err(TrainError::Setup(format!("rank {rank}: expected the weights of rank 0, found others")));
+        let hosts = hosts(ranks);
+        return Err(TrainError::Ranks(format!(
+            "rank {rank} on {}: expected the weights of rank 0 on {}, found others",
+            hosts[rank], hosts[0]
+        )));
     }
     Ok((all[0][0], all[0][1] != 0.0, all.iter().any(|each| each[2] != 0.0)))
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use paid_eval::EvalError;
 use paid_motion::clean::CleanError;
 use paid_retarget::RetargetError;
+use paid_train::TrainError;
 
 /// The exit codes, as shown in the help.
 pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
@@ -16,12 +17,19 @@ pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad in
 pub struct Failure {
     message: String,
     code: u8,
+    /// All of several processes have it.
+    everyones: bool,
 }
 
 impl Failure {
     /// The user's input, or a file, is at fault: exit code 2.
     pub fn input(error: impl fmt::Display) -> Self {
-        Self { message: error.to_string(), code: 2 }
+        Self { message: error.to_string(), code: 2, everyones: false }
+    }
+
+    /// True if all of several processes have found the same out.
+    pub fn is_everyones(&self) -> bool {
+        self.everyones
     }
 
     /// A value that the libraries refuse, under the option that set it.
@@ -81,6 +89,12 @@ impl From<EvalError> for Failure {
             }
             _ => Self::input(error),
         }
+    }
+}
+
+impl From<TrainError> for Failure {
+    fn from(error: TrainError) -> Self {
+        Self { everyones: matches!(error, TrainError::Ranks(_)), ..Self::input(error) }
     }
 }
 

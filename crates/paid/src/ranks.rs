@@ -1,7 +1,9 @@
 //! One of several processes that train together, started by `mpirun`.
 
+use std::io::Write;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Duration;
 
 use paid_train::{Alone, Ranks};
 
@@ -9,6 +11,9 @@ use crate::failure::Failure;
 
 /// Where `mpirun` says how many processes there are: Open MPI, then others.
 const SIZES: [&str; 2] = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"];
+
+/// How long a rank waits for the first one to end it, before it ends all by itself.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Processes that `mpirun` has started; 1 without it.
 fn started() -> usize {
@@ -30,16 +35,29 @@ impl Joined {
         self.ranks.rank() == 0
     }
 
-    /// Ends all processes if this one cannot go on: the others wait for it.
+    /// Ends all processes if this one cannot go on: the others wait for it. What all of them found out the first one tells.
     fn end_all(&self, failure: &Failure) {
-        if self.ranks.count() > 1 {
-            eprintln!("rank {} of {}: {failure}", self.ranks.rank(), self.ranks.count());
+        let (rank, count) = (self.ranks.rank(), self.ranks.count());
+        if count > 1 {
+            if !failure.is_everyones() {
+                tell(&format!("error: rank {rank} of {count} on {}: {failure}\n", self.ranks.host()));
+            } else if self.is_first() {
+                tell(&format!("error: {failure}\n"));
+            } else {
+                std::thread::sleep(PATIENCE);
+            }
             #[cfg(feature = "mpi")]
             if let Some(mpi) = &self.mpi {
                 mpi.abort(failure.code());
             }
         }
     }
+}
+
+/// Writes a message in one piece: Open MPI and the other ranks write to the same place.
+fn tell(message: &str) {
+    // There is nobody left to tell that it could not be written.
+    let _ = std::io::stderr().write_all(message.as_bytes());
 }
 
 /// Does `work` as one of the processes of `mpirun`, or alone without it. If it fails on one, all of them end.

@@ -308,8 +308,7 @@ fn run_stage(
     let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
     let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);
-    let outcome = train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))
-        .map_err(Failure::input)?;
+    let outcome = train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))?;
     printer.end(&job, &outcome);
     if first && outcome.end != End::Stopped {
         let report = contacts::keep_of_run(&job.out, threads)?;

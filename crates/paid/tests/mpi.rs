@@ -2,6 +2,11 @@
 #![cfg(feature = "mpi")]
 
 mod common;
+#[cfg(target_os = "linux")]
+#[path = "mpi/killed.rs"]
+mod killed;
+#[path = "mpi/refused.rs"]
+mod refused;
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -33,11 +38,15 @@ const RUN: [&str; 18] = [
 
 /// Starts a command of `mpirun`; `None` where there is none.
 fn mpirun(folder: &Path, args: &[&str]) -> Option<Output> {
+    command(folder, args).output().ok()
+}
+
+fn command(folder: &Path, args: &[&str]) -> Command {
     let mut command = Command::new("mpirun");
     command.current_dir(folder).args(["--oversubscribe", "--bind-to", "none"]).args(args);
     // Those who test in containers are root.
     command.env("OMPI_ALLOW_RUN_AS_ROOT", "1").env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1");
-    command.output().ok()
+    command
 }
 
 fn losses(text: &str) -> Vec<[f64; 3]> {
@@ -82,28 +91,6 @@ fn two_processes_train_what_one_trains() {
     ];
     let text = succeeds(&paid(folder.path(), &resume));
     assert_eq!(text, "");
-}
-
-#[test]
-fn a_rank_with_another_preset_is_refused_by_its_number() {
-    let folder = tempfile::tempdir().expect("folder");
-    let rank = |sets: &[&'static str]| -> Vec<&'static str> {
-        ["-n", "1", env!("CARGO_BIN_EXE_paid")]
-            .into_iter()
-            .chain(RUN)
-            .chain(["other"])
-            .chain(sets.iter().copied())
-            .collect()
-    };
-    let args = [rank(&[]), vec![":"], rank(&["--set", "learn.ppo.epochs=3"])].concat();
-    let Some(output) = mpirun(folder.path(), &args) else {
-        paid_testing::without_program("a_rank_with_another_preset_is_refused_by_its_number", "mpirun");
-        return;
-    };
-    let error = String::from_utf8_lossy(&output.stderr);
-    assert!(!output.status.success());
-    assert!(error.contains("rank 1: expected 'epochs = 2', as rank 0 has, found 'epochs = 3'"), "{error}");
-    assert!(!folder.path().join("other").exists(), "nothing is written");
 }
 
 /// A method with one small iteration, and a policy that there is: these programs are not optimized.

@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         patience_s: args.patience,
         ..MatchOptions::default()
     };
-    shared(&mut subject, &args.output, |subject, output| play(args, &options, subject, output))
+    shared(&mut subject, &options, &args.output, |subject, output| play(args, &options, subject, output))
 }
 
 /// Plays them in one process, or a part of them in one of several.

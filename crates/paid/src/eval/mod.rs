@@ -18,6 +18,7 @@ pub mod shoot;
 pub mod subject;
 pub mod track;
 
+use std::fmt::Debug;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -26,6 +27,8 @@ use paid_eval::EvalError;
 use paid_eval::monitor::Monitor;
 use paid_eval::scene::Engines;
 use paid_eval::subject::Subject;
+use paid_train::TrainError;
+use paid_train::meeting::{Introduction, meet};
 
 use crate::failure::Failure;
 use crate::ranks;
@@ -86,9 +89,11 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Does `work` with a part of the subject's trials, where `mpirun` has started several processes; the first one writes and prints.
+/// Does `work` with a part of the subject's trials, where `mpirun` has started several processes; the first one writes and prints. All of
+/// them must have the same `options` and the same subject.
 fn shared(
     subject: &mut Subject,
+    options: &dyn Debug,
     output: &Output,
     work: impl FnOnce(&mut Subject, &Output) -> Result<ExitCode, Failure>,
 ) -> Result<ExitCode, Failure> {
@@ -99,8 +104,27 @@ fn shared(
                 "mpirun: expected one engine (--engine builtin or mujoco), found both",
             ));
         }
+        meet(&*joined.ranks, |own| introduce(own, subject, options))?;
         work(subject, &Output { silent: !joined.is_first(), ..output.clone() })
     })
+}
+
+/// What must be equal on all processes.
+fn introduce(own: &mut Introduction, subject: &Subject, options: &dyn Debug) -> Result<(), TrainError> {
+    let setup = &subject.setup;
+    own.tell("instruction set", setup.isa);
+    own.tell("seed", setup.seed);
+    own.tell("engine", setup.engine.name());
+    own.tell_options(options);
+    own.tell_options(&subject.scene);
+    own.tell_options(&setup.preset);
+    let policy = Path::new(&subject.name);
+    if policy.is_file() {
+        own.tell_file("policy", policy)?;
+    }
+    own.tell_robot(&(&setup.robot, &setup.spec));
+    own.tell_motions(&setup.library);
+    Ok(())
 }
 
 /// The exit code of an evaluation that ran to its end or was stopped.

@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ranks::alone("eval shooting --eyes")?;
         return look(&mut subject, &kinds, &options, &args.output);
     }
-    shared(&mut subject, &args.output, |subject, output| score(subject, &kinds, output, args.strips))
+    shared(&mut subject, &kinds, &args.output, |subject, output| score(subject, &kinds, output, args.strips))
 }
 
 /// Scores with the robot's own eyes, one kind of ball after the other.

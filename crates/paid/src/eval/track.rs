@@ -35,7 +35,11 @@ pub struct Args {
 /// Scores in one engine, or in both with a comparison.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common.spec("paper_stage1")?)?;
-    shared(&mut subject, &args.output, |subject, output| score(subject, args.starts, !args.no_limits, output))
+    let options =
+        TrackingOptions { starts: args.starts, sets: subject.sets.clone(), limits: !args.no_limits };
+    shared(&mut subject, &options, &args.output, |subject, output| {
+        score(subject, args.starts, !args.no_limits, output)
+    })
 }
 
 /// Scores, writes and prints: `starts` perturbed runs per clip, which end at the limits of training or (`limits` false) at a fall
