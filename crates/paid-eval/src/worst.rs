@@ -77,14 +77,29 @@ pub fn strips(
     report: &ShootingReport,
     count: usize,
 ) -> Result<Vec<Strip>, EvalError> {
+    again(setup, policy, report, &worst(report, count))
+}
+
+/// Plays the shots with the numbers `wanted` of a whole report again and draws them.
+///
+/// # Errors
+/// As [`crate::shooting::evaluate`].
+///
+/// # Panics
+/// If there is no such shot.
+pub fn again(
+    setup: &EvalSetup,
+    policy: &DriverMaker,
+    report: &ShootingReport,
+    wanted: &[usize],
+) -> Result<Vec<Strip>, EvalError> {
     let options = &report.options;
     let starts: Vec<_> = report.trials.iter().map(|outcome| start_of(&outcome.trial)).collect();
     let dt_s = setup.preset.control_dt_s();
     let (rules, steps) = rules_of(options, dt_s);
-    let wanted = worst(report, count);
     // A shot was followed until it was decided: no longer is it filmed.
     let longest = wanted.iter().map(|&trial| report.trials[trial].steps as usize).max().unwrap_or(0);
-    let films = run_again(setup, policy, &starts, rules, steps.min(longest), &wanted, |_| Film::default())?;
+    let films = run_again(setup, policy, &starts, rules, steps.min(longest), wanted, |_| Film::default())?;
     let ball = Some(setup.preset.ball_params.radius_m);
     let strip = |(trial, film): (usize, Film)| Strip {
         trial,

@@ -10,7 +10,8 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::ReferenceSource;
 use paid_task::{ReferenceLibrary, ShardSetup, TaskSetup, TaskShard, build_shard};
 
-use crate::{RunPreset, TrainError};
+use crate::policy_weights::load_weights;
+use crate::{RunPreset, TrainError, TrainedPolicy, Trainer};
 
 /// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies beside it under the same name.
 ///
@@ -118,5 +119,79 @@ impl Scene {
                     .map_err(|error| TrainError::Setup(error.to_string()))
             })
             .collect()
+    }
+}
+
+/// Checks that stages can begin one after the other, the first one with the policy `from` if there is one: motions, robot and networks, with
+/// the fewest environments that there can be. Nothing is written.
+///
+/// # Errors
+/// The first thing that does not fit; of a file its name.
+pub fn check_starts(stages: &[RunPreset], from: Option<&Path>) -> Result<(), TrainError> {
+    let mut before: Option<Trainer> = None;
+    for preset in stages {
+        let fail = |message: String| TrainError::Preset { place: preset.stage.clone(), message };
+        let mut few = preset.in_phase(0).map_err(fail)?;
+        few.run.shards = 1;
+        few.run.envs = few.isa().map_err(TrainError::Setup)?.lanes();
+        let scene = Scene::load(&few)?;
+        let trainer = Trainer::new(&few, scene.shards(&few)?, scene.motion_names())?;
+        let mut trainer = scene.styled(&few, trainer)?;
+        if let Some(before) = &before {
+            let networks = |trainer: &Trainer| {
+                let learner = trainer.learner();
+                (learner.actor().layout.clone(), learner.critics()[0].layout.clone())
+            };
+            if networks(before) != networks(&trainer) {
+                return Err(fail("expected the networks of the stage before, found others".to_owned()));
+            }
+        } else if let Some(from) = from {
+            let weights = load_weights(from)?;
+            let found = TrainedPolicy::of(&weights)?.preset.robot;
+            if found != preset.robot {
+                let message =
+                    format!("expected a policy of robot '{}', found one of '{found}'", preset.robot);
+                return Err(TrainError::Checkpoint { path: weights.path().to_owned(), message });
+            }
+            trainer.start_from(&weights)?;
+        }
+        before = Some(trainer);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_begin_with_networks_of_their_own_shape_and_with_clips_of_their_robot() {
+        let preset = |name: &str, sets: &[&str]| {
+            let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+            RunPreset::resolve(name, &sets).expect(name)
+        };
+        let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies");
+        let demo = policies.join("demo/stage1.safetensors");
+        let [one, two] = [preset("stage1", &[]), preset("stage2", &[])];
+        check_starts(&[one.clone(), two.clone()], None).expect("the usual two stages");
+        check_starts(std::slice::from_ref(&two), Some(&demo)).expect("the demo's first stage");
+        check_starts(&[preset("amp", &[])], None).expect("a style reward");
+
+        let refused = |stages: &[RunPreset], from: Option<&Path>| {
+            check_starts(stages, from).expect_err("refused").to_string()
+        };
+        let error = refused(&[one, preset("stage2", &["learn.actor.hidden=[64]"])], None);
+        assert!(error.contains("expected the networks of the stage before"), "{error}");
+        let error = refused(&[preset("stage2", &["learn.critic.hidden=[64]"])], Some(&demo));
+        assert!(error.contains("stage1.safetensors") && error.contains("critic"), "{error}");
+        let error = refused(&[two], Some(Path::new(env!("CARGO_MANIFEST_PATH"))));
+        assert!(error.contains("Cargo.toml"), "{error}");
+        // The clips of a style reward are read too, though no episode follows them.
+        let folder = tempfile::tempdir().expect("folder");
+        fs::write(folder.path().join("kick.csv"), "# fps: 50\n0,0,1,0,0,0,1,0.5\n0,0,1,0,0,0,1,0.5\n")
+            .expect("writes");
+        let motions = format!("run.motions={:?}", folder.path().display().to_string());
+        let error = refused(&[preset("amp", &[&motions])], None);
+        assert!(error.contains("kick.csv"), "{error}");
     }
 }

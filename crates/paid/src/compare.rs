@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use paid_eval::ablation::{has_run, is_same_run};
 use paid_eval::compare::curves::{self, Course};
-use paid_eval::compare::{Comparison, Contender, JudgePlan, Plan, Row, Scores};
+use paid_eval::compare::{Comparison, Contender, JudgePlan, Plan, Row, Scores, films};
 use paid_eval::contacts;
 use paid_eval::curves::Curves;
 use paid_eval::file::write_whole;
@@ -17,6 +17,7 @@ use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
 use paid_train::folder::PRESET_FILE;
+use paid_train::meeting::{Introduction, meet};
 use paid_train::{Alone, End, Limits, RunPreset, Scene, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
@@ -24,6 +25,9 @@ use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
 use crate::train::motions_value;
+
+/// What a judgment leaves in a policy's folder.
+const SCORES: &str = "scores.json";
 
 /// Arguments of `paid compare`.
 #[derive(Debug, clap::Args)]
@@ -61,13 +65,23 @@ fn compare(args: &Args, joined: &Joined) -> Result<ExitCode, Failure> {
     let motions = args.motions.as_deref().map(motions_value);
     let beside = args.plan.parent().unwrap_or(Path::new(""));
     let contenders = plan.contenders(beside, motions.as_deref())?;
+    let mut own = Introduction::default();
+    own.tell_options(&plan);
     for contender in &contenders {
+        for file in [&contender.from, &contender.policy].into_iter().flatten().filter(|path| path.is_file()) {
+            own.tell_file("policy", file)?;
+        }
         for preset in &contender.stages {
             refuse_another(&run_folder(args, contender, preset), preset)?;
-            Scene::load(preset).map_err(Failure::input)?;
+            own.tell_run(preset, &Scene::load(preset)?)?;
         }
     }
     Engines::Mujoco.check()?;
+    check(args, &plan, &contenders)?;
+    meet(&*joined.ranks, |all| {
+        all.tell_all(&own);
+        Ok(())
+    })?;
     let (rank, count) = (joined.ranks.rank(), joined.ranks.count());
     let mut stopped = false;
     for (k, contender) in contenders.iter().enumerate().filter(|(k, _)| k % count == rank) {
@@ -97,6 +111,19 @@ fn compare(args: &Args, joined: &Joined) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Reads what the plan's entries begin with, before the first of them is trained. Those that are judged already are not read again.
+fn check(args: &Args, plan: &Plan, contenders: &[Contender]) -> Result<(), Failure> {
+    let robot =
+        contenders.iter().flat_map(|contender| &contender.stages).map(|preset| preset.robot.as_str()).next();
+    for contender in contenders {
+        if known(args, plan, contender)?.is_none() {
+            let motions = contender.clip.as_deref().or(args.motions.as_deref());
+            contender.check(&plan.judge, motions, robot)?;
+        }
+    }
+    Ok(())
+}
+
 /// Trains and judges an entry unless that was done before; false after Ctrl-C.
 fn work(
     args: &Args,
@@ -114,7 +141,7 @@ fn work(
             };
             let motions = contender.clip.clone().or_else(|| args.motions.clone());
             let spec = SubjectSpec { motions, threads, ..SubjectSpec::new(policy) };
-            match score(&plan.judge, contender, &spec, &samples, &scores_file(args, contender))? {
+            match score(&plan.judge, contender, &spec, &samples, &args.out.join(&contender.folder))? {
                 Some(scores) => scores,
                 None => return Ok(false),
             }
@@ -146,6 +173,9 @@ fn write(args: &Args, plan: &Plan, contenders: &[Contender]) -> Result<Compariso
     }
     write_whole(&args.out.join("comparison.txt"), comparison.table().as_bytes())?;
     write_whole(&args.out.join("comparison.json"), to_json(&comparison)?.as_bytes())?;
+    let judged = contenders.iter().filter(|contender| !contender.tracks);
+    let strips = judged.map(|c| (format!("{}{}", c.name, c.suffix()), c.folder.as_path()));
+    films::gather(&args.out, strips)?;
     if !courses.is_empty() {
         curves::figure(&courses)?.save(&args.out.join("comparison_curves"))?;
     }
@@ -156,13 +186,11 @@ fn write(args: &Args, plan: &Plan, contenders: &[Contender]) -> Result<Compariso
 /// The scores of an entry, if it was trained to its end and judged as the plan says.
 fn known(args: &Args, plan: &Plan, contender: &Contender) -> Result<Option<Scores>, Failure> {
     match trained(args, contender) {
-        Some(samples) => Ok(Scores::read(&scores_file(args, contender), &plan.judge, &samples)?),
+        Some(samples) => {
+            Ok(Scores::read(&args.out.join(&contender.folder).join(SCORES), &plan.judge, &samples)?)
+        }
         None => Ok(None),
     }
-}
-
-fn scores_file(args: &Args, contender: &Contender) -> PathBuf {
-    args.out.join(&contender.folder).join("scores.json")
 }
 
 /// Where a stage of a contender is trained.
@@ -239,20 +267,23 @@ fn train(
     Ok(before.map(|policy| (policy, samples)))
 }
 
-/// Judges a policy and keeps its scores; `None` after Ctrl-C.
+/// Judges a policy and keeps its scores, and film strips of its shots, in `folder`; `None` after Ctrl-C.
 fn score(
     judge: &JudgePlan,
     contender: &Contender,
     spec: &SubjectSpec,
     samples: &[u64],
-    file: &Path,
+    folder: &Path,
 ) -> Result<Option<Scores>, Failure> {
     let monitor = Monitor::stopped_by(stop::flag()?);
-    let judged = if contender.tracks { Scores::track } else { Scores::judge };
-    let scores = judged(judge, spec, samples, &monitor)?;
+    let scores = if contender.tracks {
+        Scores::track(judge, spec, samples, &monitor)?
+    } else {
+        Scores::judge(judge, spec, samples, folder, &monitor)?
+    };
     if let Some(scores) = &scores {
         let text = serde_json::to_string_pretty(scores).map_err(Failure::input)?;
-        write_whole(file, text.as_bytes())?;
+        write_whole(&folder.join(SCORES), text.as_bytes())?;
     }
     Ok(scores)
 }

@@ -1,7 +1,9 @@
 //! A comparison from one plan: methods are trained with the same budget and judged alike, beside the paper's figures.
 
+mod check;
 mod contender;
 pub mod curves;
+pub mod films;
 mod plan;
 mod report;
 mod score;

@@ -7,6 +7,7 @@ use std::path::Path;
 use paid_task::preset::KnowledgeMode;
 use serde::{Deserialize, Serialize};
 
+use super::films;
 use super::plan::JudgePlan;
 use super::tracks::{self, ClipTrack};
 use crate::EvalError;
@@ -119,6 +120,27 @@ pub struct Scores {
     pub tracks: Vec<ClipTrack>,
 }
 
+/// The policy of `spec` as a judgment of its shots takes it.
+pub(super) fn subject(
+    judge: &JudgePlan,
+    spec: &SubjectSpec,
+    knowledge: KnowledgeMode,
+) -> Result<Subject, EvalError> {
+    let overrides = match knowledge {
+        KnowledgeMode::Truth => Vec::new(),
+        KnowledgeMode::Perceived => EYES.map(str::to_owned).into(),
+    };
+    let subject = Subject::load(&SubjectSpec {
+        knowledge: Some(knowledge),
+        overrides,
+        engines: Engines::Mujoco,
+        seed: judge.seed,
+        ..spec.clone()
+    })?;
+    subject.require_ball()?;
+    Ok(subject)
+}
+
 impl Scores {
     /// Earlier scores, if they were judged like this, after as many samples.
     ///
@@ -165,30 +187,20 @@ impl Scores {
         Ok((!monitor.stopped()).then(|| Self { tracks, ..Self::empty(judge, samples) }))
     }
 
-    /// Judges a policy's shots in MuJoCo; `None` if `monitor` said stop meanwhile. `spec` names policy, motions, threads and the like.
+    /// Judges a policy's shots in MuJoCo; `None` if `monitor` said stop meanwhile. `spec` names policy, motions, threads and the like. Film
+    /// strips of a typical shot and of a typical failure go to `folder`.
     ///
     /// # Errors
-    /// If the policy cannot be read or does not fit, or MuJoCo is missing.
+    /// If the policy cannot be read or does not fit, MuJoCo is missing, or a strip cannot be written.
     pub fn judge(
         judge: &JudgePlan,
         spec: &SubjectSpec,
         samples: &[u64],
+        folder: &Path,
         monitor: &Monitor,
     ) -> Result<Option<Self>, EvalError> {
-        let load = |knowledge: KnowledgeMode| -> Result<Subject, EvalError> {
-            let overrides = match knowledge {
-                KnowledgeMode::Truth => Vec::new(),
-                KnowledgeMode::Perceived => EYES.map(str::to_owned).into(),
-            };
-            let spec = SubjectSpec {
-                knowledge: Some(knowledge),
-                overrides,
-                engines: Engines::Mujoco,
-                seed: judge.seed,
-                ..spec.clone()
-            };
-            let mut subject = Subject::load(&spec)?;
-            subject.require_ball()?;
+        let load = |knowledge| -> Result<Subject, EvalError> {
+            let mut subject = subject(judge, spec, knowledge)?;
             subject.setup.monitor = monitor.clone();
             Ok(subject)
         };
@@ -202,13 +214,14 @@ impl Scores {
         let mut judgments = Vec::new();
         for &knowledge in &judge.knowledge {
             let subject = load(knowledge)?;
-            let run = |rolling| -> Result<Shots, EvalError> {
-                let options = shots(judge.trials, rolling);
-                let report = shooting::evaluate(&subject.setup, &*subject.maker, &options)?;
-                Ok(Shots::of(&report.total))
-            };
-            let (fixed, rolling) = (run(None)?, run(Some(ROLLING_SPEED))?);
-            judgments.push(Judgment { knowledge, fixed, rolling });
+            let run =
+                |rolling| shooting::evaluate(&subject.setup, &*subject.maker, &shots(judge.trials, rolling));
+            let fixed = run(None)?;
+            if judgments.is_empty() && !monitor.stopped() {
+                films::write(&subject, &fixed, folder)?;
+            }
+            let rolling = Shots::of(&run(Some(ROLLING_SPEED))?.total);
+            judgments.push(Judgment { knowledge, fixed: Shots::of(&fixed.total), rolling });
         }
         let mut panel = None;
         if judge.panel_trials > 0 {

@@ -60,19 +60,23 @@ impl ClipTrack {
     }
 }
 
+/// The policy of `spec` as its judgment takes it.
+pub(super) fn subject(judge: &JudgePlan, spec: &SubjectSpec) -> Result<Subject, EvalError> {
+    Subject::load(&SubjectSpec {
+        engines: Engines::Mujoco,
+        seed: judge.seed,
+        fallback_task: "paper_stage1".to_owned(),
+        ..spec.clone()
+    })
+}
+
 /// Follows every clip of `spec` once exactly and from noisy starts, to the end or a fall.
 pub(super) fn judge(
     judge: &JudgePlan,
     spec: &SubjectSpec,
     monitor: &Monitor,
 ) -> Result<Vec<ClipTrack>, EvalError> {
-    let spec = SubjectSpec {
-        engines: Engines::Mujoco,
-        seed: judge.seed,
-        fallback_task: "paper_stage1".to_owned(),
-        ..spec.clone()
-    };
-    let mut subject = Subject::load(&spec)?;
+    let mut subject = subject(judge, spec)?;
     subject.setup.monitor = monitor.clone();
     let sets = subject.sets.clone();
     // Policies that drift are measured to the end of the clip as well.

@@ -22,8 +22,8 @@ const SCRIPT: &str = include_str!("page.js");
 
 /// Writes [`REPORT`] into `folder` from what earlier evaluations left there: every text table `NAME.txt` becomes a section. One with
 /// `NAME_shooting.json` beside it begins with the score and its interval beside the paper's, then come heat maps, the goal's mouth, ways,
-/// the worst shots and a table that sorts. Any other is followed by its pictures `NAME_*.svg` and by those `NAME_*.png` that have no
-/// vector twin.
+/// the worst shots and a table that sorts. Any other is followed by its pictures `NAME_*.svg`, by those `NAME_*.png` that have no
+/// vector twin, and by the film strips that `NAME_strips.json` lists.
 ///
 /// # Errors
 /// If the folder cannot be read or the page not be written.
@@ -40,7 +40,10 @@ pub fn write_report(folder: &Path) -> Result<(), EvalError> {
         let json = fs::read_to_string(folder.join(format!("{name}_shooting.json"))).unwrap_or_default();
         let section = match shots::section(folder, &name, &json, &text)? {
             Some(section) => section,
-            None => plain(&name, &text, &files)?,
+            None => {
+                let strips = shots::strips(folder, &format!("{name}_strips.json"), "film strips")?;
+                plain(&name, &text, &files)? + &strips
+            }
         };
         body.push_str(&section);
         // Writing to a string cannot fail.
@@ -127,12 +130,16 @@ mod tests {
         write("a_static_map.png", "twin");
         write("a_static_paths.png", "abc");
         write("b.txt", "other");
+        fs::create_dir(folder.path().join("c")).expect("made");
+        write("c/goal.png", "def");
+        write("b_strips.json", r#"[{"picture": "c/goal.png", "words": "a goal"}]"#);
         write("notes.json", "{}");
         write_report(folder.path()).expect("writes");
         let page = fs::read_to_string(folder.path().join(REPORT)).expect("the page");
         assert!(page.contains("<pre>1 &lt; 2</pre>") && page.contains("<svg id=\"map\">"), "{page}");
         assert!(page.contains("base64,YWJj\">"), "{page}");
-        assert_eq!((page.matches("<figure>").count(), page.matches("<h2 ").count()), (2, 2), "{page}");
+        assert!(page.contains("base64,ZGVm\">") && page.contains("<figcaption>a goal<"), "{page}");
+        assert_eq!((page.matches("<figure>").count(), page.matches("<h2 ").count()), (3, 2), "{page}");
     }
 
     #[test]

@@ -150,7 +150,7 @@ pub(super) fn section(
         }
     }
     out.push_str("</div>\n");
-    out.push_str(&strips(folder, stem)?);
+    out.push_str(&strips(folder, &format!("{stem}_worst.json"), "worst shots")?);
     out.push_str(&trial_table(trials));
     let _ =
         writeln!(out, "<details><summary>The table as text</summary><pre>{}</pre></details>", escape(table));
@@ -162,13 +162,13 @@ pub(super) fn section(
     Ok(Some(out))
 }
 
-/// The worst shots.
-fn strips(folder: &Path, stem: &str) -> Result<String, EvalError> {
-    let Ok(list) = std::fs::read_to_string(folder.join(format!("{stem}_worst.json"))) else {
+/// The film strips that a file of the folder lists; nothing without it.
+pub(super) fn strips(folder: &Path, list: &str, what: &str) -> Result<String, EvalError> {
+    let Ok(list) = std::fs::read_to_string(folder.join(list)) else {
         return Ok(String::new());
     };
     let files: Vec<StripFile> = serde_json::from_str(&list).unwrap_or_default();
-    let mut out = format!("<h3>The {} worst shots</h3>\n<div class=\"strips\">", files.len());
+    let mut out = format!("<h3>The {} {what}</h3>\n<div class=\"strips\">", files.len());
     for file in files {
         let name = folder.join(file.picture.trim_end_matches(".png"));
         if let Some(drawn) = embedded(&name)? {
