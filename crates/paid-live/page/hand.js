@@ -34,9 +34,9 @@ export class Hand {
     setInterval(() => this.repeat(), 300);
   }
 
-  // What lies under a pointer. Who only looks on can take nothing.
+  // What lies under a pointer. Who only looks on, or at clips, can take nothing.
   under(moment, x, y, slack) {
-    return this.view.scene.watched ? { what: "ground" } : this.view.pick(moment, x, y, slack);
+    return this.view.scene.watched || this.view.scene.kicks ? { what: "ground" } : this.view.pick(moment, x, y, slack);
   }
 
   at(e) {

@@ -67,13 +67,13 @@ const actions = {
   orbit: (turn, raise) => hand.orbit(turn, raise),
   zoom: (factor) => hand.zoom(factor),
   nudge() {
-    if (view.scene?.watched) return;
+    if (view.scene?.watched || view.scene?.kicks) return;
     const angle = 2 * Math.PI * Math.random();
     send(command.push([25 * Math.cos(angle), 25 * Math.sin(angle)]));
     panel.say("A push of 25 N s.");
   },
   carry(ahead, left) {
-    if (!state.moment || view.scene?.watched) return;
+    if (!state.moment || view.scene?.watched || view.scene?.kicks) return;
     const towards = state.moment.goal[2];
     const [c, s] = [Math.cos(towards), Math.sin(towards)];
     const at = carried || [state.moment.ball.pos[0], state.moment.ball.pos[1]];
@@ -155,6 +155,7 @@ async function start() {
       document.body.classList.toggle("no-ball", !scene.ball);
       document.body.classList.toggle("watched", scene.watched);
       document.body.classList.toggle("bare", scene.bare);
+      document.body.classList.toggle("motions", scene.kicks !== null);
       view.setScene(scene);
       panel.setScene(scene);
       panel.setGone(null);

@@ -1,5 +1,6 @@
 // Score, buttons, messages: everything that is text.
 
+import { setKicks, showKicks } from "./kicks.js";
 import { REMEMBERED } from "./view.js";
 import { command } from "./wire.js";
 
@@ -26,6 +27,7 @@ export class Panel {
     click("clear", () => this.send(command.clear()));
     click("help", () => this.toggleHelp());
     click("help-close", () => this.toggleHelp(false));
+    click("kicks-tab", () => showKicks());
     click("more", () => $("drawer").classList.toggle("open"));
     $("rate").addEventListener("change", (e) => (this.send(command.rate(Number(e.target.value))), e.target.blur()));
     $("clip").addEventListener("change", (e) => (this.send(command.clip(Number(e.target.value))), e.target.blur()));
@@ -55,6 +57,7 @@ export class Panel {
       r: () => actions.replay(),
       f: () => actions.follow(),
       x: () => this.scene?.watched && actions.stop(),
+      d: () => this.scene?.kicks && showKicks(),
       0: () => send(command.reset()),
       p: () => actions.nudge(),
       g: () => layer("ghost"),
@@ -89,7 +92,7 @@ export class Panel {
   setScene(scene) {
     this.scene = scene;
     const clips = $("clip");
-    clips.replaceChildren(new Option("by the ball", "-1"), ...scene.clips.map((name, i) => new Option(name, String(i))));
+    clips.replaceChildren(new Option(scene.kicks ? "one after the other" : "by the ball", "-1"), ...scene.clips.map((name, i) => new Option(name, String(i))));
     $("engine").replaceChildren(...scene.engines.map((engine, i) => new Option(engine.name, String(i))));
     const surfaces = scene.surfaces.map(([name, what], i) => Object.assign(new Option(name, String(i + 1)), { title: what }));
     $("surface").replaceChildren(new Option("as it is", "0"), ...surfaces);
@@ -100,6 +103,7 @@ export class Panel {
       const far = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
       $("picture-view").style.aspectRatio = String(far(a, b) / far(a, d));
     }
+    setKicks(scene.kicks);
     $("stop").hidden = !scene.watched;
     $("stop").title = `${scene.stop} (X)`;
     $("another").textContent = scene.ball ? "new ball" : "next clip";

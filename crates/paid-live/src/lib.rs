@@ -2,8 +2,8 @@
 //!
 //! [`play`] serves one page on this machine and simulates one robot in real time, by 50 control steps a second. Visitors take the
 //! ball, flick it, move the goal, push the robot; several can look on. [`Server`] carries bytes and knows no robot, so that a
-//! training shows its present policy on the same page ([`TrainingPage`]), and what is played elsewhere can be watched ([`WatchPage`],
-//! [`MatchPage`]); [`Frame`] and [`Command`] are the bytes.
+//! training shows its present policy on the same page ([`TrainingPage`]), a set of motions is shown with its figures ([`play_motions`]), and
+//! what is played elsewhere can be watched ([`WatchPage`], [`MatchPage`]); [`Frame`] and [`Command`] are the bytes.
 //!
 //! ```
 //! use paid_live::{Command, Frame, ServeOptions, Server, VERSION};
@@ -23,6 +23,7 @@ mod error;
 mod game;
 mod live;
 mod match_page;
+mod motions;
 mod pace;
 mod pose2;
 mod scene;
@@ -35,6 +36,7 @@ pub use board::{Board, Cell, Outcome, Shot};
 pub use error::LiveError;
 pub use live::{PlayOptions, Summary, play};
 pub use match_page::MatchPage;
+pub use motions::{Motions, play_motions};
 pub use pace::Pace;
 pub use pose2::Pose2;
 pub use server::{Counts, ServeOptions, Server, USUAL_PORT};

@@ -1,15 +1,16 @@
 //! The scene in real time: steps when they are due, does what visitors want, shows every step.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::RecvTimeoutError;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use paid_eval::subject::Subject;
 
+use crate::board::Board;
 use crate::game::Game;
 use crate::pace::Pace;
 use crate::scene::Scene;
-use crate::{Command, LiveError, ServeOptions, Server};
+use crate::{Command, Frame, LiveError, ServeOptions, Server};
 
 /// How often a scene that stands still looks whether it should stop.
 const PATIENCE: Duration = Duration::from_millis(100);
@@ -71,13 +72,55 @@ pub fn play(
 ) -> Result<Summary, LiveError> {
     let mut game = Game::new(subject, options.auto, options.clip)?;
     let scene = serde_json::to_string(&Scene::new(subject))?;
-    let (server, commands) = Server::start(&options.serve, scene)?;
+    let served = Server::start(&options.serve, scene)?;
+    run(&mut game, served, stop, ready)
+}
+
+/// What goes on by control steps and heeds commands.
+pub(crate) trait Show {
+    /// Length of a step `[s]`.
+    fn dt_s(&self) -> f64;
+    /// One step.
+    fn step(&mut self) -> Result<(), LiveError>;
+    /// Does what a visitor wants, but for the course of time.
+    fn command(&mut self, command: Command) -> Result<(), LiveError>;
+    /// The scene as it is now. `rate` is asked for and kept.
+    fn frame(&self, rate: [f32; 2], paused: bool, late: bool, viewers: usize) -> Frame;
+    /// What is counted and said.
+    fn board(&self) -> &Board;
+}
+
+impl Show for Game<'_> {
+    fn dt_s(&self) -> f64 {
+        self.dt_s()
+    }
+    fn step(&mut self) -> Result<(), LiveError> {
+        self.step()
+    }
+    fn command(&mut self, command: Command) -> Result<(), LiveError> {
+        self.command(command)
+    }
+    fn frame(&self, rate: [f32; 2], paused: bool, late: bool, viewers: usize) -> Frame {
+        self.frame(rate, paused, late, viewers)
+    }
+    fn board(&self) -> &Board {
+        &self.board
+    }
+}
+
+/// Shows it until `stop` is set.
+pub(crate) fn run(
+    show: &mut impl Show,
+    (server, commands): (Server, Receiver<Command>),
+    stop: &AtomicBool,
+    ready: impl FnOnce(&str),
+) -> Result<Summary, LiveError> {
     let mut live = Live { pace: Pace::new(Instant::now()), rate: 1.0, paused: false, server };
-    live.show(&game);
-    live.server.tell(serde_json::to_string(&game.board)?);
+    live.show(show);
+    live.server.tell(serde_json::to_string(show.board())?);
     ready(&live.server.url());
-    let dt_s = game.dt_s();
-    let (mut steps, mut told, mut watched) = (0, game.board.revision, 0);
+    let dt_s = show.dt_s();
+    let (mut steps, mut told, mut watched) = (0, show.board().revision, 0);
     while !stop.load(Ordering::Relaxed) {
         let viewers = live.server.viewers();
         if watched == 0 && viewers > 0 {
@@ -90,7 +133,7 @@ pub fn play(
         match commands.recv_timeout(wait.min(PATIENCE)) {
             Ok(first) => {
                 for command in std::iter::once(first).chain(commands.try_iter()) {
-                    steps += u64::from(live.obey(command, &mut game)?);
+                    steps += u64::from(live.obey(command, show)?);
                 }
                 changed = true;
             }
@@ -98,25 +141,25 @@ pub fn play(
             Err(RecvTimeoutError::Disconnected) => break,
         }
         if runs && !live.paused && Instant::now() >= live.pace.due() {
-            game.step()?;
+            show.step()?;
             steps += 1;
             live.pace.stepped(Instant::now(), dt_s, live.rate);
             changed = true;
         }
         // The board first: who sees that a shot is over can read what came of it.
-        if told != game.board.revision {
-            told = game.board.revision;
-            live.server.tell(serde_json::to_string(&game.board)?);
+        if told != show.board().revision {
+            told = show.board().revision;
+            live.server.tell(serde_json::to_string(show.board())?);
         }
         if changed {
-            live.show(&game);
+            live.show(show);
         }
     }
     let counts = live.server.counts();
     Ok(Summary {
         steps,
-        shots: game.board.shots,
-        goals: game.board.goals,
+        shots: show.board().shots,
+        goals: show.board().goals,
         dropped: counts.dropped.load(Ordering::Relaxed),
         refused: counts.refused.load(Ordering::Relaxed),
     })
@@ -132,7 +175,7 @@ struct Live {
 
 impl Live {
     /// Does what a visitor wants; true if that was a control step.
-    fn obey(&mut self, command: Command, game: &mut Game<'_>) -> Result<bool, LiveError> {
+    fn obey(&mut self, command: Command, show: &mut impl Show) -> Result<bool, LiveError> {
         match command {
             Command::Pause(on) => {
                 self.paused = on;
@@ -140,21 +183,21 @@ impl Live {
             }
             Command::Step => {
                 self.paused = true;
-                game.step()?;
+                show.step()?;
                 return Ok(true);
             }
             Command::Rate(rate) => {
                 self.rate = rate;
                 self.pace.resume(Instant::now(), rate);
             }
-            other => game.command(other)?,
+            other => show.command(other)?,
         }
         Ok(false)
     }
 
-    fn show(&self, game: &Game<'_>) {
+    fn show(&self, show: &impl Show) {
         let rate = [self.rate, if self.paused { 0.0 } else { self.pace.kept() }];
-        let frame = game.frame(rate, self.paused, self.pace.late(), self.server.viewers());
+        let frame = show.frame(rate, self.paused, self.pace.late(), self.server.viewers());
         self.server.show(frame.encode());
     }
 }

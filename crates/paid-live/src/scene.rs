@@ -102,6 +102,19 @@ pub(crate) struct Scene {
     grid: Grid,
     /// Rows and columns.
     cells: [usize; 2],
+    /// What a set of kicks covers, where one is shown.
+    kicks: Option<Kicks>,
+}
+
+/// The figures of a set of kicks; the server draws the pictures when they are asked for.
+#[derive(Debug, Serialize)]
+pub(crate) struct Kicks {
+    /// Names of the pictures.
+    pub pictures: [&'static str; 4],
+    /// How much is covered, as a sentence.
+    pub share: String,
+    /// Which kick to record next, as a sentence.
+    pub advice: String,
 }
 
 /// The shortest rotation from the x axis to a direction of length 1.
@@ -199,6 +212,11 @@ impl Scene {
         Self { watched: true, ..Self::new(subject) }
     }
 
+    /// Of clips that are shown without a policy.
+    pub fn of_kicks(shown: Watched<'_>, kicks: Kicks) -> Self {
+        Self { watched: false, kicks: Some(kicks), ..Self::watched(shown, String::new()) }
+    }
+
     /// Of something that is played elsewhere.
     pub fn watched(shown: Watched<'_>, knowledge: String) -> Self {
         let Watched { policy, robot, anchor, task, clips, engine, stop } = shown;
@@ -227,6 +245,7 @@ impl Scene {
             rewards: REWARD_NAMES.to_vec(),
             grid: Grid::EFFECTIVE,
             cells: size(&Grid::EFFECTIVE),
+            kicks: None,
         }
     }
 }

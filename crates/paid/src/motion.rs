@@ -15,6 +15,7 @@ use std::process::ExitCode;
 
 use crate::failure::Failure;
 
+pub use plot::Place;
 pub use retarget::{How, retarget_file};
 
 /// Arguments of `paid motion`.

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use paid_eval::dataset::Dataset;
 use paid_eval::footage::{Footage, Recorder, Shows, picture};
 use paid_eval::picture::Animation;
+use paid_eval::shooting::Grid;
 use paid_eval::shot::Shot;
 use paid_eval::subject::Subject;
+use paid_live::{Motions, play_motions};
 use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_retarget::{HumanMotion, is_human_file};
 use paid_robot::{RobotModel, RobotSpec};
@@ -15,7 +18,8 @@ use crate::eval::episode::ShotArgs;
 use crate::eval::subject::Setting;
 use crate::failure::Failure;
 use crate::live::LiveArgs;
-use crate::motion::{How, retarget_file};
+use crate::motion::{How, Place, retarget_file};
+use crate::stop::flag;
 use crate::viewer::Target;
 
 /// Arguments of `paid play`.
@@ -48,6 +52,9 @@ pub struct Args {
     how: How,
     #[command(flatten)]
     policy: EpisodeArgs,
+    /// Where a kick's own ball lies, for the figures of motions on the page.
+    #[arg(long, value_enum, default_value_t = Place::TorsoEnd, requires = "live", conflicts_with = "policy")]
+    place: Place,
     #[command(flatten)]
     live: LiveArgs,
 }
@@ -127,19 +134,52 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The policy in the browser.
+/// The policy, or a set of motions, in the browser.
 fn live(args: &Args) -> Result<ExitCode, Failure> {
-    let EpisodeArgs { policy, setting, .. } = &args.policy;
-    let policy = policy.as_ref().ok_or_else(|| Failure::input("--live: expected --policy, found none"))?;
     if args.record.is_some() || args.rerun.is_some() {
         return Err(Failure::input("--live: expected no --record and no --rerun beside it, found one"));
     }
+    let EpisodeArgs { policy, setting, .. } = &args.policy;
+    let Some(policy) = policy else { return live_motions(args) };
     setting.one_engine()?;
     let subject = Subject::load(&setting.spec(policy, "paper_stage2")?)?;
     subject.require_ball()?;
     let names: Vec<&str> = subject.setup.library.facts().iter().map(|f| f.name.as_str()).collect();
     let clip = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;
     args.live.serve(&subject, clip.and_then(|clip| u16::try_from(clip).ok()))
+}
+
+/// A set of motions in the browser, with what it covers.
+fn live_motions(args: &Args) -> Result<ExitCode, Failure> {
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let (name, clips) = match &args.input {
+        Some(path) if path.is_dir() => {
+            (path.display().to_string(), MotionLibrary::load_unchanged(path, &robot, &spec))
+        }
+        None => {
+            ("built-in kicks".to_owned(), MotionLibrary::builtin(&robot, &spec, paid_motion::generate::FPS))
+        }
+        Some(path) => {
+            let found = path.display();
+            return Err(Failure::input(format!(
+                "--live: expected --policy or a folder of motions, found {found}"
+            )));
+        }
+    };
+    let clips = clips.map_err(Failure::input)?.clips;
+    let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
+    let clip = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;
+    let set = Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE, args.place.into())?;
+    let motions = Motions { name, clips, set, robot, spec };
+    let ready = |url: &str| {
+        println!("{url}  <- open this in a browser");
+        println!("{} kicks of {}; Ctrl-C ends it", motions.clips.len(), motions.name);
+        println!("{}", motions.set.coverage.advice());
+    };
+    let clip = clip.and_then(|clip| u16::try_from(clip).ok());
+    let stop = flag()?;
+    play_motions(&motions, &args.live.options(), clip, &stop, ready).map_err(Failure::input)?;
+    Ok(ExitCode::SUCCESS)
 }
 
 /// An episode of the policy.

@@ -91,6 +91,30 @@ pub struct Coverage {
     pub next: Option<NextKick>,
 }
 
+impl Coverage {
+    /// How much is covered, as a sentence.
+    pub fn share(&self) -> String {
+        let Self { grid, reach_m, covered, holes, .. } = self;
+        format!(
+            "{:.0}% of the balls {} to {} m ahead and {} m to either side are within {:.0} cm of a kick's place; {} holes",
+            100.0 * covered,
+            grid.x[0],
+            grid.x[1],
+            grid.y[1],
+            100.0 * reach_m,
+            holes.len()
+        )
+    }
+
+    /// Which kick to record next, as a sentence.
+    pub fn advice(&self) -> String {
+        match &self.next {
+            Some(next) => format!("record next: {next}"),
+            None => "record next: nothing; the workspace has no hole".to_owned(),
+        }
+    }
+}
+
 /// Whether a distance is within reach; squares that lie just on the edge are, whatever the rounding.
 fn within(distance_m: f64) -> bool {
     distance_m <= REACH_M + 1e-9
@@ -234,6 +258,11 @@ mod tests {
         // Kicks 0.4 m apart leave no point farther than 0.28 m; without the nearest ones there is one hole.
         let full = Coverage::of(&lattice([9.0, 9.0]), WIDE);
         assert_eq!((full.covered, &full.holes, &full.next), (1.0, &vec![], &None));
+        assert_eq!(full.advice(), "record next: nothing; the workspace has no hole");
+        assert!(
+            full.share()
+                .starts_with("100% of the balls 0 to 2 m ahead and 2 m to either side are within 30 cm")
+        );
         let found = Coverage::of(&lattice([1.2, -0.8]), WIDE);
         assert_eq!(found.holes.len(), 1);
         let next = found.next.expect("a hole");

@@ -17,9 +17,13 @@ use paid_task::preset::OwnPlace;
 use serde::Serialize;
 
 use crate::EvalError;
+use crate::picture::Figure;
 use crate::shooting::Grid;
 
 pub use coverage::{Cell, Coverage, Hole, NextKick, REACH_M};
+
+/// Names of the pictures.
+pub const PICTURES: [&str; 4] = ["coverage", "placement", "trajectories", "foot_speed"];
 
 /// One kick of the set.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -116,17 +120,23 @@ impl Dataset {
         Ok(Self { kicks, sector, coverage })
     }
 
-    /// Writes `trajectories`, `placement`, `foot_speed` and `coverage` as PNG and SVG into a folder.
+    /// The picture of a name in [`PICTURES`]; `None` for another one.
+    pub fn picture(&self, name: &str) -> Option<Figure> {
+        Some(match name {
+            "trajectories" => draw::trajectories(self),
+            "placement" => draw::placement(self),
+            "foot_speed" => draw::foot_speed(self),
+            "coverage" => draw::coverage(self),
+            _ => return None,
+        })
+    }
+
+    /// Writes [`PICTURES`] as PNG and SVG into a folder.
     ///
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), EvalError> {
-        for (name, figure) in [
-            ("trajectories", draw::trajectories(self)),
-            ("placement", draw::placement(self)),
-            ("foot_speed", draw::foot_speed(self)),
-            ("coverage", draw::coverage(self)),
-        ] {
+        for (name, figure) in PICTURES.into_iter().filter_map(|name| Some((name, self.picture(name)?))) {
             figure.save(&folder.join(name))?;
         }
         Ok(())
@@ -157,7 +167,7 @@ mod tests {
         assert!((peak - kick.peak_foot_speed).abs() < 1e-12 && (0.1..0.95).contains(&kick.strike_phase));
         let folder = tempfile::tempdir().expect("a folder");
         set.write(folder.path()).expect("writes");
-        for name in ["trajectories", "placement", "foot_speed", "coverage"] {
+        for name in PICTURES {
             let svg = std::fs::read_to_string(folder.path().join(format!("{name}.svg"))).expect("written");
             assert!(svg.contains(&kick.name), "{name}: every picture has the legend");
             assert!(folder.path().join(format!("{name}.png")).is_file(), "{name}");

@@ -3,6 +3,7 @@
 
 mod guard;
 mod page;
+mod picture;
 mod viewer;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
@@ -24,6 +25,9 @@ use crate::{Command, LiveError};
 pub const USUAL_PORT: u16 = 4747;
 /// Commands that wait for the simulation; more are dropped.
 const WAITING: usize = 256;
+
+/// Draws the picture of a name as SVG; `None`: there is none of that name.
+pub(crate) type Pictures = Arc<dyn Fn(&str) -> Option<String> + Send + Sync>;
 
 /// Where the page is served.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -58,6 +62,7 @@ pub(crate) struct Shared {
     board: watch::Receiver<Utf8Bytes>,
     commands: SyncSender<Command>,
     counts: Arc<Counts>,
+    pictures: Option<Pictures>,
 }
 
 /// A running server. Dropping it ends it.
@@ -97,6 +102,15 @@ impl Server {
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
     pub fn start(options: &ServeOptions, scene: String) -> Result<(Self, Receiver<Command>), LiveError> {
+        Self::with_pictures(options, scene, None)
+    }
+
+    /// The same, with pictures that are drawn when a page asks for them.
+    pub(crate) fn with_pictures(
+        options: &ServeOptions,
+        scene: String,
+        pictures: Option<Pictures>,
+    ) -> Result<(Self, Receiver<Command>), LiveError> {
         let listener = bind(options)?;
         let address = listener.local_addr().map_err(LiveError::Server)?;
         listener.set_nonblocking(true).map_err(LiveError::Server)?;
@@ -116,6 +130,7 @@ impl Server {
             board: see_board,
             commands,
             counts: Arc::clone(&counts),
+            pictures,
         });
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -127,6 +142,7 @@ impl Server {
             runtime.block_on(async {
                 let routes = Router::new()
                     .route("/ws", any(viewer::connect))
+                    .route("/kicks/{name}", get(picture::picture))
                     .fallback(get(page::file))
                     .with_state(shared);
                 match AsyncListener::from_std(listener) {

@@ -39,6 +39,7 @@ files! {
     "/panel.js", JS, "panel.js";
     "/course.js", JS, "course.js";
     "/curves.js", JS, "curves.js";
+    "/kicks.js", JS, "kicks.js";
     "/solid.vert.glsl", GLSL, "solid.vert.glsl";
     "/solid.frag.glsl", GLSL, "solid.frag.glsl";
     "/ground.vert.glsl", GLSL, "ground.vert.glsl";

@@ -38,12 +38,22 @@ enum Workspace {
     Whole,
 }
 
+/// Where a kick's own ball lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Place {
+pub enum Place {
     /// Where the torso ends, as in the paper.
     TorsoEnd,
     /// Ahead of the foot that strikes (task.ball.own_place=strike).
     Strike,
+}
+
+impl From<Place> for OwnPlace {
+    fn from(place: Place) -> Self {
+        match place {
+            Place::TorsoEnd => Self::TorsoEnd,
+            Place::Strike => Self::Strike,
+        }
+    }
 }
 
 /// Draws the pictures and prints what the kicks cover and which one to record next.
@@ -56,11 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Workspace::Effective => Grid::EFFECTIVE,
         Workspace::Whole => Grid::WHOLE,
     };
-    let place = match args.place {
-        Place::TorsoEnd => OwnPlace::TorsoEnd,
-        Place::Strike => OwnPlace::Strike,
-    };
-    let set = Dataset::new(&library.clips, &model, &spec, grid, place)?;
+    let set = Dataset::new(&library.clips, &model, &spec, grid, args.place.into())?;
     set.write(&args.out)?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&set).map_err(Failure::input)?);
@@ -72,18 +78,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         args.out.display(),
         set.kicks.len()
     );
-    println!(
-        "{:.0}% of the balls {} to {} m ahead and {} m to either side are within {:.0} cm of a kick's place; {} holes",
-        100.0 * coverage.covered,
-        grid.x[0],
-        grid.x[1],
-        grid.y[1],
-        100.0 * coverage.reach_m,
-        coverage.holes.len()
-    );
-    match &coverage.next {
-        Some(next) => println!("record next: {next}"),
-        None => println!("record next: nothing; the workspace has no hole"),
-    }
+    println!("{}\n{}", coverage.share(), coverage.advice());
     Ok(ExitCode::SUCCESS)
 }
