@@ -1,10 +1,41 @@
-//! Reads the robot's states for a while and says what they are like. Commands nothing.
+//! Reads the robot's states for a while and says what they are like: rate, clock, checksums, who commands, heat, and which joint moved when and
+//! how. Commands nothing.
 
 use std::fmt::Write as _;
 
+use paid_robot::RobotModel;
+
+use crate::limits::Limits;
 use crate::message::Packet;
-use crate::motors::G1_MOTORS;
-use crate::wire::{LowState, MODE_MACHINE_G1_29};
+use crate::motors::{G1_MOTORS, motors_of};
+use crate::wire::{LowState, MODE_MACHINE_G1_29, MotorState};
+
+/// A joint that is so far from where it was first has been moved `[rad]`: more than what moves along when its neighbor is.
+const MOVED_RAD: f64 = 0.15;
+/// Joints that begin to move within this time of each other were not moved one at a time `[us]`.
+const APART_US: u64 = 200_000;
+/// An angle may be so far beyond the joint's range: more is an offset `[rad]`.
+const OFFSET_RAD: f64 = 0.1;
+
+/// A joint's movement since the first state.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moved {
+    first: f64,
+    /// Lowest and highest angle less the first `[rad]`.
+    range: [f64; 2],
+    /// When it was first seen to be moved `[us]`, and in which direction.
+    begun: Option<(u64, char)>,
+}
+
+impl Moved {
+    fn take(&mut self, now_us: u64, angle: f64) {
+        let by = angle - self.first;
+        self.range = [self.range[0].min(by), self.range[1].max(by)];
+        if by.abs() > MOVED_RAD {
+            self.begun.get_or_insert((now_us, if by > 0.0 { '+' } else { '-' }));
+        }
+    }
+}
 
 /// Collects states.
 #[derive(Clone, Debug, Default)]
@@ -20,7 +51,9 @@ pub struct Checker {
     gaps_ms: Vec<f64>,
     ticks: Option<(u32, u32)>,
     last: Option<LowState>,
-    range: Vec<[f32; 2]>,
+    moved: Vec<Moved>,
+    /// Highest temperatures of casing and winding in degrees Celsius.
+    hottest: [i16; 2],
 }
 
 /// What was found.
@@ -65,9 +98,16 @@ impl Checker {
         self.states += 1;
         let first = self.ticks.map_or(state.tick, |(first, _)| first);
         self.ticks = Some((first, state.tick));
-        self.range.resize(G1_MOTORS.len(), [f32::INFINITY, f32::NEG_INFINITY]);
-        for (range, motor) in self.range.iter_mut().zip(&state.motors) {
-            *range = [range[0].min(motor.q), range[1].max(motor.q)];
+        if self.moved.is_empty() {
+            let first = |motor: &MotorState| Moved { first: f64::from(motor.q), ..Moved::default() };
+            self.moved = state.motors[..G1_MOTORS.len()].iter().map(first).collect();
+            self.hottest = [i16::MIN; 2];
+        }
+        for (moved, motor) in self.moved.iter_mut().zip(&state.motors) {
+            moved.take(now_us, f64::from(motor.q));
+            for (hottest, found) in self.hottest.iter_mut().zip(motor.temperature) {
+                *hottest = (*hottest).max(found);
+            }
         }
         self.last = Some(state);
     }
@@ -121,20 +161,86 @@ impl Checker {
             "pelvis        tilted by {tilt:.3} rad, acceleration {:.2?} m/s^2",
             state.imu.accelerometer
         );
-        let _ =
-            writeln!(text, "{:<28} {:>9} {:>9} {:>8} {:>8}", "joint", "angle", "moved", "casing", "winding");
-        for ((name, motor), [lo, hi]) in G1_MOTORS.iter().zip(&state.motors).zip(&self.range) {
+        let limits = Limits::default();
+        let [casing, winding] = self.hottest;
+        let cool = casing < limits.casing_c && winding < limits.winding_c;
+        let _ = writeln!(
+            text,
+            "hottest       winding {winding} of {} degrees, casing {casing} of {}",
+            limits.winding_c, limits.casing_c
+        );
+        let (ordered, order) = self.order();
+        let _ = writeln!(text, "joint order   {order}");
+        let offsets = offsets(state);
+        let said =
+            if offsets.is_empty() { "none: every angle is within its joint's range" } else { &offsets };
+        let _ = writeln!(text, "offsets       {said}");
+        let _ = writeln!(
+            text,
+            "{:<28} {:>9} {:>8} {:>8} {:>6} {:>8} {:>8}",
+            "joint", "angle", "least", "most", "first", "casing", "winding"
+        );
+        for ((name, motor), moved) in G1_MOTORS.iter().zip(&state.motors).zip(&self.moved) {
             let [casing, winding] = motor.temperature;
-            let _ = writeln!(text, "{name:<28} {:>9.3} {:>9.3} {casing:>8} {winding:>8}", motor.q, hi - lo);
+            let [least, most] = moved.range;
+            let sign = moved.begun.map_or(' ', |(_, sign)| sign);
+            let _ = writeln!(
+                text,
+                "{name:<28} {:>9.3} {least:>8.3} {most:>+8.3} {sign:>6} {casing:>8} {winding:>8}",
+                motor.q
+            );
         }
         let good = crc == 0
             && self.bad_length == 0
             && self.others == 0
             && released
             && mode == MODE_MACHINE_G1_29
-            && gap(1.0) < 20.0;
+            && gap(1.0) < 20.0
+            && cool
+            && ordered
+            && offsets.is_empty();
         CheckReport { text, good }
     }
+
+    /// Whether the joints that moved did so in the table's order, and what to say of it. Without movement there is nothing against it.
+    fn order(&self) -> (bool, String) {
+        let mut moved: Vec<(u64, usize)> =
+            self.moved.iter().enumerate().filter_map(|(j, m)| m.begun.map(|(at, _)| (at, j))).collect();
+        moved.sort_unstable();
+        let (count, all) = (moved.len(), G1_MOTORS.len());
+        for pair in moved.windows(2) {
+            let [(at, a), (later, b)] = [pair[0], pair[1]];
+            let (one, other) = (G1_MOTORS[a], G1_MOTORS[b]);
+            if later - at < APART_US {
+                return (true, format!("not known: {one} and {other} moved at once; move one at a time"));
+            }
+            if b < a {
+                return (
+                    false,
+                    format!(
+                        "{one} moved before {other}: either they were not moved in the table's order, or the robot's is another"
+                    ),
+                );
+            }
+        }
+        let said = match count {
+            0 => "not checked: no joint was moved".to_owned(),
+            _ => format!("{count} of {all} joints moved, one after another and in the table's order"),
+        };
+        (true, said)
+    }
+}
+
+/// Joints whose angle is beyond their range, which is an offset of the encoder or another joint's angle; empty if there are none.
+fn offsets(state: &LowState) -> String {
+    let model = RobotModel::g1();
+    let motors = motors_of(&model.joint_names()).unwrap_or_default();
+    let beyond = model.joints.iter().zip(motors).filter_map(|(joint, motor)| {
+        let (angle, [lo, hi]) = (f64::from(state.motors[motor].q), joint.range);
+        let within = (lo - OFFSET_RAD..=hi + OFFSET_RAD).contains(&angle);
+        (!within).then(|| format!("{} at {angle:.2} rad, its range is {lo:.2} to {hi:.2}", joint.name))
+    });
+    beyond.collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
@@ -159,9 +265,68 @@ mod tests {
         let report = checker.report();
         assert!(report.good, "{}", report.text);
         let line = report.text.lines().find(|l| l.starts_with("waist_pitch_joint")).expect("joint");
-        assert!(line.contains("0.250"), "{line}");
+        assert!(line.contains("+0.250      +"), "{line}");
         let state = LowState { mode_machine: 6, ..LowState::default() }.sealed();
         checker.take(200_000, &Packet::LowState(state.to_cdr()));
         assert!(!checker.report().good);
+    }
+    /// A robot whose joints are moved: half a second after the begin the first by so much, a second later the next.
+    fn moved(joints: &[(usize, f32)], change: impl Fn(&mut LowState)) -> CheckReport {
+        let mut checker = Checker::without_switcher();
+        for k in 0..250 * (joints.len() as u32 + 1) {
+            let mut state = LowState { mode_machine: 5, tick: 4 * k, ..LowState::default() };
+            for (i, (motor, by)) in joints.iter().enumerate() {
+                // Moved for a tenth of a second.
+                let begin = 125 + 250 * i as u32;
+                state.motors[*motor].q = if (begin..begin + 25).contains(&k) { *by } else { 0.0 };
+            }
+            change(&mut state);
+            checker.take(4000 * u64::from(k), &Packet::LowState(state.sealed().to_cdr()));
+        }
+        checker.report()
+    }
+
+    #[test]
+    fn joints_that_move_in_the_tables_order_are_good_and_others_are_named() {
+        let report = moved(&[(0, -0.3), (3, 0.4), (22, 0.2)], |_| {});
+        assert!(
+            report.good && report.text.contains("3 of 29 joints moved, one after another"),
+            "{}",
+            report.text
+        );
+        let row =
+            |name: &str| report.text.lines().find(|line| line.starts_with(name)).expect("a row").to_owned();
+        assert!(
+            row("left_hip_pitch_joint").contains("-0.300   +0.000      -"),
+            "{}",
+            row("left_hip_pitch_joint")
+        );
+        let report = moved(&[(3, 0.4), (0, -0.3)], |_| {});
+        assert!(!report.good, "{}", report.text);
+        assert!(report.text.contains("left_knee_joint moved before left_hip_pitch_joint"), "{}", report.text);
+        // A small movement is a neighbor's.
+        let report = moved(&[(3, 0.4), (0, -0.1)], |_| {});
+        assert!(report.good && report.text.contains("1 of 29 joints moved"), "{}", report.text);
+        assert!(moved(&[], |_| {}).text.contains("not checked: no joint was moved"));
+    }
+
+    #[test]
+    fn two_joints_at_once_say_nothing_of_the_order() {
+        let report = moved(&[(5, 0.3)], |state| state.motors[4].q = state.motors[5].q);
+        assert!(report.good && report.text.contains("moved at once; move one at a time"), "{}", report.text);
+    }
+
+    #[test]
+    fn heat_and_an_angle_beyond_the_range_are_not_good() {
+        let report = moved(&[], |state| state.motors[7].temperature = [60, 120]);
+        assert!(!report.good && report.text.contains("winding 120 of 120 degrees"), "{}", report.text);
+        // The knee's range begins at -0.087 rad.
+        let report = moved(&[], |state| state.motors[3].q = -0.25);
+        assert!(!report.good, "{}", report.text);
+        assert!(
+            report.text.contains("left_knee_joint at -0.25 rad, its range is -0.09 to 2.88"),
+            "{}",
+            report.text
+        );
     }
 }
