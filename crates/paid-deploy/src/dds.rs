@@ -8,6 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use rustdds::bytes::Bytes;
+use rustdds::dds::WriteError;
 use rustdds::no_key::{DataReader, DataWriter, SerializerAdapter};
 use rustdds::policy::{History, Reliability};
 use rustdds::{DomainParticipant, QosPolicies, QosPolicyBuilder, RepresentationIdentifier, TopicKind};
@@ -17,14 +18,18 @@ use crate::link::{Inlet, Link, LinkError, Outlet};
 use crate::message::Packet;
 use crate::raw::{Raw, RawError, participant, sent};
 use crate::switcher::{Line, SWITCHER_TOPICS, SWITCHER_TYPES};
-use crate::wire::{Layout, LowCmd, Message};
+use crate::wire::{BmsState, Layout, LowCmd, Message};
 
 /// Topics and types of the robot, and the one of this project beside them.
 const LOW_STATE: [&str; 2] = ["rt/lowstate", "unitree_hg::msg::dds_::LowState_"];
 const LOW_CMD: [&str; 2] = ["rt/lowcmd", "unitree_hg::msg::dds_::LowCmd_"];
+/// Low rate: the battery.
+const BATTERY: [&str; 2] = ["rt/lf/bmsstate", "unitree_hg::msg::dds_::BmsState_"];
 const SENSES: [&str; 2] = ["paid/senses", "paid::msg::Senses_"];
 /// Commands that this process has sent are known again for so many commands.
 const OWN: usize = 256;
+/// So many commands in a row that found the way out full are a link that is broken, not a network that loses one: 50 ms.
+const STUCK: u32 = 25;
 
 /// Who speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +53,17 @@ impl SerializerAdapter<LowCmd> for Raw<0> {
 /// What travels on the project's own topic: a CDR sequence of bytes with a packet in postcard.
 #[derive(Serialize, Deserialize)]
 struct Senses(Packet);
+
+impl Senses {
+    /// What a virtual robot's senses may say. Commands, states, keys and the like have topics of their own, or none.
+    fn heard(self) -> Option<Packet> {
+        let senses = matches!(
+            self.0,
+            Packet::Sighting(_) | Packet::Odometry(_) | Packet::Goal(_) | Packet::GoalAhead(_)
+        );
+        senses.then_some(self.0)
+    }
+}
 
 type RawWriter = DataWriter<Vec<u8>, Raw<0>>;
 type CommandWriter = DataWriter<LowCmd, Raw<0>>;
@@ -81,8 +97,11 @@ impl Own {
 struct DdsOutlet {
     states: Option<RawWriter>,
     commands: Option<CommandWriter>,
+    battery: Option<RawWriter>,
     senses: Option<RawWriter>,
     own: Arc<Own>,
+    /// Commands in a row that found the way out full.
+    stuck: u32,
     participant: DomainParticipant,
 }
 
@@ -96,6 +115,7 @@ struct DdsLine {
 struct DdsInlet {
     side: Side,
     main: RawReader,
+    battery: Option<RawReader>,
     senses: Option<RawReader>,
     /// Commands on the network, to notice those of others.
     commands: Option<RawReader>,
@@ -150,6 +170,8 @@ impl DdsLink {
         let commands = if at_runtime { Some(reader(LOW_CMD, &qos)?) } else { None };
         // A reliable writer serves readers of either kind.
         let states = if at_runtime { None } else { Some(writer(LOW_STATE, &reliable)?) };
+        let battery_out = if at_runtime { None } else { Some(writer(BATTERY, &reliable)?) };
+        let battery_in = if at_runtime { Some(reader(BATTERY, &qos)?) } else { None };
         let command_writer = |topic| {
             publisher
                 .create_datawriter_no_key::<LowCmd, Raw<0>>(&topic, Some(reliable.clone()))
@@ -161,11 +183,13 @@ impl DdsLink {
             outlet: DdsOutlet {
                 states,
                 commands: command_writer,
+                battery: battery_out,
                 senses: senses_out,
                 own: Arc::clone(&own),
+                stuck: 0,
                 participant,
             },
-            inlet: DdsInlet { side, main, senses: senses_in, commands, own },
+            inlet: DdsInlet { side, main, battery: battery_in, senses: senses_in, commands, own },
         })
     }
 
@@ -206,6 +230,10 @@ impl Outlet for DdsOutlet {
             Packet::LowCmd(bytes) => {
                 return LowCmd::from_cdr(&bytes).map_or(Ok(()), |command| self.command(&command));
             }
+            Packet::Battery(percent) => {
+                let Some(battery) = &self.battery else { return Ok(()) };
+                (battery, BmsState::charged(percent).to_cdr())
+            }
             Packet::OthersCommand => return Ok(()),
             other => {
                 let Some(senses) = &self.senses else { return Ok(()) };
@@ -221,7 +249,16 @@ impl Outlet for DdsOutlet {
     fn command(&mut self, command: &LowCmd) -> Result<(), LinkError> {
         let Some(commands) = &self.commands else { return Ok(()) };
         self.own.add(command.crc);
-        sent(commands.write(command.clone(), None)).map_err(|e| network("DDS write")(e.to_string()))
+        let fail = network("DDS write");
+        match commands.write(command.clone(), None) {
+            Ok(()) => self.stuck = 0,
+            Err(WriteError::WouldBlock { .. }) if self.stuck < STUCK => self.stuck += 1,
+            Err(WriteError::WouldBlock { .. }) => {
+                return Err(fail("the way out has been full for 50 ms".to_owned()));
+            }
+            Err(error) => return Err(fail(error.to_string())),
+        }
+        Ok(())
     }
 }
 
@@ -241,12 +278,19 @@ impl Inlet for DdsInlet {
                 Side::Runtime => Packet::LowState(bytes),
             }));
         }
-        if let Some(reader) = &mut self.senses
-            && let Some(bytes) = take(reader)?
-        {
-            let content = bytes.get(4..).unwrap_or_default();
-            if let Ok(Senses(packet)) = postcard::from_bytes(content) {
-                return Ok(Some(packet));
+        if let Some(reader) = &mut self.battery {
+            while let Some(bytes) = take(reader)? {
+                if let Some(percent) = BmsState::from_cdr(&bytes).ok().and_then(|battery| battery.percent()) {
+                    return Ok(Some(Packet::Battery(percent)));
+                }
+            }
+        }
+        if let Some(reader) = &mut self.senses {
+            while let Some(bytes) = take(reader)? {
+                let content = bytes.get(4..).unwrap_or_default();
+                if let Some(packet) = postcard::from_bytes(content).ok().and_then(Senses::heard) {
+                    return Ok(Some(packet));
+                }
             }
         }
         if let Some(reader) = &mut self.commands

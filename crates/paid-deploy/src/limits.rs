@@ -5,6 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::DeployError;
+use crate::player::Player;
 
 /// Limits of the robot's motion. Beyond one of them the runtime damps.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,6 +51,9 @@ pub struct Limits {
     pub late_steps: u32,
     /// The writer damps if the runtime has given no command for so long `[s]`. Default 0.02: it then hangs or is dead.
     pub command_age_s: f64,
+    /// Damps if the writer has sent nothing for so long while the joints are under control `[s]`: it hangs or is dead. Default 0.05: a command
+    /// was 26 ms late once in an hour without real-time priority.
+    pub writer_age_s: f64,
     /// Damps if the remote is silent for so long `[s]`. Default 0.5.
     pub remote_s: f64,
     /// False: runs without a remote, stopped by Ctrl-C only. For simulations.
@@ -74,10 +78,23 @@ pub struct Limits {
     pub goal_bearing_rad: f64,
     /// An action beyond this damps. Default 30: trained policies stay below 10.
     pub action: f64,
+    /// A target of the policy may lie so far beyond the joint's soft range, as a share of the angle at which the motor gives all its torque
+    /// (effort over stiffness); what is farther out is brought back. Default 2: training clamps nothing, its joints are soft, and a policy
+    /// presses the ground with targets far outside of an ankle's range, where torque and the stop limit what comes of it. In 8 matches of 11
+    /// in lockstep (`policies/demo` seeds 0 to 4, `policies/paid13_eyes` 0 to 2) targets lay 1.46 beyond at most (ankles; up to 2.6 rad), 1.71
+    /// in a kick that failed.
+    pub target_beyond: f64,
+    /// A target of the policy may move so much from one policy step to the next, in the same unit. Default 2.5: in these matches they moved
+    /// by 1.82 at most; 2 is from all the torque one way to all of it the other way.
+    pub target_step: f64,
     /// After a change of state targets move from the measured pose at most so fast `[rad/s]` ... Default 12: a step of 0.2 rad takes a
     /// policy step.
     pub switch_rad_s: f64,
-    /// ... for so long `[s]`. Default 0.1.
+    /// The same from the begin of a kick that follows a kick, from the last target, whose distance from the pose is what holds the robot.
+    /// Default 60: motion and memory change at once, and first targets jumped by up to 0.85 rad a policy step. At 60 rad/s, 1.2 rad a policy
+    /// step, `policies/demo` plays matches of 50 as it did without; at 30 and 12 it fell more often (seeds 0 to 5 and 0 to 7).
+    pub kick_rad_s: f64,
+    /// Both for so long `[s]`. Default 0.1.
     pub switch_s: f64,
     /// Damping of the passive and the damped robot `[N m s/rad]`. Default 3: the vendor's.
     pub passive_kd: f32,
@@ -122,6 +139,7 @@ impl Default for Limits {
             late_s: 0.01,
             late_steps: 2,
             command_age_s: 0.02,
+            writer_age_s: 0.05,
             remote_s: 0.5,
             remote_required: true,
             odometry_age_s: 0.1,
@@ -133,7 +151,10 @@ impl Default for Limits {
             reach_left_m: [-1.1, 1.1],
             goal_bearing_rad: 0.6,
             action: 30.0,
+            target_beyond: 2.0,
+            target_step: 2.5,
             switch_rad_s: 12.0,
+            kick_rad_s: 60.0,
             switch_s: 0.1,
             passive_kd: 3.0,
             stand_up_s: 3.0,
@@ -163,6 +184,15 @@ impl Limits {
         Ok(limits)
     }
 
+    /// A policy's target of joint `j` (model order) within its limits, after the target `before` `[rad]`.
+    pub(crate) fn target(&self, player: &Player, j: usize, before: f64, target: f64) -> f64 {
+        let control = &player.control;
+        let whole = player.model.joints[j].effort_limit / control.stiffness[j];
+        let [lo, hi] = control.soft_range[j];
+        let (beyond, step) = (self.target_beyond * whole, self.target_step * whole);
+        target.clamp(before - step, before + step).clamp(lo - beyond, hi + beyond)
+    }
+
     /// Checks that every limit limits.
     ///
     /// # Errors
@@ -179,6 +209,7 @@ impl Limits {
             ("state_gap_s", self.state_gap_s, 0.1),
             ("late_s", self.late_s, 0.1),
             ("command_age_s", self.command_age_s, 0.1),
+            ("writer_age_s", self.writer_age_s, 0.5),
             ("remote_s", self.remote_s, 5.0),
             ("odometry_age_s", self.odometry_age_s, 1.0),
             ("ball_age_s", self.ball_age_s, 5.0),
@@ -186,7 +217,9 @@ impl Limits {
             ("ball_speed_known_m_s", self.ball_speed_known_m_s, 1.0),
             ("goal_bearing_rad", self.goal_bearing_rad, 3.2),
             ("action", self.action, 100.0),
+            ("target_step", self.target_step, 10.0),
             ("switch_rad_s", self.switch_rad_s, 100.0),
+            ("kick_rad_s", self.kick_rad_s, 100.0),
             ("passive_kd", f64::from(self.passive_kd), 10.0),
             ("stand_up_s", self.stand_up_s, 30.0),
             ("stand_stiffness", self.stand_stiffness, 20.0),
@@ -206,6 +239,7 @@ impl Limits {
             ("range_margin_rad", self.range_margin_rad, 0.5),
             ("switch_s", self.switch_s, 5.0),
             ("listen_s", self.listen_s, 60.0),
+            ("target_beyond", self.target_beyond, 10.0),
             ("battery_percent", self.battery_percent, 100.0),
         ];
         for (key, value, most) in from_zero {

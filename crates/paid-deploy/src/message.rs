@@ -100,4 +100,6 @@ pub enum Packet {
     Master(String),
     /// Keys of the remote that the operator has pressed on the keyboard, a bit each as in [`crate::wire::Remote`].
     Keys(u16),
+    /// A part of the runtime's own program has failed, and why. Never from the network.
+    Broken(String),
 }

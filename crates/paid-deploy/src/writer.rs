@@ -32,7 +32,12 @@ impl Writer {
         }
     }
 
-    /// True once the runtime was silent for too long. After that it only damps.
+    /// From now on it only damps.
+    pub fn stop(&mut self) {
+        self.stopped = true;
+    }
+
+    /// True once the runtime was silent for too long, or it was stopped. After that it only damps.
     pub fn stopped(&self) -> bool {
         self.stopped
     }

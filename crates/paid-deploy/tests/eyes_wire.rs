@@ -31,7 +31,7 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
     let moment = Moment::of(&robot, anchor);
     let mut camera = SimCamera::new(Intrinsics::g1_color(), 0.11, 1).expect("a camera");
 
-    let domain = 20 + (std::process::id() % 180) as u16;
+    let domain = 20 + (std::process::id() % 80) as u16;
     let interface = "127.0.0.1".parse().expect("an address");
     let device = RosTopics::open(domain, interface).expect("the loopback");
     let names = CameraInput::default();
@@ -44,6 +44,7 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
         domain: None,
         interface: None,
         goal_m: Some([5.0, 0.0]),
+        goal_from_senses: false,
         detector: None,
         confidence: None,
         camera: names,

@@ -132,8 +132,11 @@ pub struct EyesConfig {
     pub domain: Option<u16>,
     /// Address of this machine's interface to them; without it the one to the robot.
     pub interface: Option<IpAddr>,
-    /// The goal's center ahead of the torso and to its left when odometry has its first pose `[m]`; without it somebody else must tell.
+    /// The goal's center ahead of the torso and to its left when odometry has its first pose `[m]`.
     pub goal_m: Option<[f64; 2]>,
+    /// True: the goal may be told by a virtual robot's order `goal`, over the network, too. Default false: whoever reaches the network could.
+    #[serde(default)]
+    pub goal_from_senses: bool,
     /// A ball detector (ONNX); without it the project's own.
     pub detector: Option<PathBuf>,
     /// Least score of a find, 0 to 1; without it the detector's own.

@@ -34,11 +34,13 @@ pub struct Desk {
     pub(crate) report: Mailbox<(u64, EyesReport)>,
     joints: SyncSender<Joints>,
     goal: Option<[f64; 2]>,
+    /// The goal may be told over the network, too.
+    hears_goal: bool,
 }
 
 impl Desk {
     /// A desk, and where joint angles come out.
-    pub(crate) fn new(goal: Option<[f64; 2]>) -> (Arc<Self>, Receiver<Joints>) {
+    pub(crate) fn new(goal: Option<[f64; 2]>, hears_goal: bool) -> (Arc<Self>, Receiver<Joints>) {
         let (joints, from) = sync_channel(WAITING);
         let desk = Self {
             begin: Instant::now(),
@@ -46,6 +48,7 @@ impl Desk {
             report: Mailbox::default(),
             joints,
             goal,
+            hears_goal,
         };
         (Arc::new(desk), from)
     }
@@ -108,14 +111,20 @@ impl Tap {
                 }
                 true
             }
+            // From the robot's own topics.
+            Packet::Battery(_) | Packet::OthersCommand => true,
             Packet::Sighting(_) | Packet::Odometry(_) | Packet::Goal(_) => {
                 matches!(self.sensed, Sensed::Virtual)
             }
             // Virtual senses place the goal themselves.
-            Packet::GoalAhead(_) => !matches!(self.sensed, Sensed::Virtual),
-            // Nobody else may speak for the robot's own eyes, the motion switcher or the operator.
-            Packet::Torso(_) | Packet::Eyes(_) | Packet::Master(_) | Packet::Keys(_) => false,
-            _ => true,
+            Packet::GoalAhead(_) => matches!(&self.sensed, Sensed::Eyes(desk) if desk.hears_goal),
+            // Nobody else may speak for the robot's own eyes, the motion switcher, the operator or this program.
+            Packet::Torso(_)
+            | Packet::Eyes(_)
+            | Packet::Master(_)
+            | Packet::Keys(_)
+            | Packet::Broken(_)
+            | Packet::LowCmd(_) => false,
         }
     }
 
@@ -191,7 +200,7 @@ mod tests {
     use crate::message::{OdometryPose, Sighting, TorsoPose};
     use paid_sight::PoseMessage;
 
-    fn everything() -> [Packet; 7] {
+    fn everything() -> [Packet; 8] {
         let quaternion = [1.0, 0.0, 0.0, 0.0];
         [
             Packet::Battery(80.0),
@@ -201,6 +210,7 @@ mod tests {
             Packet::GoalAhead([4.0, 0.0]),
             Packet::Master(String::new()),
             Packet::Keys(1),
+            Packet::Broken("no".to_owned()),
         ]
     }
 
@@ -214,15 +224,17 @@ mod tests {
     #[test]
     fn virtual_senses_are_heard_only_where_they_are_asked_for() {
         let [battery, sighting, pose, goal, ahead, ..] = everything();
-        assert_eq!(received(Sensed::Nothing), [battery.clone(), ahead.clone()]);
+        assert_eq!(received(Sensed::Nothing), std::slice::from_ref(&battery));
         assert_eq!(received(Sensed::Virtual), [battery.clone(), sighting, pose, goal]);
-        let (desk, _joints) = Desk::new(None);
-        assert_eq!(received(Sensed::Eyes(desk)), [battery, ahead]);
+        let (desk, _joints) = Desk::new(None, false);
+        assert_eq!(received(Sensed::Eyes(desk)), std::slice::from_ref(&battery));
+        let (asked, _joints) = Desk::new(None, true);
+        assert_eq!(received(Sensed::Eyes(asked)), [battery, ahead]);
     }
 
     #[test]
     fn the_eyes_get_joints_and_their_word_reaches_the_runtime_once() {
-        let (desk, joints) = Desk::new(Some([5.0, 0.0]));
+        let (desk, joints) = Desk::new(Some([5.0, 0.0]), false);
         let (mut robot, runtime) = ChannelLink::pair();
         let (_, mut inlet) = SensedLink::new(runtime, Sensed::Eyes(Arc::clone(&desk))).split();
         let mut state = LowState::default();

@@ -76,6 +76,10 @@ impl Runtime {
         }
         self.memory.reset(0);
         self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
+        if self.controller == Controller::Policy {
+            // Memory and motion are others from one step to the next.
+            (self.switched_us, self.switch_rad_s) = (now_us, self.limits.kick_rad_s);
+        }
         self.switch(now_us, Controller::Policy);
         self.kicks += 1;
         let name = &self.player.library.facts()[motion].name;
@@ -145,7 +149,8 @@ impl Runtime {
         for (j, &m) in player.to_model.iter().enumerate() {
             let action = limit_action(f64::from(self.trace.action[j]));
             let (scale, rest) = (player.control.action_scale[m], player.control.default_pos[m]);
-            self.wanted[m] = joint_target(action, scale, rest);
+            let target = joint_target(action, scale, rest);
+            self.wanted[m] = self.limits.target(player, m, self.wanted[m], target);
         }
         let frames = player.library.facts()[motion].frames;
         if let Some(playing) = &mut self.playing {
@@ -201,7 +206,7 @@ impl Runtime {
             return LowCmd::damping(self.intake.mode_machine, joints, limits.passive_kd);
         }
         let limited = (now_us - self.switched_us) as f64 * 1e-6 < limits.switch_s;
-        let reach = limits.switch_rad_s * super::COMMAND_US as f64 * 1e-6;
+        let reach = self.switch_rad_s * super::COMMAND_US as f64 * 1e-6;
         let mut command = LowCmd { mode_machine: self.intake.mode_machine, ..LowCmd::default() };
         for j in 0..joints {
             let wanted = self.wanted[j];

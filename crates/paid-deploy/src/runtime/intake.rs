@@ -23,6 +23,8 @@ pub(super) struct Intake {
     pub typed: Remote,
     pub remote_us: u64,
     pub others: bool,
+    /// What has failed in this program.
+    pub broken: Option<String>,
     pub battery: Option<f64>,
     /// The vendor's controller in command, where the motion switcher was asked; empty: released.
     pub master: Option<String>,
@@ -78,6 +80,9 @@ impl Runtime {
                 self.sight.report(now_us, report);
             }
             Packet::GoalAhead(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal_ahead(*goal),
+            Packet::Broken(why) => {
+                self.intake.broken.get_or_insert_with(|| why.clone());
+            }
             Packet::LowCmd(_) | Packet::Goal(_) | Packet::GoalAhead(_) | Packet::Battery(_) => {}
         }
     }

@@ -91,6 +91,8 @@ pub struct Runtime {
     enabled: bool,
     controller: Controller,
     switched_us: u64,
+    /// How fast targets may move after it `[rad/s]`.
+    switch_rad_s: f64,
     /// Joint targets, model order `[rad]`: what the controller wants, and where the rate limit has got to.
     wanted: Vec<f64>,
     limited: Vec<f64>,
@@ -135,6 +137,7 @@ impl Runtime {
             enabled: false,
             controller: Controller::Damping,
             switched_us: 0,
+            switch_rad_s: 0.0,
             wanted: zeros.clone(),
             limited: zeros.clone(),
             ramp_from: zeros,
@@ -164,6 +167,10 @@ impl Runtime {
     /// The state.
     pub fn state(&self) -> State {
         self.state
+    }
+    /// Its limits.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
     }
     /// Why it damps, if it does.
     pub fn why(&self) -> Option<&Reason> {
@@ -291,6 +298,7 @@ impl Runtime {
         if self.controller != controller {
             self.controller = controller;
             self.switched_us = now_us;
+            self.switch_rad_s = self.limits.switch_rad_s;
             self.limited.copy_from_slice(&self.body.joint_pos);
         }
     }

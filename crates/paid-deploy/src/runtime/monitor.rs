@@ -7,6 +7,9 @@ use crate::wire::{DAMPING_KEYS, MODE_MACHINE_G1_29};
 impl Runtime {
     /// The first condition that demands damping.
     pub(super) fn alarm(&self, now_us: u64, stop: bool) -> Option<Reason> {
+        if let Some(why) = &self.intake.broken {
+            return Some(Reason::Broken(why.clone()));
+        }
         if stop {
             return Some(Reason::StopSignal);
         }

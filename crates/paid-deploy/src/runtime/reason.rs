@@ -76,8 +76,8 @@ pub enum Reason {
     Vendor(String),
     /// Charge of the battery in percent.
     Battery(f64),
-    /// The link is closed.
-    Link(String),
+    /// A thread of the program or its link has failed.
+    Broken(String),
 }
 
 impl fmt::Display for Reason {
@@ -102,7 +102,7 @@ impl fmt::Display for Reason {
             Self::OthersCommand => f.write_str("somebody else commands the robot"),
             Self::Vendor(name) => write!(f, "the vendor's controller '{name}' is in command"),
             Self::Battery(x) => write!(f, "battery at {x:.0}%"),
-            Self::Link(message) => f.write_str(message),
+            Self::Broken(message) => f.write_str(message),
         }
     }
 }

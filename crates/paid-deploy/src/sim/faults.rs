@@ -110,6 +110,36 @@ impl Fault {
         }
     }
 
+    /// True for what does not happen in the robot or its senses, but in or beside the computer that commands it: a virtual robot on the network
+    /// has nothing to do with it.
+    pub fn is_beside_the_robot(self) -> bool {
+        match self {
+            Self::StopSignal
+            | Self::ActionNotFinite
+            | Self::ActionHuge
+            | Self::Late
+            | Self::Hang
+            | Self::Kill
+            | Self::OthersCommand => true,
+            Self::Tilt
+            | Self::Spin
+            | Self::JointSpeed
+            | Self::Torque
+            | Self::Range
+            | Self::Winding
+            | Self::Casing
+            | Self::NotFinite
+            | Self::Silence
+            | Self::Frozen
+            | Self::Checksum
+            | Self::ModeMachine
+            | Self::RemoteOff
+            | Self::StopKey
+            | Self::NoOdometry
+            | Self::NoBall => false,
+        }
+    }
+
     /// Changes what the robot says; the fault began at `since_us` `[us]`.
     pub(super) fn tamper(self, state: &mut LowState, since_us: u64) {
         let knee = &mut state.motors[3];

@@ -26,5 +26,5 @@ pub use own_eyes::{OwnEyes, OwnEyesOptions, TorsoSource};
 pub(crate) use robot::quaternion;
 pub use robot::{Mount, STEP_US, VirtualG1};
 pub use senses::{BallSource, DriftingOdometry, NoisyDetector, PoseSource, Senses, TrueState};
-pub use serve::{Order, Served, Watcher, serve};
+pub use serve::{Order, ServeOptions, Served, Watcher, serve};
 pub use vendor::VendorLink;

@@ -19,6 +19,12 @@ const IMU: [f64; 3] = [0.04525, 0.0, -0.08339];
 const FREE: [usize; 2] = [7, 6];
 /// Time between two states `[us]`.
 pub const STEP_US: u64 = 2_000;
+/// Time between two words of the battery `[us]`.
+const BATTERY_US: u64 = 500_000;
+/// Hands let go of a robot whose joints have held it for so long `[us]` ...
+const HOLDS_US: u64 = 500_000;
+/// ... each within so much of its target `[rad]`.
+const HOLDS_RAD: f64 = 0.1;
 
 /// What holds the pelvis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +36,8 @@ pub enum Mount {
         /// Pitch rate `[rad/s]`.
         pitch_rad_s: f64,
     },
+    /// Hands that hold it upright where it is, until its joints have held the pose for half a second; then it is free.
+    Hands,
 }
 
 /// A G1 that nobody can break.
@@ -46,6 +54,9 @@ pub struct VirtualG1 {
     imu_vel: Vec3<f64>,
     torque: Vec<f64>,
     remote: [u8; 40],
+    battery: f64,
+    /// Since when the joints hold the pose.
+    holds_us: Option<u64>,
     fault: Option<Fault>,
     fault_us: u64,
 }
@@ -78,6 +89,8 @@ impl VirtualG1 {
             imu_vel: Vec3::zero(),
             torque: vec![0.0; player.joints()],
             remote: Remote::pressing(&[]),
+            battery: 80.0,
+            holds_us: None,
             fault: None,
             fault_us: 0,
             player,
@@ -139,11 +152,20 @@ impl VirtualG1 {
     pub fn set_remote(&mut self, bytes: [u8; 40]) {
         self.remote = bytes;
     }
+    /// Charge of the battery in percent, 80 at first.
+    pub fn set_battery(&mut self, percent: f64) {
+        self.battery = percent;
+    }
     /// Takes the robot by the gantry where it is, or lets it go.
     pub fn set_mount(&mut self, mount: Mount) {
         let state = self.sim.save_lane(0, 0);
         self.held = (state.base_pos, state.base_quat);
         self.mount = mount;
+        self.holds_us = None;
+    }
+    /// What holds the pelvis.
+    pub fn mount(&self) -> Mount {
+        self.mount
     }
     /// Injects a fault, or ends it.
     pub fn set_fault(&mut self, fault: Option<Fault>) {
@@ -206,7 +228,12 @@ impl VirtualG1 {
         world.ctrl_mut().copy_from_slice(&self.torque);
         world.step();
         self.now_us += STEP_US;
-        if let Mount::Gantry { pitch_rad_s } = self.mount {
+        let held = match self.mount {
+            Mount::Free => None,
+            Mount::Gantry { pitch_rad_s } => Some(pitch_rad_s),
+            Mount::Hands => Some(0.0),
+        };
+        if let Some(pitch_rad_s) = held {
             let turn = Quat::from_axis_angle(Vec3([0.0, 1.0, 0.0]), pitch_rad_s * STEP_US as f64 * 1e-6);
             self.held.1 = Quat(self.held.1).mul(turn).normalize().0;
             let world = self.sim.world_mut(0);
@@ -217,6 +244,24 @@ impl VirtualG1 {
             v[..6].copy_from_slice(&[0.0, 0.0, 0.0, 0.0, pitch_rad_s, 0.0]);
         }
         self.sim.refresh(0);
+        if self.mount == Mount::Hands {
+            self.let_go();
+        }
+    }
+
+    /// Hands let go once the joints hold the pose.
+    fn let_go(&mut self) {
+        let (joints, command) = (&self.truth().joint_pos, &self.command);
+        let holds = !self.timed_out()
+            && self.player.motors.iter().zip(joints).all(|(&m, q)| {
+                let motor = &command.motors[m];
+                motor.mode == 1 && motor.kp > 0.0 && (f64::from(motor.q) - q).abs() < HOLDS_RAD
+            });
+        let now_us = self.now_us;
+        self.holds_us = if holds { self.holds_us.or(Some(now_us)) } else { None };
+        if self.holds_us.is_some_and(|since| now_us - since >= HOLDS_US) {
+            self.set_mount(Mount::Free);
+        }
     }
 
     /// Velocity of the inertial sensor, world axes `[m/s]`.
@@ -267,7 +312,7 @@ impl VirtualG1 {
         state
     }
 
-    /// Sends the state, unless a fault keeps the robot silent.
+    /// Sends the state, and now and then the battery's charge, unless a fault keeps the robot silent.
     ///
     /// # Errors
     /// If the link fails.
@@ -280,6 +325,9 @@ impl VirtualG1 {
             link.send(Packet::OthersCommand)?;
         }
         link.send(Packet::LowState(state.to_cdr()))?;
+        if self.now_us.is_multiple_of(BATTERY_US) {
+            link.send(Packet::Battery(self.battery))?;
+        }
         Ok(())
     }
 }

@@ -23,7 +23,7 @@ const PRESSED_US: u64 = 100_000;
 const BEHIND_S: f64 = 0.05;
 
 /// What the operator of the virtual robot wants. As text: `keys L2+Up`, `ball 1.2 0.1`, `ball 1.2 0.1 -0.2 0`, `goal 5 0`, `free`, `gantry`,
-/// `fault silence`, `fault none`, `quit`.
+/// `battery 15`, `fault silence`, `fault none`, `quit`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// Presses keys of the remote.
@@ -36,6 +36,8 @@ pub enum Order {
     Free,
     /// Takes it by the gantry.
     Gantry,
+    /// Charges the battery to so many percent.
+    Battery(f64),
     /// Injects a fault, or ends it.
     Fault(Option<Fault>),
     /// Ends.
@@ -86,7 +88,7 @@ impl FromStr for Order {
         let number = |word: &str| {
             word.parse::<f64>()
                 .ok()
-                .filter(|x| x.abs() < 100.0)
+                .filter(|x| x.abs() <= 100.0)
                 .ok_or_else(|| format!("expected a number within 100, found '{word}'"))
         };
         match words[..] {
@@ -96,12 +98,32 @@ impl FromStr for Order {
             ["goal", x, y] => Ok(Self::Goal([number(x)?, number(y)?])),
             ["free"] => Ok(Self::Free),
             ["gantry"] => Ok(Self::Gantry),
+            ["battery", percent] => {
+                let charge = number(percent)?;
+                if charge < 0.0 {
+                    return Err(format!("battery: expected 0 to 100 percent, found '{percent}'"));
+                }
+                Ok(Self::Battery(charge))
+            }
             ["fault", "none"] => Ok(Self::Fault(None)),
-            ["fault", name] => Ok(Self::Fault(Some(name.parse()?))),
+            ["fault", name] => Ok(Self::Fault(Some(of_a_robot(name.parse()?)?))),
             ["quit"] => Ok(Self::Quit),
-            _ => Err(format!("expected keys, ball, goal, free, gantry, fault or quit, found '{line}'")),
+            _ => Err(format!(
+                "expected keys, ball, goal, free, gantry, battery, fault or quit, found '{line}'"
+            )),
         }
     }
+}
+
+/// A fault that a robot on the network can have.
+fn of_a_robot(fault: Fault) -> Result<Fault, String> {
+    if fault.is_beside_the_robot() {
+        let name = format!("{fault:?}").to_lowercase();
+        return Err(format!(
+            "fault {name}: expected a fault of the robot; this one happens to the computer that commands it, and `paid robot drill --fault {name}` has it"
+        ));
+    }
+    Ok(fault)
 }
 
 /// How a served robot did.
@@ -155,20 +177,32 @@ impl<A: Watcher + ?Sized, B: Watcher + ?Sized> Watcher for (&mut A, &mut B) {
     }
 }
 
+/// What a served robot begins with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ServeOptions {
+    /// Seed of the senses' errors.
+    pub seed: u64,
+    /// True: hands hold it until its joints do, instead of a gantry that holds it until the order `free`.
+    pub standing: bool,
+}
+
 /// Serves a virtual robot until `stop` is set or the order `quit` comes. `orders` is asked every 2 ms, at simulated time `[s]`.
 ///
 /// # Errors
-/// If MuJoCo is missing or the link fails.
+/// If MuJoCo is missing, the link fails, or a fault is ordered that is none of the robot's.
 pub fn serve(
     player: &Arc<Player>,
     mut link: impl Link,
-    seed: u64,
+    options: ServeOptions,
     stop: &AtomicBool,
     watcher: &mut dyn Watcher,
     mut orders: impl FnMut(f64) -> Option<Order>,
 ) -> Result<Served, DeployError> {
     let mut robot = VirtualG1::new(Arc::clone(player))?;
-    let mut senses = Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, seed);
+    if options.standing {
+        robot.set_mount(Mount::Hands);
+    }
+    let mut senses = Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, options.seed);
     let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
     let (mut begin, mut released_us, mut lost) = (Instant::now(), None, 0.0);
     while !stop.load(Ordering::Relaxed) {
@@ -220,7 +254,11 @@ pub fn serve(
             }
             Order::Free => robot.set_mount(Mount::Free),
             Order::Gantry => robot.set_mount(Mount::Gantry { pitch_rad_s: 0.0 }),
+            Order::Battery(percent) => robot.set_battery(percent),
             Order::Fault(fault) => {
+                if let Some(fault) = fault {
+                    of_a_robot(fault).map_err(DeployError::Simulation)?;
+                }
                 robot.set_fault(fault);
                 senses.odometry = fault != Some(Fault::NoOdometry);
                 senses.ball_visible = fault != Some(Fault::NoBall);
@@ -251,10 +289,17 @@ mod tests {
     fn orders_are_read_and_others_are_refused_with_what_was_expected() {
         assert_eq!("keys L2+up".parse(), Ok(Order::Keys(vec![Key::L2, Key::Up])));
         assert_eq!("ball 1.2 -0.1".parse(), Ok(Order::Ball([1.2, -0.1], [0.0; 2])));
+        assert_eq!("battery 15".parse(), Ok(Order::Battery(15.0)));
         assert_eq!("fault silence".parse(), Ok(Order::Fault(Some(Fault::Silence))));
-        for (line, expected) in
-            [("ball 1.2 x", "'x'"), ("fault fire", "Silence"), ("keys L3", "'L3'"), ("jump", "'jump'")]
-        {
+        for (line, expected) in [
+            ("ball 1.2 x", "'x'"),
+            ("fault fire", "Silence"),
+            ("fault kill", "drill --fault kill"),
+            ("fault OthersCommand", "expected a fault of the robot"),
+            ("keys L3", "'L3'"),
+            ("battery -1", "'-1'"),
+            ("jump", "'jump'"),
+        ] {
             let error = line.parse::<Order>().expect_err(line);
             assert!(error.contains(expected), "{error}");
         }

@@ -3,12 +3,14 @@
 //! A message has two layouts. On the network it is CDR: every number is aligned to its own size, structs are not. The checksum is
 //! computed over the vendor's C struct, in which nested structs are aligned and padded with zeros. One walk over the fields serves both.
 
+mod bms_state;
 mod crc;
 mod low_cmd;
 mod low_state;
 mod remote;
 mod walk;
 
+pub use bms_state::BmsState;
 pub use crc::crc32;
 pub use low_cmd::{LowCmd, MotorCmd};
 pub use low_state::{ImuState, LowState, MotorState};

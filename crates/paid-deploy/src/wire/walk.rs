@@ -35,6 +35,12 @@ pub(crate) trait Walk {
     fn i16(&mut self, value: &mut i16) {
         *value = i16::from_le_bytes(self.bytes(2, value.to_le_bytes()));
     }
+    fn u16(&mut self, value: &mut u16) {
+        *value = u16::from_le_bytes(self.bytes(2, value.to_le_bytes()));
+    }
+    fn i32(&mut self, value: &mut i32) {
+        *value = i32::from_le_bytes(self.bytes(4, value.to_le_bytes()));
+    }
     fn u32(&mut self, value: &mut u32) {
         *value = u32::from_le_bytes(self.bytes(4, value.to_le_bytes()));
     }

@@ -206,7 +206,8 @@ fn json_line(kind: &str, content: &impl serde::Serialize) {
 pub struct CheckArgs {
     #[command(flatten)]
     network: NetworkArgs,
-    /// How long to listen. Move one joint after another by hand meanwhile: the table shows which one moved.
+    /// How long to listen. Move one joint after another by hand meanwhile, in the table's order, and first in the
+    /// direction that is positive: the table shows which one moved, how far, and which way first.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     seconds: f64,
 }

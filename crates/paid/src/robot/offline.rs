@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, channel};
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{
     Broadcast, BroadcastOptions, Fault, LockstepOptions, MatchOptions, MatchResult, Order, OwnEyesOptions,
-    TorsoSource, VendorLink, Watcher, play_match, serve,
+    ServeOptions, TorsoSource, VendorLink, Watcher, play_match, serve,
 };
 use paid_deploy::switcher::SwitcherService;
 use paid_deploy::{DdsLink, Player, Side};
@@ -55,6 +55,10 @@ pub struct SimArgs {
         conflicts_with = "lockstep"
     )]
     master: String,
+    /// The robot begins standing, held by hands that let go once its joints have held the pose for half a second [default: it hangs on a gantry
+    /// until the order `free`].
+    #[arg(long, conflicts_with = "lockstep")]
+    standing: bool,
     /// In lockstep: ball and odometry from rendered pictures and a simulated LiDAR through the robot's own eyes, in the place of virtual
     /// senses, which know the truth and err by chance.
     #[arg(long, requires = "lockstep")]
@@ -72,7 +76,7 @@ pub struct SimArgs {
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "lockstep")]
     lidar: Option<std::net::SocketAddr>,
     /// Orders from a file, a line each: the simulated time in seconds, then the order. Orders are read from the keyboard too: keys L2+Up,
-    /// ball 1.2 0.1, goal 5 0, free, gantry, fault silence, fault none, quit.
+    /// ball 1.2 0.1, goal 5 0, free, gantry, battery 15, fault silence, fault none, quit.
     #[arg(long, value_name = "FILE")]
     script: Option<PathBuf>,
     #[command(flatten)]
@@ -237,7 +241,9 @@ fn serve_network(
     let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
     let line = link.switcher().map_err(Failure::input)?;
     let link = VendorLink::new(link, line, SwitcherService::new(&args.master), player);
-    println!("a virtual G1 on domain {domain}, interface {interface}, held by a gantry");
+    let held = if args.standing { "hands until its joints hold it" } else { "a gantry" };
+    println!("a virtual G1 on domain {domain}, interface {interface}, held by {held}");
+    let begins = ServeOptions { seed: args.seed, standing: args.standing };
     if !args.master.is_empty() {
         println!("the vendor's controller '{}' is in command", args.master);
     }
@@ -259,13 +265,13 @@ fn serve_network(
         None => Box::new(()),
     };
     let served = if args.camera_hz == Some(0.0) && args.lidar.is_none() {
-        serve(player, link, args.seed, &stop, &mut *looks, orders)?
+        serve(player, link, begins, &stop, &mut *looks, orders)?
     } else {
         let usual = BroadcastOptions::default();
         let rate_hz = args.camera_hz.unwrap_or(usual.rate_hz);
         let options = BroadcastOptions { rate_hz, lidar: args.lidar, seed: args.seed, ..usual };
         let mut broadcast = Broadcast::open(player, domain, interface, &options)?;
-        let served = serve(player, link, args.seed, &stop, &mut (&mut broadcast, &mut *looks), orders)?;
+        let served = serve(player, link, begins, &stop, &mut (&mut broadcast, &mut *looks), orders)?;
         let report = broadcast.report();
         let [sent, dropped] = report.pictures;
         println!(

@@ -76,7 +76,7 @@ impl Eyes {
             config.domain.unwrap_or(place.domain),
             config.interface.unwrap_or(place.interface),
         )?;
-        let (desk, joints) = Desk::new(config.goal_m);
+        let (desk, joints) = Desk::new(config.goal_m, config.goal_from_senses);
         let stop = Arc::new(AtomicBool::new(false));
         let (to_ball, fixes) = sync_channel(WAITING);
         let (tell, lines) = sync_channel(UNTOLD);

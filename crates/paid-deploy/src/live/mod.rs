@@ -1,0 +1,304 @@
+//! The runtime on a real clock: one thread thinks, one writes, one logs, one tells.
+//!
+//! The thinking thread takes in packets, checks, and lets the policy act. The writing thread sends the newest command 500 times a second and
+//! sends damping once the thinking thread is silent, has panicked or has ended. Neither waits for the other, nor for whoever logs or shows:
+//! the command and the status travel in a [`Mailbox`], log and diary in channels that drop rather than wait.
+//!
+//! The thinking thread watches the others: one that has panicked, a link that has failed, and a writer whose last command is too old end the
+//! run by damping, with the reason in diary, log and report.
+
+mod report;
+mod write;
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::{Duration, Instant};
+
+use crate::DeployError;
+use crate::lateness::{Lateness, Pace};
+use crate::link::{Link, LinkError};
+use crate::log::{Frame, LogWriter};
+use crate::mailbox::Mailbox;
+use crate::message::Packet;
+use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
+use crate::switcher::{Line, Reply, SwitcherClient};
+use crate::writer::Writer;
+use report::Rates;
+pub use report::{LiveReport, LiveStatus, Told};
+use write::{Failure, Shared, said, write_on};
+
+/// Frames that may wait for the disk.
+const WAITING: usize = 500;
+/// Lines of the diary that may wait to be told.
+const UNTOLD: usize = 256;
+/// Last words of threads that may wait for the thinking thread: there are fewer threads.
+const LAST_WORDS: usize = 8;
+/// Steps from the wish to end, or from a failure, to the end: a tenth of a second of damping that is logged.
+const ENDING: u32 = 50;
+/// Time between two statuses.
+const STATUS_EVERY: Duration = Duration::from_millis(100);
+/// Real-time priorities of the writing and the thinking thread.
+pub(crate) const WRITER_PRIORITY: i32 = 60;
+const THINKER_PRIORITY: i32 = 50;
+
+/// What to run live.
+pub struct Live {
+    /// The runtime.
+    pub runtime: Runtime,
+    /// The writer.
+    pub writer: Writer,
+    /// True: everything but commands.
+    pub dry_run: bool,
+    /// The log, if one is wanted.
+    pub log: Option<LogWriter>,
+    /// The motion switcher's topics: every second it is asked who is in command.
+    pub switcher: Option<Box<dyn Line>>,
+    /// Keys of the remote that the operator has pressed on the keyboard, a bit each.
+    pub keys: Option<Arc<Mailbox<u16>>>,
+    /// Ends after so long.
+    pub duration: Option<Duration>,
+}
+
+/// Steps of the thinking thread between two statuses: a fiftieth of a second, so that there is always a fresh one.
+const STATUS_STEPS: u64 = 10;
+
+/// Asks the system for real-time priority of the calling thread; true if it was granted.
+pub(crate) fn ask_for_real_time(priority: i32) -> bool {
+    // SAFETY: a plain structure of the system, for which all zeros is a value.
+    let mut parameters: libc::sched_param = unsafe { std::mem::zeroed() };
+    parameters.sched_priority = priority;
+    // SAFETY: process 0 is the calling thread, and the structure lives through the call.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
+}
+
+/// Asks every second who is in command, until it is over.
+fn watch_the_switcher(
+    line: Box<dyn Line>,
+    over: &AtomicBool,
+    masters: &Mailbox<String>,
+) -> Result<(), LinkError> {
+    let mut client = SwitcherClient::new(line);
+    for tick in 0_u64.. {
+        if over.load(Ordering::Acquire) {
+            break;
+        }
+        if tick % 20 == 0 {
+            client.check()?;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+        while let Some(reply) = client.reply()? {
+            if let Reply::Master(master) = reply {
+                masters.put(master.name);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Tells of a thread that has panicked.
+fn guarded<R>(name: &str, broken: &SyncSender<String>, act: impl FnOnce() -> R) -> Option<R> {
+    match catch_unwind(AssertUnwindSafe(act)) {
+        Ok(result) => Some(result),
+        Err(panic) => {
+            let _ = broken.try_send(format!("the {name} thread has panicked: {}", said(panic)));
+            None
+        }
+    }
+}
+
+/// Runs until `stop` is set, the time is over, or something fails: then the robot is damped, and that is told and logged with its reason. In
+/// the end the robot is told to damp for half a second.
+///
+/// # Errors
+/// If the link has failed, in the end. A thread's panic is in the report. A full disk ends the log and is told at the end.
+pub fn run_live(
+    live: Live,
+    link: impl Link,
+    stop: &AtomicBool,
+    mut told: impl FnMut(Told<'_>) + Send,
+) -> Result<LiveReport, DeployError> {
+    let Live { mut runtime, writer, dry_run, log, switcher, keys, duration } = live;
+    let (out, mut input) = link.split();
+    let begin = Instant::now();
+    let micros = move || begin.elapsed().as_micros() as u64;
+    let shared = Shared::default();
+    let masters = Mailbox::<String>::default();
+    let statuses = Mailbox::<Status>::default();
+    let longest_us = AtomicU64::new(0);
+    let (to_log, frames) = sync_channel::<Frame>(WAITING);
+    let (to_tell, diary) = sync_channel::<Event>(UNTOLD);
+    let (broken, last_words) = sync_channel::<String>(LAST_WORDS);
+
+    std::thread::scope(|scope| {
+        let from_log = to_tell.clone();
+        let (statuses, longest_us, shared) = (&statuses, &longest_us, &shared);
+        let last_word = broken.clone();
+        let logging =
+            scope.spawn(move || guarded("logging", &last_word, || keep_log(log, frames, &from_log)));
+        let last_word = broken.clone();
+        let told = &mut told;
+        let telling = scope.spawn(move || {
+            guarded("telling", &last_word, || {
+                let mut rates = Rates::default();
+                let mut due = Instant::now();
+                loop {
+                    match diary.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                        Ok(event) => told(Told::Event(&event)),
+                        Err(RecvTimeoutError::Disconnected) => return,
+                        Err(RecvTimeoutError::Timeout) => {
+                            due = Instant::now() + STATUS_EVERY;
+                            let Some(status) = statuses.take() else { continue };
+                            let counts = [status.states, shared.sent.load(Ordering::Relaxed)];
+                            let rates_hz = rates.since_last(begin.elapsed().as_secs_f64(), counts);
+                            told(Told::Status(&LiveStatus {
+                                runtime: status,
+                                rates_hz,
+                                longest_step_us: longest_us.swap(0, Ordering::Relaxed),
+                                latest_command_us: shared.latest_us.swap(0, Ordering::Relaxed),
+                                dry_run,
+                            }));
+                        }
+                    }
+                }
+            })
+        });
+        let last_word = broken.clone();
+        let writing = scope.spawn(move || write_on(writer, out, shared, begin, dry_run, &last_word));
+        if let Some(line) = switcher {
+            let (last_word, masters) = (broken.clone(), &masters);
+            scope.spawn(move || {
+                let watched =
+                    guarded("switcher's", &last_word, || watch_the_switcher(line, &shared.over, masters));
+                if let Some(Err(error)) = watched {
+                    let _ = last_word.try_send(format!("nobody can be asked who is in command: {error}"));
+                }
+            });
+        }
+        let mut events = Vec::new();
+        let (mut steps, mut longest_step_us, mut dropped_frames) = (0, 0, 0);
+        let mut policy_steps = Lateness::default();
+        // What has failed, and the link's word for it.
+        let (mut failed, mut deaf): (Option<String>, Option<LinkError>) = (None, None);
+        let thinking = catch_unwind(AssertUnwindSafe(|| {
+            ask_for_real_time(THINKER_PRIORITY);
+            let mut pace = Pace::new(COMMAND_US);
+            let mut packets = Vec::with_capacity(64);
+            let mut ending = 0;
+            while ending < ENDING {
+                pace.wait();
+                while deaf.is_none() {
+                    match input.receive() {
+                        Ok(Some(packet)) => packets.push(packet),
+                        Ok(None) => break,
+                        Err(error) => deaf = Some(error),
+                    }
+                }
+                packets.extend(masters.take().map(Packet::Master));
+                packets.extend(keys.as_ref().and_then(|keys| keys.take()).map(Packet::Keys));
+                let now_us = micros();
+                if failed.is_none() {
+                    failed = last_words.try_recv().ok();
+                    failed = failed
+                        .take()
+                        .or_else(|| deaf.as_ref().map(|error| format!("nothing is heard: {error}")));
+                    failed = failed.take().or_else(|| silent_writer(shared, &runtime, now_us));
+                    packets.extend(failed.clone().map(Packet::Broken));
+                }
+                let stopping = stop.load(Ordering::Relaxed) || duration.is_some_and(|d| begin.elapsed() >= d);
+                ending += u32::from(stopping || failed.is_some());
+                let mut output = runtime.step(now_us, &packets, stopping);
+                let took_us = micros() - now_us;
+                longest_step_us = longest_step_us.max(took_us);
+                longest_us.fetch_max(took_us, Ordering::Relaxed);
+                if output.acted {
+                    policy_steps.add(Duration::from_micros(took_us));
+                }
+                // The writer is inside for well under a microsecond: if just now, the next command is 2 ms away.
+                if let Some(command) = &output.command {
+                    shared.commands.put((command.clone(), now_us));
+                }
+                if steps % STATUS_STEPS == 0 {
+                    statuses.put(runtime.status(now_us));
+                }
+                // Beyond this point nothing is urgent.
+                for event in &output.events {
+                    let _ = to_tell.try_send(event.clone());
+                }
+                let frame = Frame::new(now_us, &packets, stopping, &output, &runtime);
+                dropped_frames += u64::from(to_log.try_send(frame).is_err());
+                events.append(&mut output.events);
+                packets.clear();
+                steps += 1;
+            }
+        }));
+        shared.over.store(true, Ordering::Release);
+        let mut state = runtime.state();
+        if let Err(panic) = thinking {
+            let reason = format!("the thinking thread has panicked: {}", said(panic));
+            let event = Event { at_us: micros(), from: state, to: State::Damping, reason: reason.clone() };
+            let _ = to_tell.try_send(event.clone());
+            events.push(event);
+            (failed, state) = (Some(reason), State::Damping);
+        }
+        drop((to_log, to_tell));
+        let (lateness, unsent) =
+            writing.join().unwrap_or_else(|panic| (Lateness::default(), Some(Failure::Panic(said(panic)))));
+        // Their last words were heard.
+        let logged = logging.join().ok().flatten();
+        let _ = telling.join();
+        match (deaf, unsent) {
+            (Some(error), _) | (None, Some(Failure::Link(error))) => return Err(error.into()),
+            (None, Some(Failure::Panic(_)) | None) => {}
+        }
+        Ok(LiveReport {
+            log_failed: match logged {
+                Some(logged) => logged.err().map(|error| error.to_string()),
+                None => Some("the logging thread has panicked".to_owned()),
+            },
+            events,
+            state,
+            kicks: runtime.kicks(),
+            steps,
+            longest_step_us,
+            policy_steps,
+            lateness,
+            latency: runtime.latency().clone(),
+            dropped_frames,
+            real_time: shared.real_time.load(Ordering::Relaxed),
+            died: failed,
+        })
+    })
+}
+
+/// Writes frames to the log until there are no more. A disk that fails is told once.
+fn keep_log(
+    log: Option<LogWriter>,
+    frames: Receiver<Frame>,
+    tell: &SyncSender<Event>,
+) -> Result<usize, DeployError> {
+    let mut ended = false;
+    let Some(mut log) = log else {
+        while frames.recv().is_ok() {}
+        return Ok(0);
+    };
+    for frame in frames {
+        log.write(&frame);
+        if let (Some(why), false) = (log.failed(), ended) {
+            ended = true;
+            let reason = format!("the log ends here: {why}");
+            let (from, to) = (frame.state, frame.state);
+            let _ = tell.try_send(Event { at_us: frame.now_us, from, to, reason });
+        }
+    }
+    log.finish()
+}
+
+/// What to say of a writer whose last period is too long ago, while the joints are under control.
+fn silent_writer(shared: &Shared, runtime: &Runtime, now_us: u64) -> Option<String> {
+    let silent_s = shared.silent_s(now_us);
+    let moves = !matches!(runtime.state(), State::Passive | State::Damping);
+    (moves && silent_s > runtime.limits().writer_age_s)
+        .then(|| format!("the writing thread has sent nothing for {:.0} ms", 1e3 * silent_s))
+}

@@ -1,0 +1,115 @@
+//! What a policy's targets are held to: the joints' soft ranges, a step's length, and a slow begin of every kick.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_deploy::sim::{Lockstep, LockstepOptions};
+use paid_deploy::{Limits, Player, PlayerSpec, State};
+
+fn player() -> Arc<Player> {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
+}
+
+fn limits() -> Limits {
+    Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() }
+}
+
+/// A robot on the gantry that is ready for a kick, with a ball within reach.
+fn ready(player: &Arc<Player>, limits: Limits) -> Lockstep {
+    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1, eyes: None }).expect("MuJoCo");
+    step.make_ready(false).expect("ready");
+    step.robot.place_ball([1.2, 0.0], [0.0; 2]);
+    step
+}
+
+/// Targets of all joints, model order `[rad]`.
+fn targets(step: &Lockstep) -> Vec<f64> {
+    let status = step.runtime().status(step.robot.now_us());
+    status.joints.iter().map(|joint| f64::from(joint.target_rad)).collect()
+}
+
+/// The angle at which a motor gives all its torque `[rad]`.
+fn whole(player: &Player, j: usize) -> f64 {
+    player.model.joints[j].effort_limit / player.control.stiffness[j]
+}
+
+/// A policy that asks for the same from every joint.
+fn stubborn(player: &Player, action: f32) -> Arc<Player> {
+    let mut player = player.clone();
+    let last = player.policy.net.mlp.last().expect("a layer").clone();
+    player.policy.params[last.bias.clone()].fill(action);
+    Arc::new(player)
+}
+
+#[test]
+fn a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range() {
+    let good = player();
+    let player = stubborn(&good, 60.0);
+    let limits = Limits { action: 100.0, target_step: 10.0, switch_s: 0.0, ..limits() };
+    let beyond = limits.target_beyond;
+    let mut step = ready(&player, limits);
+    assert!(step.run_until(4.0, |s| s.runtime().state() == State::Kick).expect("run"));
+    for (j, target) in targets(&step).iter().enumerate() {
+        let edge = player.control.soft_range[j][1] + beyond * whole(&player, j);
+        assert!((target - edge).abs() < 1e-4, "joint {j}: {target} rad, the edge is {edge}");
+    }
+}
+
+#[test]
+fn targets_move_no_farther_in_a_step_than_allowed() {
+    let good = player();
+    let free = Limits { switch_s: 0.0, ..limits() };
+    let longest = |limits: Limits| {
+        let mut step = ready(&good, limits);
+        assert!(step.run_until(4.0, |s| s.runtime().state() == State::Kick).expect("run"));
+        let (mut before, mut longest) = (targets(&step), 0.0_f64);
+        step.run_until(1.5, |s| {
+            let now = targets(s);
+            for (j, (a, b)) in before.iter().zip(&now).enumerate() {
+                longest = longest.max((a - b).abs() / whole(&good, j));
+            }
+            before = now;
+            false
+        })
+        .expect("run");
+        longest
+    };
+    let usual = longest(free.clone());
+    assert!(usual > 0.1 && usual < 1.5, "{usual} of a motor's whole angle");
+    let held = longest(Limits { target_step: 0.05, ..free });
+    assert!((held - 0.05).abs() < 1e-4, "{held}");
+}
+
+#[test]
+fn the_first_target_of_a_second_kick_does_not_jump() {
+    let player = player();
+    let mut step = ready(&player, limits());
+    let kick = |n: usize| move |s: &Lockstep| s.runtime().kicks() == n && s.runtime().state() == State::Kick;
+    assert!(step.run_until(4.0, kick(1)).expect("run"));
+    assert!(step.run_until(20.0, |s| s.runtime().state() == State::Ready).expect("run"));
+    step.robot.place_ball([1.1, -0.2], [0.0; 2]);
+    // The target before each step; the policy acts in the step that begins the kick.
+    let mut before = targets(&step);
+    let begun = step
+        .run_until(6.0, |s| {
+            let begins = kick(2)(s);
+            if !begins {
+                before = targets(s);
+            }
+            begins
+        })
+        .expect("run");
+    assert!(begun, "{:?}", step.runtime().waiting());
+    let reach = limits().kick_rad_s * 0.002 + 1e-5;
+    let (mut worst, mut ticks) = (0.0_f64, 0);
+    step.run_until(0.098, |s| {
+        let now = targets(s);
+        worst = before.iter().zip(&now).fold(worst, |worst, (a, b)| worst.max((a - b).abs()));
+        before = now;
+        ticks += 1;
+        false
+    })
+    .expect("run");
+    assert!(worst > 0.01 && worst <= 2.0 * reach, "{worst} rad in {ticks} commands");
+}
