@@ -249,7 +249,7 @@ mod tests {
     #[test]
     fn the_shipped_plans_fit() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
-        for (name, rows) in [("paper.toml", 6), ("short.toml", 7), ("ablations.toml", 30)] {
+        for (name, rows) in [("paper.toml", 6), ("short.toml", 7), ("ablations.toml", 30), ("fewer_samples.toml", 9)] {
             let plan = Plan::read(&folder.join(name)).expect(name);
             assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
         }
