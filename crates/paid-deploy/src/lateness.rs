@@ -1,6 +1,9 @@
 //! How late a loop came, beside a bare timer.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde::Serialize;
@@ -78,18 +81,35 @@ impl Lateness {
         let within_ms = [0.5, 0.99, 0.999, 1.0].map(|share| self.quantile_ms(share));
         LatenessFigures { periods: self.periods(), within_ms, shares: self.shares() }
     }
+}
 
-    /// A bare loop of the command period on this machine, in a thread that asks for the same priority as the writer.
-    pub fn of_bare_timer(duration: Duration) -> Self {
+/// A bare loop of the command period beside a run, in a thread of its own that asks for the same priority as the writer.
+#[derive(Debug)]
+pub struct BareTimer {
+    over: Arc<AtomicBool>,
+    thread: JoinHandle<Lateness>,
+}
+
+impl BareTimer {
+    /// Begins.
+    pub fn start() -> Self {
+        let over = Arc::new(AtomicBool::new(false));
+        let ended = Arc::clone(&over);
         let run = move || {
             crate::live::ask_for_real_time(crate::live::WRITER_PRIORITY);
-            let (mut out, mut pace, begin) = (Self::default(), Pace::new(COMMAND_US), Instant::now());
-            while begin.elapsed() < duration {
+            let (mut out, mut pace) = (Lateness::default(), Pace::new(COMMAND_US));
+            while !ended.load(Ordering::Relaxed) {
                 out.add(pace.wait());
             }
             out
         };
-        std::thread::spawn(run).join().unwrap_or_default()
+        Self { over, thread: std::thread::spawn(run) }
+    }
+
+    /// Ends; how late it was.
+    pub fn end(self) -> Lateness {
+        self.over.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap_or_default()
     }
 }
 

@@ -48,10 +48,11 @@ pub mod wire;
 mod writer;
 
 pub use check::{CheckReport, Checker};
+pub use cpu::Usage;
 #[cfg(feature = "dds")]
 pub use dds::{DdsLink, Side};
 pub use error::DeployError;
-pub use lateness::{Durations, LATENESS_EDGES_MS, Lateness, LatenessFigures, lateness_table};
+pub use lateness::{BareTimer, Durations, LATENESS_EDGES_MS, Lateness, LatenessFigures, lateness_table};
 pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
 pub use live::{Live, LiveReport, LiveStatus, Told, run_live};

@@ -26,7 +26,7 @@ fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_notic
     // Pictures are 70 ms old when they come; a policy step and a state are the least that is added.
     step.run_until(0.3, |_| false).expect("run");
     let latency = step.runtime().latency().figures().expect("pictures moved joints");
-    assert!(latency.within_ms[0] >= 70.0 && latency.within_ms[5] < 130.0, "{latency:?}");
+    assert!(latency.within_ms[0] >= 70.0 && latency.within_ms[6] < 130.0, "{latency:?}");
     step.inject(Fault::NoOdometry);
     let noticed =
         |s: &Lockstep| s.events().iter().any(|e| e.reason.starts_with("finishes without looking: odom"));

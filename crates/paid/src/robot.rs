@@ -4,6 +4,7 @@ mod mirror;
 mod network;
 mod offline;
 mod screen;
+mod serve;
 mod watch;
 
 use std::path::PathBuf;
@@ -11,7 +12,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Subcommand;
-use paid_deploy::{DeployError, Event, Latency, Limits, Player, PlayerSpec};
+use paid_deploy::{DeployError, Event, Latency, Limits, Player, PlayerSpec, Usage};
 
 use crate::failure::Failure;
 
@@ -89,10 +90,21 @@ fn print_event(event: &Event) {
 /// The distribution from capture to joint targets, on a line of its own.
 fn print_latency(latency: &Latency) {
     let Some(figures) = latency.figures() else { return };
-    let [least, low, half, most, nearly_all, all] = figures.within_ms;
+    let [least, lowest, low, half, most, nearly_all, all] = figures.within_ms;
     println!(
-        "from capture to joint targets: {least:.0} ms at least, then {low:.0} / {half:.0} / {most:.0} / {nearly_all:.0} / {all:.0} ms (5 / 50 / 95 / 99 / 100% of {} pictures)",
+        "from capture to joint targets: {least:.0} ms at least, then {lowest:.0} / {low:.0} / {half:.0} / {most:.0} / {nearly_all:.0} / {all:.0} ms (1 / 5 / 50 / 95 / 99 / 100% of {} pictures)",
         figures.pictures
+    );
+}
+
+/// What the program has taken of the machine, on a line of its own.
+fn print_usage(usage: &Usage) {
+    println!(
+        "{:.1} s of processor time in {:.1} s: {:.2} of a core; {:.0} MiB at most",
+        usage.cores * usage.clock_s,
+        usage.clock_s,
+        usage.cores,
+        usage.peak_rss_mib
     );
 }
 

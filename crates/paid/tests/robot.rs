@@ -122,7 +122,8 @@ fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
     };
     // Pressed every second until it stands up.
     let mut next_s = 1.0;
-    let orders = |now_s: f64| {
+    let orders = |robot: &VirtualG1| {
+        let now_s = robot.now_us() as f64 * 1e-6;
         (now_s >= next_s && !told_too.held.get()).then(|| {
             next_s = now_s + 1.0;
             Order::Keys(vec![Key::L2, Key::Up])

@@ -21,8 +21,8 @@ pub struct Latency {
 pub struct LatencyFigures {
     /// Pictures.
     pub pictures: u64,
-    /// Shortest, what 5, 50, 95 and 99% stay within, longest `[ms]`; a longer one than 511 counts as that.
-    pub within_ms: [f64; 6],
+    /// Shortest, what 1, 5, 50, 95 and 99% stay within, longest `[ms]`; a longer one than 511 counts as that.
+    pub within_ms: [f64; 7],
 }
 
 impl Default for Latency {
@@ -54,12 +54,19 @@ impl Latency {
         }
     }
 
-    /// The distribution; `None` before the first picture.
+    /// The distribution, bin by bin: milliseconds, and pictures of that age. Empty bins are left out.
+    pub fn histogram(&self) -> Vec<(usize, u64)> {
+        self.counts.iter().copied().enumerate().filter(|(_, count)| *count > 0).collect()
+    }
+
+    /// The distribution in figures; `None` before the first picture.
     pub fn figures(&self) -> Option<LatencyFigures> {
         let pictures: u64 = self.counts.iter().sum();
         let within = |share: f64| quantile(&self.counts, share).unwrap_or(BINS - 1) as f64;
-        (pictures > 0)
-            .then(|| LatencyFigures { pictures, within_ms: [0.0, 0.05, 0.5, 0.95, 0.99, 1.0].map(within) })
+        (pictures > 0).then(|| LatencyFigures {
+            pictures,
+            within_ms: [0.0, 0.01, 0.05, 0.5, 0.95, 0.99, 1.0].map(within),
+        })
     }
 }
 
@@ -78,6 +85,7 @@ mod tests {
             latency.acted(now_us, age_s);
         }
         let figures = latency.figures().expect("two pictures");
-        assert_eq!((figures.pictures, figures.within_ms), (2, [80.0; 6]));
+        assert_eq!(latency.histogram(), [(80, 2)]);
+        assert_eq!((figures.pictures, figures.within_ms), (2, [80.0; 7]));
     }
 }

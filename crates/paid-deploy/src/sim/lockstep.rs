@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use paid_policy::Pose;
-
 use super::faults::Fault;
 use super::own_eyes::{OwnEyes, OwnEyesOptions};
 use super::robot::{Mount, VirtualG1};
@@ -45,7 +43,6 @@ pub struct Lockstep {
     events: Vec<Event>,
     fault: Option<Fault>,
     begun_us: u64,
-    anchor: usize,
     log: Option<LogWriter>,
     peak: [f64; 4],
     listen_s: f64,
@@ -58,7 +55,6 @@ impl Lockstep {
     /// # Errors
     /// If MuJoCo is missing.
     pub fn new(player: &Arc<Player>, options: &LockstepOptions) -> Result<Self, DeployError> {
-        let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         let robot = VirtualG1::new(Arc::clone(player))?;
         let eyes = options.eyes.as_ref();
         let eyes = eyes.map(|eyes| OwnEyes::new(player, &robot, eyes, options.seed)).transpose()?;
@@ -74,7 +70,6 @@ impl Lockstep {
             fault: None,
             // The runtime's first step, from which policy steps count.
             begun_us: 2_000,
-            anchor,
             log: None,
             peak: [0.0; 4],
             listen_s: options.limits.listen_s,
@@ -115,15 +110,7 @@ impl Lockstep {
 
     /// What is true now.
     pub fn truth(&self) -> TrueState {
-        let state = self.robot.truth();
-        let pose = |body: usize| Pose { pos: state.bodies[body].pos, rot: state.bodies[body].rot };
-        TrueState {
-            base: pose(0),
-            base_vel: state.bodies[0].lin_vel,
-            torso: pose(self.anchor),
-            ball: state.ball.pos,
-            ball_vel: state.ball.vel,
-        }
+        self.robot.true_state()
     }
 
     /// Injects a fault.

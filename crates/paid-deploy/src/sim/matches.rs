@@ -7,11 +7,13 @@ use paid_eval::metrics::shooting::Goal;
 use paid_eval::shooting::robot_distance;
 use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
-use paid_perceive::CameraPreset;
+use paid_perceive::{Camera, CameraPreset};
 
 use super::lockstep::{Lockstep, LockstepOptions};
+use super::robot::VirtualG1;
 use super::senses::TrueState;
 use super::serve::Watcher;
+use super::shot::{KickResult, Shot};
 use crate::DeployError;
 use crate::log::LogWriter;
 use crate::player::Player;
@@ -20,14 +22,9 @@ use crate::runtime::{Event, Latency, State};
 /// Redraws of a ball before the match ends for want of room.
 const REDRAWS: usize = 1000;
 /// A ball is put elsewhere so many times in a row before it counts that the robot does not see it.
-const IN_VAIN: usize = 5;
+pub(super) const IN_VAIN: usize = 5;
 /// What is said of a ball that was put down and that the robot has not seen.
 const NOT_SEEN: &str = "none: waited for a ball";
-/// A ball slower than this lies still `[m/s]`.
-const AT_REST: f64 = 0.05;
-/// A ball faster than this was struck `[m/s]`.
-const STRUCK: f64 = 0.5;
-
 /// What is played.
 #[derive(Clone, Debug)]
 pub struct MatchOptions {
@@ -42,30 +39,6 @@ impl Default for MatchOptions {
     fn default() -> Self {
         Self { lockstep: LockstepOptions::default(), field: Field { kicks: 11, ..Field::default() } }
     }
-}
-
-/// What came of a kick.
-#[derive(Clone, Debug, PartialEq)]
-pub struct KickResult {
-    /// The ball ahead of the torso and to its left `[m]`.
-    pub ball: [f64; 2],
-    /// Name of the motion, or what the robot waited for in vain.
-    pub motion: String,
-    /// Places that were drawn before this one and lay outside the camera's picture, or at its edge and were not seen. The judge's robot turns to every ball before it begins;
-    /// this one holds its pose, so a ball is put where it can be seen.
-    pub out_of_view: usize,
-    /// How far off the runtime believed the ball to be when it began `[m]`.
-    pub ball_error_m: f64,
-    /// The ball was struck.
-    pub struck: bool,
-    /// It went into the goal.
-    pub goal: bool,
-    /// How fast it was at most after it was struck `[m/s]`.
-    pub ball_speed: f64,
-    /// Where it passed the goal's plane, left of the middle `[m]`; `None` if it did not.
-    pub lateral_m: Option<f64>,
-    /// Simulated time `[s]`.
-    pub seconds: f64,
 }
 
 /// What came of a match.
@@ -122,7 +95,9 @@ pub fn play_match(
     let ready = step.make_ready(true);
     let (mut unseen, mut in_vain) = (0, 0);
     while ready.is_ok() && result.kicks.len() < options.field.kicks {
-        let Some((ball, out_of_view)) = next_ball(&step, &options.field, &mut rng) else {
+        let sees = camera(player, step.has_own_eyes());
+        let Some((ball, out_of_view)) = next_ball(player, &step.robot, &sees, &options.field, &mut rng)
+        else {
             result.stopped = Some("no place for a ball".to_owned());
             break;
         };
@@ -153,20 +128,27 @@ pub fn play_match(
     ready.map(|()| result)
 }
 
+/// The camera that has to see a ball: that of training's senses, or the one of own eyes, which tell a ball from other things by its color.
+pub(super) fn camera(player: &Player, own_eyes: bool) -> Camera {
+    if own_eyes { CameraPreset::color().geometry() } else { player.task.eyes.camera.geometry() }
+}
+
 /// The next ball that the robot does not touch and whose picture it has, and how many were drawn that it does not see.
-fn next_ball(step: &Lockstep, field: &Field, rng: &mut Rng) -> Option<(MatchBall, usize)> {
-    let player = step.player();
-    let (truth, radius) = (step.truth(), player.task.ball_params.radius_m);
+pub(super) fn next_ball(
+    player: &Player,
+    robot: &VirtualG1,
+    camera: &Camera,
+    field: &Field,
+    rng: &mut Rng,
+) -> Option<(MatchBall, usize)> {
+    let (truth, radius) = (robot.true_state(), player.task.ball_params.radius_m);
     let [near, far] = player.task.eyes.range_m;
-    // A ball is told from other things by its color.
-    let camera = if step.has_own_eyes() { CameraPreset::color() } else { player.task.eyes.camera.clone() };
-    let camera = camera.geometry();
     let mut out_of_view = 0;
     for _ in 0..REDRAWS {
         let ball = field.draw_ball(rng);
         let [x, y] = placed(&truth, ball.ball_xy);
         let center = [x, y, radius];
-        let poses = step.robot.truth().bodies.iter().map(|body| (body.pos.0, body.rot));
+        let poses = robot.truth().bodies.iter().map(|body| (body.pos.0, body.rot));
         if robot_distance(&player.model, poses, center) < radius {
             continue;
         }
@@ -181,66 +163,51 @@ fn next_ball(step: &Lockstep, field: &Field, rng: &mut Rng) -> Option<(MatchBall
 }
 
 /// A point of the robot's axes in the world `[m]`.
-fn placed(truth: &TrueState, [ahead, left]: [f64; 2]) -> [f64; 2] {
+pub(super) fn placed(truth: &TrueState, [ahead, left]: [f64; 2]) -> [f64; 2] {
     let (s, c) = truth.torso.rot.yaw().sin_cos();
     let [x, y, _] = truth.torso.pos.0;
     [x + c * ahead - s * left, y + s * ahead + c * left]
 }
 
+/// A ball before its goal, whose plane is perpendicular to the robot's heading at the begin.
+pub(super) fn shot(truth: &TrueState, field: &Field, next: &MatchBall) -> Shot {
+    let (at, center) = (placed(truth, next.ball_xy), placed(truth, next.goal_xy));
+    let goal = Goal { center, heading: truth.torso.rot.yaw(), half_width: field.goal_half_width_m };
+    Shot::new(goal, at, next.ball_xy)
+}
+
 fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<KickResult, DeployError> {
     let begin_us = step.robot.now_us();
     let truth = step.truth();
-    let (at, center) = (placed(&truth, next.ball_xy), placed(&truth, next.goal_xy));
     let [vx, vy] = next.ball_velocity;
     let (s, c) = truth.torso.rot.yaw().sin_cos();
-    step.robot.place_ball(at, [c * vx - s * vy, s * vx + c * vy]);
-    step.place_goal(center)?;
-    // The goal's plane is perpendicular to the robot's heading at the begin.
-    let goal = Goal { center, heading: truth.torso.rot.yaw(), half_width: field.goal_half_width_m };
+    let mut shot = shot(&truth, field, next);
+    step.robot.place_ball(placed(&truth, next.ball_xy), [c * vx - s * vy, s * vx + c * vy]);
+    step.place_goal(shot.goal_center())?;
     let before = step.runtime().kicks();
     let began = step.run_until(field.patience_s + 5.0, |s| {
         s.runtime().kicks() > before || s.runtime().state() == State::Damping
     })?;
-    let mut result = KickResult {
-        ball: next.ball_xy,
-        motion: String::new(),
-        out_of_view: 0,
-        ball_error_m: f64::NAN,
-        struck: false,
-        goal: false,
-        ball_speed: 0.0,
-        lateral_m: None,
-        seconds: 0.0,
-    };
     if began && step.runtime().state() == State::Kick {
         if let Some(motion) = step.runtime().motion() {
-            result.motion.clone_from(&step.player().library.facts()[motion].name);
+            shot.result.motion.clone_from(&step.player().library.facts()[motion].name);
         }
-        result.ball_error_m = step.ball_error_m();
-        let (mut last, mut crossed, mut ready_us) = (at, false, None);
+        shot.result.ball_error_m = step.ball_error_m();
+        let mut ready_us = None;
         let patience_us = (field.patience_s * 1e6) as u64;
         step.run_until(60.0, |s| {
-            let truth = s.robot.truth();
-            let ([bx, by, _], [vx, vy, _]) = (truth.ball.pos.0, truth.ball.vel.0);
-            let speed = vx.hypot(vy);
-            result.struck |= speed > STRUCK;
-            result.ball_speed = result.ball_speed.max(speed);
-            if let (true, false, Some(crossing)) = (result.struck, crossed, goal.crossing(last, [bx, by])) {
-                crossed = true;
-                result.goal = crossing.inside;
-                result.lateral_m = Some(crossing.lateral);
-            }
-            last = [bx, by];
+            shot.step(s.robot.truth());
             match s.runtime().state() {
                 State::Damping => true,
                 State::Ready => {
                     let since = *ready_us.get_or_insert(s.robot.now_us());
-                    crossed || speed < AT_REST || s.robot.now_us() - since > patience_us
+                    shot.is_over() || s.robot.now_us() - since > patience_us
                 }
                 _ => false,
             }
         })?;
     }
+    let mut result = shot.result;
     if result.motion.is_empty() {
         result.motion = format!("none: waited for {}", step.runtime().waiting());
     }
@@ -263,10 +230,11 @@ mod tests {
         let mut field = Field::default();
         field.workspace.x = [0.0, 4.8];
         let (mut ours, mut judges) = (MatchBall::rng(0, 7), MatchBall::rng(0, 7));
-        let camera = step.player().task.eyes.camera.geometry();
+        let camera = camera(step.player(), false);
         let (mut drawn, mut hidden) = (0, 0);
         for _ in 0..50 {
-            let (ball, out_of_view) = next_ball(&step, &field, &mut ours).expect("room");
+            let (ball, out_of_view) =
+                next_ball(step.player(), &step.robot, &camera, &field, &mut ours).expect("room");
             let [x, y] = placed(&step.truth(), ball.ball_xy);
             assert!(camera.sees(step.truth().torso.point_in_body(Vec3([x, y, 0.11]))), "{ball:?}");
             assert!((0.4..2.6).contains(&ball.ball_xy[0]), "{ball:?}");

@@ -9,9 +9,11 @@ mod lidar;
 mod lockstep;
 mod matches;
 mod own_eyes;
+mod referee;
 mod robot;
 mod senses;
 mod serve;
+mod shot;
 mod vendor;
 
 #[cfg(feature = "dds")]
@@ -21,10 +23,12 @@ pub use drill::{DrillReport, DrillRow, drill};
 pub use faults::Fault;
 pub use lidar::SimLidar;
 pub use lockstep::{Lockstep, LockstepOptions};
-pub use matches::{KickResult, MatchOptions, MatchResult, play_match};
+pub use matches::{MatchOptions, MatchResult, play_match};
 pub use own_eyes::{OwnEyes, OwnEyesOptions, TorsoSource};
+pub use referee::{Referee, RefereeOptions, Verdict};
 pub(crate) use robot::quaternion;
 pub use robot::{Mount, STEP_US, VirtualG1};
 pub use senses::{BallSource, DriftingOdometry, NoisyDetector, PoseSource, Senses, TrueState};
 pub use serve::{Order, ServeOptions, Served, Watcher, serve};
+pub use shot::KickResult;
 pub use vendor::VendorLink;

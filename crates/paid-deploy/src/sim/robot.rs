@@ -2,11 +2,14 @@
 
 use std::sync::Arc;
 
+use paid_eval::metrics::shooting::fallen;
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_mujoco::{MujocoSim, SceneOptions};
 use paid_physics::{GroupState, LaneState, Simulator};
+use paid_policy::Pose;
 
 use super::faults::Fault;
+use super::senses::TrueState;
 use crate::DeployError;
 use crate::link::{Inlet, Outlet};
 use crate::message::Packet;
@@ -43,6 +46,8 @@ pub enum Mount {
 /// A G1 that nobody can break.
 pub struct VirtualG1 {
     player: Arc<Player>,
+    /// The body that carries camera and LiDAR.
+    anchor: usize,
     sim: MujocoSim,
     mount: Mount,
     held: ([f64; 3], [f64; 4]),
@@ -77,7 +82,9 @@ impl VirtualG1 {
         let scene = scene.with_builtin_ball(player.task.ball_params, &player.task.scene);
         let sim =
             MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(DeployError::simulation)?;
+        let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         let mut robot = Self {
+            anchor,
             sim,
             mount: Mount::Gantry { pitch_rad_s: 0.0 },
             held: ([0.0, 0.0, player.spec.nominal_height_m], [1.0, 0.0, 0.0, 0.0]),
@@ -131,6 +138,28 @@ impl VirtualG1 {
     /// What is true of bodies, joints and ball.
     pub fn truth(&self) -> &GroupState<f64> {
         self.sim.state(0)
+    }
+    /// What senses may look at: pelvis, torso and ball.
+    pub fn true_state(&self) -> TrueState {
+        let state = self.truth();
+        let pose = |body: usize| Pose { pos: state.bodies[body].pos, rot: state.bodies[body].rot };
+        TrueState {
+            base: pose(0),
+            base_vel: state.bodies[0].lin_vel,
+            torso: pose(self.anchor),
+            ball: state.ball.pos,
+            ball_vel: state.ball.vel,
+        }
+    }
+    /// Root mean square of the joints' speeds `[rad/s]`.
+    pub fn joint_speed(&self) -> f64 {
+        let speeds = &self.truth().joint_vel;
+        (speeds.iter().map(|v| v * v).sum::<f64>() / speeds.len().max(1) as f64).sqrt()
+    }
+    /// True if the pelvis is as low or as tilted as that of a robot that lies.
+    pub fn lies(&self) -> bool {
+        let base = &self.truth().bodies[0];
+        fallen(base.pos.z(), base.rot.0[2][2], self.player.spec.nominal_height_m)
     }
     /// Torques of the joints in the last step, model order `[N m]`.
     pub fn torque(&self) -> &[f64] {

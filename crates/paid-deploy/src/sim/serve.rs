@@ -5,11 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use paid_policy::Pose;
-
 use super::faults::Fault;
 use super::robot::{Mount, VirtualG1};
-use super::senses::{Senses, TrueState};
+use super::senses::Senses;
 use crate::DeployError;
 use crate::link::Link;
 use crate::message::Packet;
@@ -21,6 +19,8 @@ use crate::wire::{DAMPING_KEYS, Key, Remote};
 const PRESSED_US: u64 = 100_000;
 /// A robot that is so far behind the clock gives the time up `[s]`.
 const BEHIND_S: f64 = 0.05;
+/// It is said so often at most that it is behind.
+const SAID_EVERY: Duration = Duration::from_secs(1);
 
 /// What the operator of the virtual robot wants. As text: `keys L2+Up`, `ball 1.2 0.1`, `ball 1.2 0.1 -0.2 0`, `goal 5 0`, `free`, `gantry`,
 /// `battery 15`, `fault silence`, `fault none`, `quit`.
@@ -145,6 +145,8 @@ pub trait Watcher {
     fn goal(&mut self, center: [f64; 2], heading: f64);
     /// What the runtime says, 50 times a second; only in lockstep, where it runs in the same program.
     fn status(&mut self, _status: &Status) {}
+    /// The machine cannot keep real time: so much was lost so far `[s]`. Told once a second at most.
+    fn behind(&mut self, _lost_s: f64) {}
     /// True to press the remote's keys for damping.
     fn stops(&mut self) -> bool {
         false
@@ -171,6 +173,10 @@ impl<A: Watcher + ?Sized, B: Watcher + ?Sized> Watcher for (&mut A, &mut B) {
         self.0.status(status);
         self.1.status(status);
     }
+    fn behind(&mut self, lost_s: f64) {
+        self.0.behind(lost_s);
+        self.1.behind(lost_s);
+    }
     fn stops(&mut self) -> bool {
         // Both are asked.
         self.0.stops() | self.1.stops()
@@ -186,7 +192,7 @@ pub struct ServeOptions {
     pub standing: bool,
 }
 
-/// Serves a virtual robot until `stop` is set or the order `quit` comes. `orders` is asked every 2 ms, at simulated time `[s]`.
+/// Serves a virtual robot until `stop` is set or the order `quit` comes. `orders` is asked every 2 ms, and may look at the robot.
 ///
 /// # Errors
 /// If MuJoCo is missing, the link fails, or a fault is ordered that is none of the robot's.
@@ -196,15 +202,14 @@ pub fn serve(
     options: ServeOptions,
     stop: &AtomicBool,
     watcher: &mut dyn Watcher,
-    mut orders: impl FnMut(f64) -> Option<Order>,
+    mut orders: impl FnMut(&VirtualG1) -> Option<Order>,
 ) -> Result<Served, DeployError> {
     let mut robot = VirtualG1::new(Arc::clone(player))?;
     if options.standing {
         robot.set_mount(Mount::Hands);
     }
     let mut senses = Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, options.seed);
-    let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
-    let (mut begin, mut released_us, mut lost) = (Instant::now(), None, 0.0);
+    let (mut begin, mut released_us, mut lost, mut said) = (Instant::now(), None, 0.0, None);
     while !stop.load(Ordering::Relaxed) {
         let clock = Duration::from_micros(robot.now_us());
         match clock.checked_sub(begin.elapsed()) {
@@ -213,6 +218,10 @@ pub fn serve(
                 let behind = begin.elapsed().saturating_sub(clock).as_secs_f64();
                 if behind > BEHIND_S {
                     lost += behind;
+                    if said.is_none_or(|at: Instant| at.elapsed() >= SAID_EVERY) {
+                        said = Some(Instant::now());
+                        watcher.behind(lost);
+                    }
                     begin += Duration::from_secs_f64(behind);
                 }
             }
@@ -225,7 +234,7 @@ pub fn serve(
             robot.set_remote(Remote::pressing(&DAMPING_KEYS));
             released_us = Some(robot.now_us() + PRESSED_US);
         }
-        let truth = truth(&robot, anchor);
+        let truth = robot.true_state();
         let mut sent = Ok(());
         senses.step(robot.now_us(), &truth, |packet| sent = sent.clone().and(link.send(packet)));
         sent?;
@@ -233,7 +242,7 @@ pub fn serve(
             robot.set_remote(Remote::pressing(&[]));
             released_us = None;
         }
-        let Some(order) = orders(robot.now_us() as f64 * 1e-6) else { continue };
+        let Some(order) = orders(&robot) else { continue };
         let (s, c) = truth.torso.rot.yaw().sin_cos();
         let turned = |[a, l]: [f64; 2]| [c * a - s * l, s * a + c * l];
         let placed = |at: [f64; 2]| {
@@ -267,18 +276,6 @@ pub fn serve(
         }
     }
     Ok(Served { simulated_s: robot.now_us() as f64 * 1e-6, lost_s: lost, refused: robot.refused() })
-}
-
-fn truth(robot: &VirtualG1, anchor: usize) -> TrueState {
-    let state = robot.truth();
-    let pose = |body: usize| Pose { pos: state.bodies[body].pos, rot: state.bodies[body].rot };
-    TrueState {
-        base: pose(0),
-        base_vel: state.bodies[0].lin_vel,
-        torso: pose(anchor),
-        ball: state.ball.pos,
-        ball_vel: state.ball.vel,
-    }
 }
 
 #[cfg(test)]

@@ -10,13 +10,13 @@ use paid_deploy::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
 use paid_deploy::log::{LogHeader, LogWriter};
 use paid_deploy::switcher::{Patience, Reply, SwitcherClient, await_release};
 use paid_deploy::{
-    Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Lateness, Live, Packet, Runtime, Side, Told, Writer,
+    BareTimer, Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Live, Packet, Runtime, Side, Told, Usage, Writer,
     lateness_table, run_live,
 };
 
 use super::mirror::Mirror;
 use super::screen::Viewer;
-use super::{NetworkArgs, PlayerArgs, print_event, print_latency};
+use super::{NetworkArgs, PlayerArgs, print_event, print_latency, print_usage};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 
@@ -115,6 +115,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         None => None,
     };
     let shown = &mut screen;
+    let timer = BareTimer::start();
+    let (begin, before) = (Instant::now(), Usage::now());
     let report = run_live(live, link, &stop, move |told| {
         for line in lines.iter().flat_map(|lines| lines.try_iter()) {
             match shown.as_mut() {
@@ -135,6 +137,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
             (None, Told::Event(_) | Told::Status(_)) => {}
         }
     });
+    let usage = Usage::since(begin, &before);
+    let timer = timer.end().figures();
     if let Some(screen) = screen {
         screen.end();
     }
@@ -143,7 +147,6 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     if args.view {
         report.events.iter().for_each(print_event);
     }
-    let timer = Lateness::of_bare_timer(Duration::from_secs(2)).figures();
     let (commands, policy) = (report.lateness.figures(), report.policy_steps.figures());
     if args.json {
         json_line(
@@ -157,6 +160,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
                 "bare_timer_late": timer,
                 "policy_steps_took": policy,
                 "capture_to_targets": report.latency.figures(),
+                "capture_to_targets_ms": report.latency.histogram(),
+                "usage": usage,
                 "real_time": report.real_time,
                 "dropped_frames": report.dropped_frames,
                 "log_failed": report.log_failed,
@@ -177,6 +182,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         policy.periods
     );
     print_latency(&report.latency);
+    print_usage(&usage);
     print!("{}", lateness_table(&commands, &timer));
     if !report.real_time {
         println!("the system grants no real-time priority (it needs CAP_SYS_NICE): commands may come late");

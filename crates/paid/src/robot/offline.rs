@@ -1,19 +1,17 @@
-//! What needs no network: matches in lockstep, replays, drills; and the virtual robot that serves one.
+//! What needs no network: matches in lockstep, replays, drills.
 
-use std::io::BufRead;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
 
+use paid_deploy::Player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{
-    Broadcast, BroadcastOptions, Fault, LockstepOptions, MatchOptions, MatchResult, Order, OwnEyesOptions,
-    ServeOptions, TorsoSource, VendorLink, Watcher, play_match, serve,
+    Fault, KickResult, LockstepOptions, MatchOptions, MatchResult, OwnEyesOptions, TorsoSource, Watcher,
+    play_match,
 };
-use paid_deploy::switcher::SwitcherService;
-use paid_deploy::{DdsLink, Player, Side};
 
+use super::serve::serve_network;
 use super::watch::Watching;
 use super::{PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
@@ -23,22 +21,26 @@ use crate::live::LiveArgs;
 #[derive(Debug, clap::Args)]
 pub struct SimArgs {
     #[command(flatten)]
-    player: PlayerArgs,
+    pub(super) player: PlayerArgs,
     /// Simulated time waits for the runtime, which runs in this program too: a match that comes out the same on every machine.
     #[arg(long, conflicts_with_all = ["domain", "interface", "script"])]
     lockstep: bool,
-    /// Kicks of the match.
-    #[arg(long, value_name = "N", default_value_t = 11, requires = "lockstep")]
-    kicks: usize,
+    /// Kicks of the match [default: 11 in lockstep]. On the network this makes it a referee: it presses the remote's keys, places goal and
+    /// balls, counts, and ends after the match.
+    #[arg(long, value_name = "N")]
+    pub(super) kicks: Option<usize>,
     /// Matches, each with the next seed.
     #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with = "log")]
     matches: u64,
     /// Write every step to this log.
     #[arg(long, value_name = "FILE", requires = "lockstep")]
     log: Option<PathBuf>,
+    /// With --kicks on the network: kicks and the end as JSON, a line each.
+    #[arg(long, requires = "kicks", conflicts_with = "lockstep")]
+    pub(super) json: bool,
     /// Seed of balls and of the senses' errors.
     #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
+    pub(super) seed: u64,
     /// DDS domain; 1 is usual for simulators.
     #[arg(long, value_name = "N", required_unless_present = "lockstep")]
     domain: Option<u16>,
@@ -54,11 +56,11 @@ pub struct SimArgs {
         hide_default_value = true,
         conflicts_with = "lockstep"
     )]
-    master: String,
+    pub(super) master: String,
     /// The robot begins standing, held by hands that let go once its joints have held the pose for half a second [default: it hangs on a gantry
     /// until the order `free`].
     #[arg(long, conflicts_with = "lockstep")]
-    standing: bool,
+    pub(super) standing: bool,
     /// In lockstep: ball and odometry from rendered pictures and a simulated LiDAR through the robot's own eyes, in the place of virtual
     /// senses, which know the truth and err by chance.
     #[arg(long, requires = "lockstep")]
@@ -71,16 +73,16 @@ pub struct SimArgs {
     confidence: Option<f64>,
     /// On the network: pictures a second, rendered while somebody reads them; 0: none. In lockstep with --eyes the same [default there: 25].
     #[arg(long, value_name = "HZ")]
-    camera_hz: Option<f64>,
+    pub(super) camera_hz: Option<f64>,
     /// On the network: send a Mid-360's packets to this address, samples to the port that is 100 higher, such as 127.0.0.1:56301.
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "lockstep")]
-    lidar: Option<std::net::SocketAddr>,
+    pub(super) lidar: Option<std::net::SocketAddr>,
     /// Orders from a file, a line each: the simulated time in seconds, then the order. Orders are read from the keyboard too: keys L2+Up,
     /// ball 1.2 0.1, goal 5 0, free, gantry, battery 15, fault silence, fault none, quit.
     #[arg(long, value_name = "FILE")]
-    script: Option<PathBuf>,
+    pub(super) script: Option<PathBuf>,
     #[command(flatten)]
-    live: LiveArgs,
+    pub(super) live: LiveArgs,
 }
 
 /// What follows the torso.
@@ -113,10 +115,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         return serve_network(args, &player, domain, interface);
     }
     let page = Watching::open(&args.live, &args.player, &player)?;
-    println!(
-        "{:>4} {:>14} {:<28} {:>10} {:>7} {:>5} {:>7}",
-        "kick", "ball", "motion", "believed", "struck", "goal", "seconds"
-    );
+    print_head();
     let mut results = Vec::new();
     for seed in args.seed..args.seed + args.matches {
         let log = match &args.log {
@@ -129,7 +128,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         let eyes = args.eyes.then(|| own_eyes(args));
         let lockstep = LockstepOptions { limits: limits.clone(), seed, eyes };
         let mut options = MatchOptions { lockstep, ..MatchOptions::default() };
-        options.field.kicks = args.kicks;
+        options.field.kicks = args.kicks.unwrap_or(11);
         results.push(one_match(&player, &options, log, page.as_ref())?);
     }
     if results.len() > 1 {
@@ -143,6 +142,30 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Heads of the table's columns.
+pub(super) fn print_head() {
+    println!(
+        "{:>4} {:>14} {:<28} {:>10} {:>7} {:>5} {:>7}",
+        "kick", "ball", "motion", "believed", "struck", "goal", "seconds"
+    );
+}
+
+/// A row of it.
+pub(super) fn print_kick(number: usize, kick: &KickResult) {
+    let [x, y] = kick.ball;
+    let yes = |b: bool| if b { "yes" } else { "no" };
+    let believed =
+        if kick.ball_error_m.is_nan() { "-".to_owned() } else { format!("{:.3} m", kick.ball_error_m) };
+    println!(
+        "{number:>4} {:>14} {:<28} {believed:>10} {:>7} {:>5} {:>7.1}",
+        format!("{x:.2}, {y:.2} m"),
+        kick.motion,
+        yes(kick.struck),
+        yes(kick.goal),
+        kick.seconds
+    );
 }
 
 /// Plays a match and prints it.
@@ -159,17 +182,7 @@ fn one_match(
         if let Some(page) = page {
             page.count(kick);
         }
-        let [x, y] = kick.ball;
-        let yes = |b: bool| if b { "yes" } else { "no" };
-        println!(
-            "{number:>4} {:>14} {:<28} {:>8.3} m {:>7} {:>5} {:>7.1}",
-            format!("{x:.2}, {y:.2} m"),
-            kick.motion,
-            kick.ball_error_m,
-            yes(kick.struck),
-            yes(kick.goal),
-            kick.seconds
-        );
+        print_kick(number, kick);
     })?;
     let [tilt, gyro, speed, torque] = result.peak;
     let out_of_view: usize = result.kicks.iter().map(|kick| kick.out_of_view).sum();
@@ -193,99 +206,6 @@ fn one_match(
         println!("the runtime damped the robot: {why}");
     }
     Ok(result)
-}
-
-/// Lines of the keyboard.
-fn keyboard() -> Receiver<String> {
-    let (to, from) = channel();
-    std::thread::spawn(move || {
-        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-            if to.send(line).is_err() {
-                break;
-            }
-        }
-    });
-    from
-}
-
-/// A script's lines: when, and what.
-fn script(file: &std::path::Path) -> Result<Vec<(f64, Order)>, Failure> {
-    let name = file.display();
-    let text = std::fs::read_to_string(file).map_err(|e| Failure::input(format!("{name}: {e}")))?;
-    let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
-    lines
-        .map(|(k, line)| {
-            let fail = |message: String| Failure::input(format!("{name}, line {}: {message}", k + 1));
-            let (when, order) =
-                line.trim().split_once(' ').ok_or_else(|| fail("expected a time and an order".to_owned()))?;
-            let when =
-                when.parse().map_err(|_| fail(format!("expected a time in seconds, found '{when}'")))?;
-            Ok((when, order.parse().map_err(fail)?))
-        })
-        .collect()
-}
-
-fn serve_network(
-    args: &SimArgs,
-    player: &Arc<Player>,
-    domain: u16,
-    interface: std::net::IpAddr,
-) -> Result<ExitCode, Failure> {
-    let mut script = match &args.script {
-        Some(file) => script(file)?,
-        None => Vec::new(),
-    };
-    script.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let keyboard = keyboard();
-    let stop = crate::stop::flag()?;
-    let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
-    let line = link.switcher().map_err(Failure::input)?;
-    let link = VendorLink::new(link, line, SwitcherService::new(&args.master), player);
-    let held = if args.standing { "hands until its joints hold it" } else { "a gantry" };
-    println!("a virtual G1 on domain {domain}, interface {interface}, held by {held}");
-    let begins = ServeOptions { seed: args.seed, standing: args.standing };
-    if !args.master.is_empty() {
-        println!("the vendor's controller '{}' is in command", args.master);
-    }
-    let orders = |now_s: f64| {
-        if script.last().is_some_and(|(when, _)| *when <= now_s) {
-            return script.pop().map(|(_, order)| order);
-        }
-        match keyboard.try_recv().ok()?.parse() {
-            Ok(order) => Some(order),
-            Err(error) => {
-                eprintln!("{error}");
-                None
-            }
-        }
-    };
-    let page = Watching::open(&args.live, &args.player, player)?;
-    let mut looks: Box<dyn Watcher> = match &page {
-        Some(page) => Box::new(page.look_on(false)),
-        None => Box::new(()),
-    };
-    let served = if args.camera_hz == Some(0.0) && args.lidar.is_none() {
-        serve(player, link, begins, &stop, &mut *looks, orders)?
-    } else {
-        let usual = BroadcastOptions::default();
-        let rate_hz = args.camera_hz.unwrap_or(usual.rate_hz);
-        let options = BroadcastOptions { rate_hz, lidar: args.lidar, seed: args.seed, ..usual };
-        let mut broadcast = Broadcast::open(player, domain, interface, &options)?;
-        let served = serve(player, link, begins, &stop, &mut (&mut broadcast, &mut *looks), orders)?;
-        let report = broadcast.report();
-        let [sent, dropped] = report.pictures;
-        println!(
-            "{sent} pictures sent, {dropped} dropped: {:.1} a second of {rate_hz:.1} while somebody read them; {} packets of the LiDAR",
-            report.rate_hz(),
-            report.packets
-        );
-        served
-    };
-    println!("{:.1} s of simulated time; {} commands refused", served.simulated_s, served.refused);
-    if served.lost_s > 0.0 {
-        println!("this machine could not keep real time: {:.2} s were lost", served.lost_s);
-    }
-    Ok(ExitCode::SUCCESS)
 }
 
 /// Arguments of `paid robot replay`.
