@@ -23,10 +23,10 @@ pub struct Envelope {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Limits {
-    /// Outside of kicks. Default: the vendor's own terminations, tilt 1 rad and gyro 6 rad/s; joints up to half of their speed limits,
+    /// Outside of kicks, also while the policy holds a robot that is ready. Default: the vendor's own terminations, tilt 1 rad and gyro 6 rad/s; joints up to half of their speed limits,
     /// about the vendor's 10 rad/s.
     pub standing: Envelope,
-    /// While the policy moves the robot. Default: the highest values of some 300 kicks in simulation that ended on both feet, 0.74 rad, 10.1
+    /// During a kick, and until the robot has settled after it. Default: the highest values of some 300 kicks in simulation that ended on both feet, 0.74 rad, 10.1
     /// rad/s and 1.48 of a joint's limit (`policies/paid13_eyes`, matches of 11), with a margin of a third, a half and a quarter.
     pub kicking: Envelope,
     /// A joint may be so far beyond its range `[rad]`. Default 0.3: in simulated kicks ankles go 0.1 to 0.2 beyond their stops.

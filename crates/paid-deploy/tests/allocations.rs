@@ -2,13 +2,18 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{Lockstep, LockstepOptions};
 use paid_deploy::wire::LowCmd;
-use paid_deploy::{Limits, LinkError, Mailbox, Outlet, Packet, Player, PlayerSpec, Runtime, State, Writer};
+use paid_deploy::{
+    Inlet, LastWords, Limits, Link, LinkError, Live, LiveReport, Mailbox, Outlet, Packet, Player, PlayerSpec,
+    Runtime, State, Writer, run_live,
+};
 
 /// The system's allocator, which counts what this thread asks for while it watches.
 struct Counting;
@@ -114,6 +119,121 @@ fn a_runtime_that_kicks_allocates_nothing_between_transitions() {
     }
     assert!(policy_steps > 50 && told >= 4, "{policy_steps} policy steps, {told} events");
     assert_eq!(allocated, []);
+}
+
+/// A recorded kick, handed to the thinking thread one step at a time. From the first call of a step on it counts what that thread asks for,
+/// less its own share.
+struct Recorded {
+    steps: std::vec::IntoIter<(u64, Vec<Packet>)>,
+    waiting: Vec<Packet>,
+    fresh: bool,
+    over: Arc<AtomicBool>,
+    /// Allocations of each step, its packets' own left out.
+    counts: Arc<Mutex<Vec<u64>>>,
+}
+
+impl Inlet for Recorded {
+    fn receive(&mut self) -> Result<Option<Packet>, LinkError> {
+        let counted = COUNT.replace(None);
+        if self.fresh {
+            self.counts.lock().expect("alone").extend(counted);
+            match self.steps.next() {
+                Some((_, packets)) => self.waiting = packets.into_iter().rev().collect(),
+                None => self.over.store(true, Ordering::Relaxed),
+            }
+        }
+        let packet = self.waiting.pop();
+        self.fresh = packet.is_none();
+        COUNT.set(Some(if self.fresh { 0 } else { counted.unwrap_or(0) }));
+        Ok(packet)
+    }
+}
+
+impl Outlet for Recorded {
+    fn send(&mut self, _packet: Packet) -> Result<(), LinkError> {
+        Ok(())
+    }
+}
+
+impl Link for Recorded {
+    fn split(self) -> (Box<dyn Outlet>, Box<dyn Inlet>) {
+        (Box::new(Nowhere(0)), Box::new(self))
+    }
+}
+
+/// A disk that keeps nothing.
+struct Void;
+
+impl Write for Void {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Void {
+    fn seek(&mut self, _to: SeekFrom) -> io::Result<u64> {
+        Ok(0)
+    }
+}
+
+/// Steps of the thinking thread that allocated, of how many, and how the run ended.
+fn thinking(log: Option<LogWriter>) -> (usize, usize, LiveReport) {
+    let player = player();
+    // The machine may be busy: its clock stops nothing here.
+    let limits = Limits {
+        stand_up_s: 0.3,
+        listen_s: 0.0,
+        state_gap_s: 0.1,
+        command_age_s: 0.1,
+        writer_age_s: 0.5,
+        late_s: 0.1,
+        late_steps: 10,
+        ..Limits::default()
+    };
+    let steps = a_kick(&player, &limits);
+    let (over, counts) = (Arc::new(AtomicBool::new(false)), Arc::<Mutex<Vec<u64>>>::default());
+    let link = Recorded {
+        steps: steps.into_iter(),
+        waiting: Vec::new(),
+        fresh: true,
+        over: Arc::clone(&over),
+        counts: Arc::clone(&counts),
+    };
+    let live = Live {
+        writer: Writer::new(&limits, player.joints()),
+        runtime: Runtime::new(player, limits),
+        dry_run: false,
+        log,
+        switcher: None,
+        keys: None,
+        last_words: LastWords::default(),
+        duration: None,
+    };
+    let report = run_live(live, link, &over, |_| {}).expect("a run");
+    COUNT.set(None);
+    let counts = counts.lock().expect("alone");
+    (counts.iter().filter(|count| **count > 0).count(), counts.len(), report)
+}
+
+#[test]
+fn the_whole_thinking_step_allocates_nothing_between_transitions_with_a_log_and_without() {
+    let spec = PlayerSpec { policy: PathBuf::new(), motions: None, sets: Vec::new() };
+    let header = LogHeader { player: spec, limits: Limits::default() };
+    let log = LogWriter::to(Path::new("nowhere"), Box::new(Void), &header).expect("log");
+    for log in [None, Some(log)] {
+        let logs = log.is_some();
+        let (allocated, steps, report) = thinking(log);
+        // A transition writes its sentence; the network's buffers and the list of packets grow in the first steps.
+        let events = report.events.len();
+        assert!(steps > 1000 && report.policy_steps.figures().periods > 50, "{steps} steps, log {logs}");
+        assert!(
+            events >= 4 && allocated <= events + 4,
+            "{allocated} of {steps} steps, {events} events, log {logs}"
+        );
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use paid_deploy::eyes::{CameraInput, Eyes, EyesConfig, EyesPlace, OdometryInput, SensedLink, StampClock};
 use paid_deploy::ros::{CAMERA_INFO, IMAGE, ODOMETRY, RosTopics};
 use paid_deploy::sim::{Moment, SimCamera, VirtualG1};
-use paid_deploy::{ChannelLink, Limits, Link, Player, PlayerSpec, Runtime};
+use paid_deploy::{ChannelLink, LastWords, Limits, Link, Player, PlayerSpec, Runtime};
 use paid_sight::PoseMessage;
 use paid_sight::ros::{write_camera_info, write_color, write_depth, write_odometry};
 use paid_vision::Intrinsics;
@@ -56,7 +56,8 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
     };
     let mut runtime = Runtime::new(Arc::clone(&player), Limits::default());
     let place = EyesPlace { domain, interface };
-    let (eyes, lines) = Eyes::open(&config, &player, place, runtime.phase()).expect("eyes");
+    let (eyes, lines) =
+        Eyes::open(&config, &player, place, runtime.phase(), &LastWords::default()).expect("eyes");
     let (mut to_runtime, link) = ChannelLink::pair();
     let (_, mut inlet) = SensedLink::new(link, eyes.sensed()).split();
 

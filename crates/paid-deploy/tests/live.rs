@@ -1,14 +1,18 @@
 //! What becomes of the robot when a part of the running program dies.
 
-use std::path::Path;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use paid_deploy::log::{LogHeader, LogWriter};
+use paid_deploy::switcher::Line;
 use paid_deploy::wire::{Key, LowCmd, LowState, Remote};
 use paid_deploy::{
-    DeployError, Inlet, Limits, Link, LinkError, Live, LiveReport, Outlet, Packet, Player, PlayerSpec,
-    Runtime, State, Told, Writer, run_live,
+    DeployError, Inlet, LastWords, Limits, Link, LinkError, Live, LiveReport, Outlet, Packet, Player,
+    PlayerSpec, Runtime, State, Told, Writer, run_live,
 };
 
 /// What goes wrong, some states after the robot stands.
@@ -28,6 +32,47 @@ enum Wrong {
     Reading,
     /// Whoever is told panics.
     TellerPanics,
+    /// The log's sink panics.
+    LogPanics,
+    /// The way to the motion switcher panics.
+    SwitcherPanics,
+    /// A thread beside the run panics, as one of the eyes or the keyboard's.
+    BesidePanics,
+}
+
+/// A disk, or a way to the motion switcher, that panics once the robot stands.
+struct Cracked(Arc<Patient>);
+
+impl Cracked {
+    fn crack(&self) {
+        assert!(!self.0.begins(), "a crack");
+    }
+}
+
+impl Write for Cracked {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.crack();
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Cracked {
+    fn seek(&mut self, _to: SeekFrom) -> io::Result<u64> {
+        Ok(0)
+    }
+}
+
+impl Line for Cracked {
+    fn send(&mut self, _bytes: Vec<u8>) -> Result<(), LinkError> {
+        Ok(())
+    }
+    fn receive(&mut self) -> Result<Option<Vec<u8>>, LinkError> {
+        self.crack();
+        Ok(None)
+    }
 }
 
 /// A robot that is well, for ever, at the other end of a link that is not.
@@ -39,6 +84,8 @@ struct Patient {
     states: AtomicU64,
     /// The fault has begun.
     begun: AtomicBool,
+    /// When, and when the first damping command came after it.
+    reaction: Mutex<[Option<Instant>; 2]>,
     /// Commands after that: damping, and others.
     damping: AtomicUsize,
     others: AtomicUsize,
@@ -53,6 +100,7 @@ impl Patient {
             begin: Instant::now(),
             states: AtomicU64::new(0),
             begun: AtomicBool::new(false),
+            reaction: Mutex::new([None; 2]),
             damping: AtomicUsize::new(0),
             others: AtomicUsize::new(0),
         });
@@ -64,7 +112,18 @@ impl Patient {
     }
     /// True for the first call after the robot stands.
     fn begins(&self) -> bool {
-        self.stands() && !self.begun.swap(true, Ordering::Relaxed)
+        let first = self.stands() && !self.begun.swap(true, Ordering::Relaxed);
+        if first {
+            self.reaction.lock().unwrap_or_else(PoisonError::into_inner)[0] = Some(Instant::now());
+        }
+        first
+    }
+    /// Clock time from the fault to the first damping command.
+    fn reacted(&self) -> Duration {
+        match *self.reaction.lock().unwrap_or_else(PoisonError::into_inner) {
+            [Some(fault), Some(damped)] => damped - fault,
+            other => panic!("never damped: {other:?}"),
+        }
     }
 }
 
@@ -84,6 +143,10 @@ impl Outlet for Way {
         }
         if !before || !patient.stands() {
             let damps = command.motors[..29].iter().all(|m| m.kp == 0.0 && m.kd > 0.0);
+            if !before && damps {
+                let mut reaction = patient.reaction.lock().unwrap_or_else(PoisonError::into_inner);
+                reaction[1].get_or_insert_with(Instant::now);
+            }
             let counter = if damps { &patient.damping } else { &patient.others };
             counter.fetch_add(usize::from(!before), Ordering::Relaxed);
         }
@@ -135,16 +198,37 @@ fn run(wrong: Wrong) -> (Arc<Patient>, Vec<String>, Result<LiveReport, DeployErr
         late_steps: 10,
         ..Limits::default()
     };
+    let (patient, link) = Patient::link(wrong);
+    let log = (wrong == Wrong::LogPanics).then(|| {
+        let spec = PlayerSpec { policy: PathBuf::new(), motions: None, sets: Vec::new() };
+        let header = LogHeader { player: spec, limits: limits.clone() };
+        LogWriter::to(Path::new("cracked.mcap"), Box::new(Cracked(Arc::clone(&patient))), &header)
+            .expect("log")
+    });
+    let switcher: Option<Box<dyn Line>> =
+        if wrong == Wrong::SwitcherPanics { Some(Box::new(Cracked(Arc::clone(&patient)))) } else { None };
+    let last_words = LastWords::default();
+    let beside = (wrong == Wrong::BesidePanics).then(|| {
+        let (words, patient) = (last_words.clone(), Arc::clone(&patient));
+        std::thread::spawn(move || {
+            words.guard("eyes' ball", || {
+                while !patient.begins() {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+                panic!("a mote");
+            })
+        })
+    });
     let live = Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(Arc::new(player), limits),
         dry_run: false,
-        log: None,
-        switcher: None,
+        log,
+        switcher,
         keys: None,
+        last_words,
         duration: Some(Duration::from_secs(20)),
     };
-    let (patient, link) = Patient::link(wrong);
     let mut said = Vec::new();
     let stop = AtomicBool::new(false);
     let report = run_live(live, link, &stop, |told| {
@@ -155,6 +239,9 @@ fn run(wrong: Wrong) -> (Arc<Patient>, Vec<String>, Result<LiveReport, DeployErr
             said.push(event.reason.clone());
         }
     });
+    if let Some(beside) = beside {
+        assert!(matches!(beside.join(), Ok(None::<()>)));
+    }
     (patient, said, report)
 }
 
@@ -231,4 +318,31 @@ fn a_teller_that_panics_ends_the_run_by_damping() {
     assert_eq!((report.died.as_deref(), report.state), (Some(why), State::Damping));
     assert_eq!(report.events.last().map(|event| event.reason.as_str()), Some(why));
     assert!(commands(&patient).0 > 200);
+}
+
+/// A thread's panic ends the run by damping, with its name, and soon. The bound is generous: the machine may be busy.
+fn is_named(wrong: Wrong, why: &str) {
+    let (patient, said, report) = run(wrong);
+    assert_eq!(said, [why]);
+    let report = report.expect("a report");
+    assert_eq!((report.died.as_deref(), report.state), (Some(why), State::Damping));
+    assert!(commands(&patient).0 > 200);
+    let reacted = patient.reacted();
+    println!("{wrong:?}: damped {:.1} ms after the panic", reacted.as_secs_f64() * 1e3);
+    assert!(reacted < Duration::from_secs(5), "{reacted:?}");
+}
+
+#[test]
+fn a_log_that_panics_ends_the_run_by_damping() {
+    is_named(Wrong::LogPanics, "the logging thread has panicked: a crack");
+}
+
+#[test]
+fn a_way_to_the_switcher_that_panics_ends_the_run_by_damping() {
+    is_named(Wrong::SwitcherPanics, "the switcher's thread has panicked: a crack");
+}
+
+#[test]
+fn a_thread_beside_the_run_that_panics_ends_it_by_damping() {
+    is_named(Wrong::BesidePanics, "the eyes' ball thread has panicked: a mote");
 }

@@ -124,7 +124,13 @@ fn every_fault_of_a_standing_robot_is_damped_in_time() {
 
 #[test]
 fn a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick() {
-    let faults = [Fault::ActionNotFinite, Fault::ActionHuge, Fault::NoOdometry];
+    let faults = [
+        Fault::ActionNotFinite,
+        Fault::ActionHuge,
+        Fault::NoOdometry,
+        Fault::SpinInKick,
+        Fault::JointSpeedInKick,
+    ];
     let report = drill(&player(), &Limits::default(), &faults, 1, |_| {}).expect("drill");
     assert!(report.passed(), "{}", report.table());
 }

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use paid_deploy::log::{Frame, LogHeader, LogReader, LogWriter};
 use paid_deploy::{
-    ChannelLink, Inlet, Limits, Live, Packet, Player, PlayerSpec, PolicyTrace, Runtime, State, Told, Writer,
-    run_live,
+    ChannelLink, Inlet, LastWords, Limits, Live, Packet, Player, PlayerSpec, PolicyTrace, Runtime, State,
+    Told, Writer, run_live,
 };
 
 const CHILD: &str = "PAID_LOG_OF_A_CHILD";
@@ -125,6 +125,7 @@ fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
         log: Some(log),
         switcher: None,
         keys: None,
+        last_words: LastWords::default(),
         duration: None,
     };
     let (mut robot, link) = ChannelLink::pair();

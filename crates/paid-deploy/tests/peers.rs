@@ -12,7 +12,8 @@ use paid_deploy::sim::{ServeOptions, VendorLink, serve};
 use paid_deploy::switcher::SwitcherService;
 use paid_deploy::wire::{BmsState, LowCmd, LowState};
 use paid_deploy::{
-    DdsLink, Inlet, Limits, Live, Outlet, Packet, Player, PlayerSpec, Runtime, Side, State, Writer, run_live,
+    DdsLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Player, PlayerSpec, Runtime, Side, State,
+    Writer, run_live,
 };
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
@@ -185,6 +186,7 @@ fn a_robot_on_the_vendors_sdk_hears_the_runtime_damp() {
         log: None,
         switcher: None,
         keys: None,
+        last_words: LastWords::default(),
         duration: Some(Duration::from_secs(90)),
     };
     let stop = AtomicBool::new(false);

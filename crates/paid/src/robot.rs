@@ -7,7 +7,7 @@ mod screen;
 mod serve;
 mod watch;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -60,12 +60,14 @@ impl PlayerArgs {
     }
 
     fn load(&self) -> Result<(Arc<Player>, Limits), Failure> {
-        let limits = match &self.limits {
-            Some(file) => Limits::read(file).map_err(Failure::input)?,
-            None => Limits::default(),
-        };
+        let limits = read_limits(self.limits.as_deref())?;
         Ok((Arc::new(Player::load(&self.spec()).map_err(Failure::input)?), limits))
     }
+}
+
+/// Limits of a file, or the usual ones.
+fn read_limits(file: Option<&Path>) -> Result<Limits, Failure> {
+    file.map_or_else(|| Ok(Limits::default()), |file| Limits::read(file).map_err(Failure::input))
 }
 
 /// The network, named in full: nothing is chosen by itself.

@@ -12,10 +12,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{paid, refuses};
+use common::{paid, refuses, succeeds};
+use paid_deploy::log::LogReader;
 use paid_deploy::sim::{Order, ServeOptions, VirtualG1, Watcher, serve};
-use paid_deploy::wire::Key;
-use paid_deploy::{DdsLink, Player, PlayerSpec, Side};
+use paid_deploy::wire::{Key, LowState};
+use paid_deploy::{DdsLink, Packet, Player, PlayerSpec, Side};
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -45,6 +46,8 @@ struct Told {
     /// The robot's joints are held by a command.
     held: Cell<bool>,
     killed: Cell<Option<Instant>>,
+    /// The robot's clock at the kill `[us]`.
+    killed_us: Cell<u64>,
     /// From the kill to the robot's own stop.
     stopped: Cell<Option<Duration>>,
     /// Highest joint speed half a second after it `[rad/s]`.
@@ -82,6 +85,7 @@ impl Watcher for Killer<'_> {
                 self.runtime.0.kill().expect("kill");
                 self.runtime.0.wait().expect("it is dead");
                 told.killed.set(Some(Instant::now()));
+                told.killed_us.set(robot.now_us());
             }
         }
         if self.begin.elapsed() > PATIENCE {
@@ -103,7 +107,16 @@ fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
     let link = DdsLink::open(domain(0), IpAddr::V4(Ipv4Addr::LOCALHOST), Side::Robot).expect("DDS");
     let runtime = Command::new(env!("CARGO_BIN_EXE_paid"))
         .args(["robot", "run", "--domain", &domain(0).to_string(), "--interface", "127.0.0.1"])
-        .args(["--no-switcher", "--virtual-senses", "--quiet", "--limits", "limits.toml", "--policy"])
+        .args([
+            "--no-switcher",
+            "--virtual-senses",
+            "--quiet",
+            "--limits",
+            "limits.toml",
+            "--log",
+            "killed.mcap",
+        ])
+        .arg("--policy")
         .arg(policy())
         .current_dir(folder.path())
         .stdin(Stdio::null())
@@ -138,6 +151,22 @@ fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
         stopped.as_secs_f64() * 1e3
     );
     assert!(speed < 1.0, "{speed} rad/s");
+    // Its log lacks no more than the end, and what there is replays bit for bit.
+    let mut log = LogReader::open(&folder.path().join("killed.mcap")).expect("a log");
+    let mut last_tick = 0;
+    while let Some(frame) = log.next_frame().expect("a frame") {
+        for packet in &frame.packets {
+            if let Packet::LowState(bytes) = packet {
+                last_tick = LowState::from_cdr(bytes).expect("a state").tick;
+            }
+        }
+    }
+    let lost_ms = told.killed_us.get() / 1000 - u64::from(last_tick);
+    println!("the log ends {lost_ms} ms before the kill");
+    // A twentieth of a second on a machine that is not busy.
+    assert!(lost_ms < 1000, "{lost_ms} ms");
+    let said = succeeds(&paid(folder.path(), &["robot", "replay", "killed.mcap"]));
+    assert!(said.ends_with("every command, observation and action came out bit for bit\n"), "{said}");
 }
 
 #[test]

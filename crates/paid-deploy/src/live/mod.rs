@@ -2,12 +2,15 @@
 //!
 //! The thinking thread takes in packets, checks, and lets the policy act. The writing thread sends the newest command 500 times a second and
 //! sends damping once the thinking thread is silent, has panicked or has ended. Neither waits for the other, nor for whoever logs or shows:
-//! the command and the status travel in a [`Mailbox`], log and diary in channels that drop rather than wait.
+//! the command and the status travel in a [`Mailbox`], log and diary in channels that drop rather than wait. Steps of the log lie in places that were
+//! made before, so that the thinking thread allocates nothing between transitions; what the network allocates for a packet is its own.
 //!
-//! The thinking thread watches the others: one that has panicked, a link that has failed, and a writer whose last command is too old end the
+//! The thinking thread watches the others, those of eyes and keyboard too ([`LastWords`]): one that has panicked, a link that has failed, and a writer whose last command is too old end the
 //! run by damping, with the reason in diary, log and report.
 
 mod report;
+mod slot;
+mod words;
 mod write;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -19,7 +22,7 @@ use std::time::{Duration, Instant};
 use crate::DeployError;
 use crate::lateness::{Lateness, Pace};
 use crate::link::{Link, LinkError};
-use crate::log::{Frame, LogWriter};
+use crate::log::LogWriter;
 use crate::mailbox::Mailbox;
 use crate::message::Packet;
 use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
@@ -27,6 +30,8 @@ use crate::switcher::{Line, Reply, SwitcherClient};
 use crate::writer::Writer;
 use report::Rates;
 pub use report::{LiveReport, LiveStatus, Told};
+use slot::Slot;
+pub use words::LastWords;
 use write::{Failure, Shared, said, write_on};
 
 /// Frames that may wait for the disk.
@@ -57,6 +62,8 @@ pub struct Live {
     pub switcher: Option<Box<dyn Line>>,
     /// Keys of the remote that the operator has pressed on the keyboard, a bit each.
     pub keys: Option<Arc<Mailbox<u16>>>,
+    /// Of threads beside this run's own: one that has panicked ends the run by damping.
+    pub last_words: LastWords,
     /// Ends after so long.
     pub duration: Option<Duration>,
 }
@@ -119,7 +126,7 @@ pub fn run_live(
     stop: &AtomicBool,
     mut told: impl FnMut(Told<'_>) + Send,
 ) -> Result<LiveReport, DeployError> {
-    let Live { mut runtime, writer, dry_run, log, switcher, keys, duration } = live;
+    let Live { mut runtime, writer, dry_run, log, switcher, keys, last_words: others, duration } = live;
     let (out, mut input) = link.split();
     let begin = Instant::now();
     let micros = move || begin.elapsed().as_micros() as u64;
@@ -127,7 +134,12 @@ pub fn run_live(
     let masters = Mailbox::<String>::default();
     let statuses = Mailbox::<Status>::default();
     let longest_us = AtomicU64::new(0);
-    let (to_log, frames) = sync_channel::<Frame>(WAITING);
+    let (to_log, frames) = sync_channel::<Slot>(WAITING);
+    let (emptied, room) = sync_channel::<Slot>(WAITING);
+    let logs = log.is_some();
+    for _ in 0..if logs { WAITING } else { 0 } {
+        let _ = emptied.try_send(Slot::new(&runtime));
+    }
     let (to_tell, diary) = sync_channel::<Event>(UNTOLD);
     let (broken, last_words) = sync_channel::<String>(LAST_WORDS);
 
@@ -135,8 +147,8 @@ pub fn run_live(
         let from_log = to_tell.clone();
         let (statuses, longest_us, shared) = (&statuses, &longest_us, &shared);
         let last_word = broken.clone();
-        let logging =
-            scope.spawn(move || guarded("logging", &last_word, || keep_log(log, frames, &from_log)));
+        let logging = scope
+            .spawn(move || guarded("logging", &last_word, || keep_log(log, frames, &emptied, &from_log)));
         let last_word = broken.clone();
         let told = &mut told;
         let telling = scope.spawn(move || {
@@ -199,7 +211,7 @@ pub fn run_live(
                 packets.extend(keys.as_ref().and_then(|keys| keys.take()).map(Packet::Keys));
                 let now_us = micros();
                 if failed.is_none() {
-                    failed = last_words.try_recv().ok();
+                    failed = last_words.try_recv().ok().or_else(|| others.heard());
                     failed = failed
                         .take()
                         .or_else(|| deaf.as_ref().map(|error| format!("nothing is heard: {error}")));
@@ -226,8 +238,13 @@ pub fn run_live(
                 for event in &output.events {
                     let _ = to_tell.try_send(event.clone());
                 }
-                let frame = Frame::new(now_us, &packets, stopping, &output, &runtime);
-                dropped_frames += u64::from(to_log.try_send(frame).is_err());
+                if logs {
+                    let kept = room.try_recv().is_ok_and(|mut slot| {
+                        slot.fill(now_us, &mut packets, stopping, &output, &runtime);
+                        to_log.try_send(slot).is_ok()
+                    });
+                    dropped_frames += u64::from(!kept);
+                }
                 events.append(&mut output.events);
                 packets.clear();
                 steps += 1;
@@ -272,18 +289,17 @@ pub fn run_live(
     })
 }
 
-/// Writes frames to the log until there are no more. A disk that fails is told once.
+/// Writes steps to the log until there are no more, and gives their room back. A disk that fails is told once.
 fn keep_log(
     log: Option<LogWriter>,
-    frames: Receiver<Frame>,
+    steps: Receiver<Slot>,
+    emptied: &SyncSender<Slot>,
     tell: &SyncSender<Event>,
 ) -> Result<usize, DeployError> {
     let mut ended = false;
-    let Some(mut log) = log else {
-        while frames.recv().is_ok() {}
-        return Ok(0);
-    };
-    for frame in frames {
+    let Some(mut log) = log else { return Ok(0) };
+    for mut slot in steps {
+        let frame = slot.frame();
         log.write(&frame);
         if let (Some(why), false) = (log.failed(), ended) {
             ended = true;
@@ -291,6 +307,8 @@ fn keep_log(
             let (from, to) = (frame.state, frame.state);
             let _ = tell.try_send(Event { at_us: frame.now_us, from, to, reason });
         }
+        slot.again(frame);
+        let _ = emptied.try_send(slot);
     }
     log.finish()
 }

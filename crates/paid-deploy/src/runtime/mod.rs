@@ -35,12 +35,23 @@ pub const POLICY_US: u64 = 20_000;
 pub const COMMAND_US: u64 = 2_000;
 
 /// What the policy got and gave in one step.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PolicyTrace {
     /// The observation, as the contract lists it.
     pub observation: Vec<f32>,
     /// The action, policy joint order.
     pub action: Vec<f32>,
+}
+
+/// A copy into one that has room allocates nothing.
+impl Clone for PolicyTrace {
+    fn clone(&self) -> Self {
+        Self { observation: self.observation.clone(), action: self.action.clone() }
+    }
+    fn clone_from(&mut self, other: &Self) {
+        self.observation.clone_from(&other.observation);
+        self.action.clone_from(&other.action);
+    }
 }
 
 /// What a step of the runtime gives.
@@ -164,6 +175,10 @@ impl Runtime {
         &self.latency
     }
 
+    /// The player.
+    pub fn player(&self) -> &Player {
+        &self.player
+    }
     /// The state.
     pub fn state(&self) -> State {
         self.state

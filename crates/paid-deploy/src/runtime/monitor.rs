@@ -1,6 +1,6 @@
 //! Conditions under which the robot must not go on.
 
-use super::{Controller, Reason, Runtime, State};
+use super::{Reason, Runtime, State};
 use crate::limits::Envelope;
 use crate::wire::{DAMPING_KEYS, MODE_MACHINE_G1_29};
 
@@ -50,11 +50,13 @@ impl Runtime {
         None
     }
 
+    /// The wide limits hold from a kick's begin until the robot has settled: the policy's own movement does not end with the clip, and the
+    /// peaks that the limits were taken from were measured over both states. A robot that waits has the strict ones, whoever holds its
+    /// joints.
     fn envelope(&self) -> &Envelope {
-        if self.controller == Controller::Policy && self.state != State::StandUp {
-            &self.limits.kicking
-        } else {
-            &self.limits.standing
+        match self.state {
+            State::Kick | State::Settle => &self.limits.kicking,
+            State::Passive | State::StandUp | State::Ready | State::Damping => &self.limits.standing,
         }
     }
 

@@ -105,7 +105,15 @@ impl Fault {
 
     /// True if the fault needs a kick that has begun.
     fn while_kicking(self) -> bool {
-        matches!(self, Self::ActionNotFinite | Self::ActionHuge | Self::NoOdometry | Self::NoBall)
+        matches!(
+            self,
+            Self::ActionNotFinite
+                | Self::ActionHuge
+                | Self::NoOdometry
+                | Self::NoBall
+                | Self::SpinInKick
+                | Self::JointSpeedInKick
+        )
     }
 
     /// True if the kick goes on, without looking.

@@ -11,6 +11,10 @@ pub enum Fault {
     Spin,
     /// A joint's speed is beyond its limit.
     JointSpeed,
+    /// The pelvis turns faster than any kick needs, during one.
+    SpinInKick,
+    /// A joint is faster than any kick needs, during one.
+    JointSpeedInKick,
     /// A joint's torque is beyond its limit.
     Torque,
     /// A joint is beyond its range.
@@ -55,10 +59,12 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 25] = [
         Self::Tilt,
         Self::Spin,
         Self::JointSpeed,
+        Self::SpinInKick,
+        Self::JointSpeedInKick,
         Self::Torque,
         Self::Range,
         Self::Winding,
@@ -87,6 +93,8 @@ impl Fault {
             Self::Tilt => "tilt beyond 1 rad",
             Self::Spin => "pelvis turns at 8 rad/s",
             Self::JointSpeed => "joint speed",
+            Self::SpinInKick => "pelvis at 16 rad/s in a kick",
+            Self::JointSpeedInKick => "joint speed in a kick",
             Self::Torque => "joint torque",
             Self::Range => "joint range",
             Self::Winding => "winding at 121 degrees",
@@ -124,6 +132,8 @@ impl Fault {
             Self::Tilt
             | Self::Spin
             | Self::JointSpeed
+            | Self::SpinInKick
+            | Self::JointSpeedInKick
             | Self::Torque
             | Self::Range
             | Self::Winding
@@ -145,6 +155,9 @@ impl Fault {
         let knee = &mut state.motors[3];
         match self {
             Self::JointSpeed => knee.dq = 25.0,
+            // Twice the speed limit of the knee.
+            Self::JointSpeedInKick => knee.dq = 40.0,
+            Self::SpinInKick => state.imu.gyroscope[2] = 16.0,
             Self::Torque => knee.tau_est = 250.0,
             Self::Range => knee.q = -0.5,
             Self::Winding => knee.temperature[1] = 121,

@@ -10,13 +10,13 @@ use paid_deploy::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
 use paid_deploy::log::{LogHeader, LogWriter};
 use paid_deploy::switcher::{Patience, Reply, SwitcherClient, await_release};
 use paid_deploy::{
-    BareTimer, Checker, DdsLink, Inlet, LATENESS_EDGES_MS, Live, Packet, Runtime, Side, Told, Usage, Writer,
-    lateness_table, run_live,
+    BareTimer, Checker, DdsLink, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Runtime, Side, Told,
+    Usage, Writer, lateness_table, run_live,
 };
 
 use super::mirror::Mirror;
 use super::screen::Viewer;
-use super::{NetworkArgs, PlayerArgs, print_event, print_latency, print_usage};
+use super::{NetworkArgs, PlayerArgs, print_event, print_latency, print_usage, read_limits};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 
@@ -85,9 +85,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
     let writer = Writer::new(&limits, player.joints());
     let runtime = Runtime::new(Arc::clone(&player), limits);
+    let last_words = LastWords::default();
     let place = EyesPlace { domain, interface };
-    let opened =
-        args.eyes.as_ref().map(|file| Eyes::open(&EyesConfig::read(file)?, &player, place, runtime.phase()));
+    let opened = args
+        .eyes
+        .as_ref()
+        .map(|file| Eyes::open(&EyesConfig::read(file)?, &player, place, runtime.phase(), &last_words));
     let (eyes, lines) = opened.transpose()?.unzip();
     let sensed = match &eyes {
         Some(eyes) => eyes.sensed(),
@@ -108,10 +111,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         log,
         switcher,
         keys: keys.clone(),
+        last_words: last_words.clone(),
         duration: args.seconds.map(Duration::from_secs_f64),
     };
     let mut screen = match &keys {
-        Some(keys) => Some(Viewer::begin(keys, &stop)?),
+        Some(keys) => Some(Viewer::begin(keys, &stop, &last_words)?),
         None => None,
     };
     let shown = &mut screen;
@@ -212,6 +216,9 @@ fn json_line(kind: &str, content: &impl serde::Serialize) {
 pub struct CheckArgs {
     #[command(flatten)]
     network: NetworkArgs,
+    /// TOML file of limits: temperatures, and `check_crc = false` for the vendor's simulator, which sets no checksum.
+    #[arg(long, value_name = "FILE")]
+    limits: Option<PathBuf>,
     /// How long to listen. Move one joint after another by hand meanwhile, in the table's order, and first in the
     /// direction that is positive: the table shows which one moved, how far, and which way first.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
@@ -220,11 +227,13 @@ pub struct CheckArgs {
 
 /// Listens. Exit code 1 if a runtime should not start by what was seen.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    let limits = read_limits(args.limits.as_deref())?;
     let stop = crate::stop::flag()?;
     let NetworkArgs { domain, interface, no_switcher } = args.network;
     let mut link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
     let mut switcher = SwitcherClient::new(link.switcher().map_err(Failure::input)?);
-    let mut checker = if no_switcher { Checker::without_switcher() } else { Checker::default() };
+    let checker = if no_switcher { Checker::without_switcher() } else { Checker::default() };
+    let mut checker = checker.with_limits(limits);
     let begin = Instant::now();
     let mut asked_s = 0;
     while begin.elapsed().as_secs_f64() < args.seconds && !stop.load(Ordering::Relaxed) {
@@ -244,6 +253,6 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     }
     let report = checker.report();
     println!("{}", report.text);
-    println!("{}", if report.good { "good" } else { "NOT good: do not start" });
+    println!("{}", report.verdict());
     Ok(if report.good { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

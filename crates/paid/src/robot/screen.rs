@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use paid_deploy::view::{Pressed, Screen, View};
-use paid_deploy::{Mailbox, Told};
+use paid_deploy::{LastWords, Mailbox, Told};
 
 use crate::failure::Failure;
 
@@ -19,24 +19,19 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Takes the terminal. Keys of the remote go into `keys`; the end is asked for by `stop`.
-    pub fn begin(keys: &Arc<Mailbox<u16>>, stop: &Arc<AtomicBool>) -> Result<Self, Failure> {
+    /// Takes the terminal. Keys of the remote go into `keys`; the end is asked for by `stop`; a keyboard's
+    /// thread that panics leaves its words in `last_words`.
+    pub fn begin(
+        keys: &Arc<Mailbox<u16>>,
+        stop: &Arc<AtomicBool>,
+        last_words: &LastWords,
+    ) -> Result<Self, Failure> {
         let screen = Screen::take().map_err(|e| Failure::input(format!("--view needs a terminal: {e}")))?;
         let over = Arc::new(AtomicBool::new(false));
         let (keys, stop, ended) = (Arc::clone(keys), Arc::clone(stop), Arc::clone(&over));
+        let words = last_words.clone();
         let keys = std::thread::spawn(move || {
-            while !ended.load(Ordering::Relaxed) {
-                match Screen::key(Duration::from_millis(50)) {
-                    Ok(Some(Pressed::Remote(bits))) => while !keys.put(bits) {},
-                    Ok(Some(Pressed::Quit)) => stop.store(true, Ordering::Relaxed),
-                    Ok(None) => {}
-                    // A keyboard that is gone is no reason to go on unseen.
-                    Err(_) => {
-                        stop.store(true, Ordering::Relaxed);
-                        return;
-                    }
-                }
-            }
+            words.guard("keyboard", || read_keys(&keys, &stop, &ended));
         });
         Ok(Self { view: View::default(), screen, over, keys })
     }
@@ -56,5 +51,21 @@ impl Viewer {
     pub fn end(self) {
         self.over.store(true, Ordering::Relaxed);
         let _ = self.keys.join();
+    }
+}
+
+/// Takes keys until it is over.
+fn read_keys(keys: &Mailbox<u16>, stop: &AtomicBool, ended: &AtomicBool) {
+    while !ended.load(Ordering::Relaxed) {
+        match Screen::key(Duration::from_millis(50)) {
+            Ok(Some(Pressed::Remote(bits))) => while !keys.put(bits) {},
+            Ok(Some(Pressed::Quit)) => stop.store(true, Ordering::Relaxed),
+            Ok(None) => {}
+            // A keyboard that is gone is no reason to go on unseen.
+            Err(_) => {
+                stop.store(true, Ordering::Relaxed);
+                return;
+            }
+        }
     }
 }

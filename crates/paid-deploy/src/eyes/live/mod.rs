@@ -17,6 +17,7 @@ use paid_vision::detect::Detector;
 
 use super::{BallEyes, Desk, EyesConfig, Sensed};
 use crate::DeployError;
+use crate::live::LastWords;
 use crate::player::Player;
 use crate::ros::RosTopics;
 use crate::runtime::Phase;
@@ -50,7 +51,7 @@ pub struct Eyes {
 
 impl Eyes {
     /// Opens the eyes. `phase` is the runtime's. The other end gives what they have to say: a line for each fault of a sensor, and one
-    /// when it is well again. A line that nobody takes is lost.
+    /// when it is well again. A line that nobody takes is lost. A thread of theirs that panics leaves its words in `last_words`.
     ///
     /// # Errors
     /// If a network, an address or a detector cannot be had.
@@ -59,6 +60,7 @@ impl Eyes {
         player: &Arc<Player>,
         place: EyesPlace,
         phase: Arc<Phase>,
+        last_words: &LastWords,
     ) -> Result<(Self, Receiver<String>), DeployError> {
         let mut setup = BallEyes::setup(player)?;
         setup.intrinsics = config.camera.intrinsics;
@@ -84,7 +86,7 @@ impl Eyes {
         let torso = Torso::open(&config.odometry, &topics)?;
         let follow = Follow::new(to_ball, Arc::clone(&desk), teller());
         let stopped = Arc::clone(&stop);
-        let mut threads = vec![std::thread::spawn(move || torso.run(follow, &stopped))];
+        let mut threads = vec![spawn(last_words, "eyes' torso", move || torso.run(follow, &stopped))];
         let look = Look {
             camera: Camera::open(&config.camera, topics)?,
             eyes: BallEyes::new(setup)?,
@@ -96,7 +98,7 @@ impl Eyes {
             teller: teller(),
         };
         let stopped = Arc::clone(&stop);
-        threads.push(std::thread::spawn(move || look.run(&stopped)));
+        threads.push(spawn(last_words, "eyes' ball", move || look.run(&stopped)));
         Ok((Self { desk, stop, threads }, lines))
     }
 
@@ -110,10 +112,18 @@ impl Drop for Eyes {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
         for thread in self.threads.drain(..) {
-            // A thread that panicked has fallen silent, which the runtime has noticed.
+            // The last words of one that panicked were heard.
             let _ = thread.join();
         }
     }
+}
+
+/// A thread whose panic is told.
+fn spawn(last_words: &LastWords, name: &'static str, act: impl FnOnce() + Send + 'static) -> JoinHandle<()> {
+    let words = last_words.clone();
+    std::thread::spawn(move || {
+        words.guard(name, act);
+    })
 }
 
 /// Local time of a stamp by the machine's clock `[ns]`.
@@ -121,4 +131,16 @@ fn of_system(stamp_ns: u64, now_ns: u64) -> u64 {
     let wall = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as i128);
     let local = i128::from(now_ns) - (wall - i128::from(stamp_ns));
     u64::try_from(local).unwrap_or(if local < 0 { 0 } else { u64::MAX })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_of_the_eyes_is_heard_under_its_name() {
+        let words = LastWords::default();
+        spawn(&words, "eyes' torso", || panic!("no ground")).join().expect("caught");
+        assert_eq!(words.heard().as_deref(), Some("the eyes' torso thread has panicked: no ground"));
+    }
 }

@@ -1,0 +1,184 @@
+//! `paid robot` as a program: a dry run, a real signal, lines of JSON, and exit codes. The virtual robot runs in the test, over DDS on the loopback.
+
+mod common;
+
+use std::io::{BufRead, BufReader};
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use common::{paid, refuses, succeeds};
+use paid_deploy::sim::{Order, ServeOptions, VirtualG1, serve};
+use paid_deploy::wire::{Key, LowCmd};
+use paid_deploy::{DdsLink, Player, PlayerSpec, Side};
+use serde_json::Value;
+
+/// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn policy() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors")
+}
+
+/// A domain whose ports the system does not hand to others.
+fn domain(test: u32) -> u16 {
+    20 + ((5 * std::process::id() + test) % 80) as u16
+}
+
+/// A program that ends with the test.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// `paid robot run --json` on this domain, and its lines.
+fn begin(folder: &Path, domain: u16, more: &[&str]) -> (Ended, Receiver<String>) {
+    // The machine may be busy: nothing but the test may end it.
+    let limits =
+        "state_gap_s = 0.1\ncommand_age_s = 0.1\nwriter_age_s = 0.5\nlate_s = 0.1\nlate_steps = 10\n";
+    std::fs::write(folder.join("limits.toml"), limits).expect("write");
+    let mut program = Command::new(env!("CARGO_BIN_EXE_paid"))
+        .args(["robot", "run", "--domain", &domain.to_string(), "--interface", "127.0.0.1", "--json"])
+        .args(["--no-switcher", "--virtual-senses", "--limits", "limits.toml", "--policy"])
+        .arg(policy())
+        .args(more)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let lines = BufReader::new(program.stdout.take().expect("output")).lines().map_while(Result::ok);
+    let (to, from) = channel();
+    std::thread::spawn(move || lines.for_each(|line| drop(to.send(line))));
+    (Ended(program), from)
+}
+
+/// What the program did to a robot that was asked to stand up, and was then stopped by SIGINT.
+struct Course {
+    /// Commands that hold the joints, and damping after the signal, seen by the robot [2 ms each].
+    held: usize,
+    damped: usize,
+    status: ExitStatus,
+    lines: Vec<Value>,
+}
+
+/// A robot for the program: L2 and Up again and again until a line of it says `stand up`, a signal when `enough` says so.
+fn play(folder: &Path, domain: u16, more: &[&str], enough: impl Fn(usize, Duration) -> bool) -> Course {
+    let player = Player::load(&PlayerSpec { policy: policy(), motions: None, sets: Vec::new() });
+    let player = Arc::new(player.expect("policy"));
+    let link = DdsLink::open(domain, IpAddr::V4(Ipv4Addr::LOCALHOST), Side::Robot).expect("DDS");
+    let (mut program, from) = begin(folder, domain, more);
+    let (begin, stop) = (Instant::now(), AtomicBool::new(false));
+    let (mut held, mut damped, mut next_s, mut up, mut signal) = (0, 0, 1.0, None, None);
+    let (mut lines, mut status) = (Vec::new(), None);
+    let orders = |robot: &VirtualG1| {
+        let command: &LowCmd = robot.command();
+        let holds = command.motors[..29].iter().any(|motor| motor.kp > 0.0);
+        let damps = command.motors[..29].iter().all(|m| m.mode == 1 && m.kp == 0.0 && m.kd > 0.0);
+        held += usize::from(holds);
+        damped += usize::from(signal.is_some() && damps && !robot.timed_out());
+        for line in from.try_iter() {
+            let line: Value = serde_json::from_str(&line).unwrap_or_else(|e| panic!("{line}: {e}"));
+            if line["event"]["to"] == "stand_up" {
+                up.get_or_insert_with(Instant::now);
+            }
+            lines.push(line);
+        }
+        if signal.is_none() && up.is_some_and(|at| enough(held, at.elapsed())) {
+            let id = program.0.id().to_string();
+            assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
+            signal = Some(Instant::now());
+        }
+        if signal.is_some() && status.is_none() {
+            status = program.0.try_wait().expect("a program");
+        }
+        if status.is_some() || begin.elapsed() > PATIENCE {
+            stop.store(true, Ordering::Relaxed);
+        }
+        let now_s = robot.now_us() as f64 * 1e-6;
+        (now_s >= next_s && up.is_none()).then(|| {
+            next_s = now_s + 1.0;
+            Order::Keys(vec![Key::L2, Key::Up])
+        })
+    };
+    serve(&player, link, ServeOptions::default(), &stop, &mut (), orders).expect("served");
+    lines.extend(from.iter().map(|line| serde_json::from_str::<Value>(&line).expect("JSON")));
+    Course { held, damped, status: status.expect("ended by the signal"), lines }
+}
+
+/// The line that ends a run.
+fn end(course: &Course) -> &Value {
+    let last = course.lines.last().expect("lines");
+    assert!(last["end"].is_object(), "{last}");
+    &last["end"]
+}
+
+#[test]
+fn a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let course = play(folder.path(), domain(0), &[], |held, _| held > 100);
+    assert!(course.status.success(), "{}", course.status);
+    // Half a second of damping is said; the robot has seen most of it.
+    assert!(course.held > 100 && course.damped > 100, "{} held, {} damped", course.held, course.damped);
+    let reasons: Vec<&str> =
+        course.lines.iter().filter_map(|line| line["event"]["reason"].as_str()).collect();
+    assert!(reasons.contains(&"stop signal"), "{reasons:?}");
+    assert!(course.lines.iter().any(|line| line["status"]["state"].is_string()));
+    let end = end(&course);
+    assert!(end["died"].is_null() && end["commands_late"]["periods"].as_u64() > Some(100), "{end}");
+    assert!(end["bare_timer_late"]["periods"].as_u64() > Some(100), "the timer runs beside: {end}");
+    assert!(end["usage"]["cpu_s"].as_f64() > Some(0.0) && end["usage"]["peak_rss_mib"].as_f64() > Some(1.0));
+}
+
+#[test]
+fn a_dry_run_thinks_and_logs_and_commands_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let more = ["--dry-run", "--log", "dry.mcap"];
+    let course = play(folder.path(), domain(1), &more, |_, up| up > Duration::from_millis(500));
+    assert!(course.status.success(), "{}", course.status);
+    assert_eq!((course.held, course.damped), (0, 0), "commands of a dry run");
+    assert!(course.lines.iter().any(|line| line["status"]["dry_run"] == true));
+    assert!(end(&course)["steps"].as_u64() > Some(100));
+    // Its log replays bit for bit: exit code 0.
+    let said = succeeds(&paid(folder.path(), &["robot", "replay", "dry.mcap"]));
+    assert!(said.ends_with("every command, observation and action came out bit for bit\n"), "{said}");
+}
+
+#[test]
+fn exit_codes_tell_what_was_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let silent = domain(2).to_string();
+    let check = [
+        "robot",
+        "check",
+        "--domain",
+        &silent,
+        "--interface",
+        "127.0.0.1",
+        "--seconds",
+        "0.5",
+        "--no-switcher",
+    ];
+    let output = paid(here, &check);
+    assert_eq!(output.status.code(), Some(1));
+    let said = common::text(&output);
+    assert!(said.contains("no state came") && said.ends_with("NOT good: do not start\n"), "{said}");
+    let policy = policy();
+    let policy = policy.to_str().expect("a path");
+    let drill = ["robot", "drill", "--trials", "1", "--fault", "StopKey", "--policy", policy];
+    assert!(succeeds(&paid(here, &drill)).contains("1 of 1 passed"));
+    let absent = ["robot", "replay", "absent.mcap"];
+    assert!(refuses(&paid(here, &absent)).contains("absent.mcap"));
+    std::fs::write(here.join("other.mcap"), "no log").expect("write");
+    let other = ["robot", "replay", "other.mcap"];
+    assert!(refuses(&paid(here, &other)).contains("other.mcap"));
+}
