@@ -16,8 +16,8 @@ pub(crate) const UNITS: [(&str, f64); 3] = [("meters", 1.0), ("centimeters", 0.0
 /// Cosine of the angle from an axis up to which a trunk points along it: 30 degrees.
 const ALONG: f64 = 0.866;
 /// Who lies on the file's floor has the lowest point this near to it `[m]` and the hips no higher than this over that `[m]`.
-const ON_FLOOR_M: RangeInclusive<f64> = -0.1..=0.2;
-const LOW_M: f64 = 0.45;
+pub(crate) const ON_FLOOR_M: RangeInclusive<f64> = -0.1..=0.2;
+pub(crate) const LOW_M: f64 = 0.45;
 
 /// Where the parts are that unit and axis are told by.
 struct Parts {

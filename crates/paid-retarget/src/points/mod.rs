@@ -8,7 +8,7 @@ use std::path::Path;
 use paid_lanes::{Quat, Vec3};
 use paid_motion::{MotionError, Points};
 
-use crate::recognize::{LEG_M, UNITS};
+use crate::recognize::{LEG_M, LOW_M, ON_FLOOR_M, UNITS};
 use crate::retarget::SHORTEST_S;
 use crate::skeleton::about;
 use crate::{Bone, HumanMotion, HumanOptions, RetargetError, Skeleton};
@@ -101,6 +101,14 @@ pub fn motion_of_points(
                 return Err(refuse("positions", "y or z up".to_owned(), found));
             }
             let up = sheet::Up { axis, down: trunk.0[axis] < 0.0 };
+            let other = 3 - axis;
+            if let Some(hips) = hips_over_floor(&raw, other, unit) {
+                let found = format!(
+                    "a trunk along {} and hips {hips:.2} m above 0 along {}: a player who stands, or one who lies",
+                    AXES[axis], AXES[other]
+                );
+                return Err(refuse("positions", "'up' in the TOML".to_owned(), found));
+            }
             notes.push(format!("{up} was taken for up: the trunk points there"));
             up
         }
@@ -115,6 +123,20 @@ pub fn motion_of_points(
     };
     let bodies: Vec<Body> = raw.iter().map(|body| body.moved(|p| turn.rotate(p).scale(unit))).collect();
     Ok(assemble(path, fps, &bodies, notes))
+}
+
+/// Names of the axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// How high the hips are on average over a floor at 0 that `axis` points up from (or down, in files with that axis down), in files whose unit is
+/// `unit` `[m]`, if the body lies low over such a floor.
+fn hips_over_floor(bodies: &[Body], axis: usize, unit: f64) -> Option<f64> {
+    [1.0, -1.0].into_iter().find_map(|sign| {
+        let height = |p: Vec3<f64>| sign * unit * p.0[axis];
+        let lowest = bodies.iter().flat_map(Body::points).map(height).fold(f64::INFINITY, f64::min);
+        let hips = bodies.iter().map(|b| height(b.at(Part::Hips))).sum::<f64>() / bodies.len() as f64;
+        (ON_FLOOR_M.contains(&lowest) && hips - lowest < LOW_M).then_some(hips)
+    })
 }
 
 fn assemble(path: &Path, fps: f64, bodies: &[Body], notes: Vec<String>) -> HumanMotion {
@@ -213,6 +235,26 @@ mod tests {
             error,
             "p.npz: unit_m: expected legs of 0.35 to 1.4 m, found 80.0000 m: these look like centimeters (unit_m = 0.01)"
         );
+    }
+
+    #[test]
+    fn who_lies_is_not_stood_up_without_a_word_about_up() {
+        // On the back: what was up points along y, the hips are 0.15 m above a floor at 0 along z.
+        let mut lying = person(30);
+        lying.pos.iter_mut().for_each(|[x, y, z]| [*x, *y, *z] = [*y, *z, 0.15 + *x]);
+        let error = read(SHEET, &lying).expect_err("refused").to_string();
+        assert_eq!(
+            error,
+            "p.npz: positions: expected 'up' in the TOML, found a trunk along y and hips 0.15 m above 0 along z: \
+             a player who stands, or one who lies"
+        );
+        // The word decides: y is up, and this is a stand.
+        let notes = read(&format!("up = 'y'\n{SHEET}"), &lying).expect("told").notes;
+        assert_eq!(notes, [""; 0]);
+        // With the other axis down, in centimeters.
+        lying.pos.iter_mut().for_each(|[x, y, z]| [*x, *y, *z] = [100.0 * *x, -100.0 * *z, 100.0 * *y]);
+        let error = read(SHEET, &lying).expect_err("refused").to_string();
+        assert!(error.contains("a trunk along z and hips 0.15 m above 0 along y"), "{error}");
     }
 
     #[test]

@@ -111,6 +111,13 @@ impl Body {
         }
     }
 
+    /// Every point.
+    pub fn points(&self) -> impl Iterator<Item = V> {
+        let pairs =
+            [self.hip, self.knee, self.ankle, self.toe, self.heel, self.shoulder, self.elbow, self.wrist];
+        pairs.into_iter().flatten().chain([self.hips, self.neck])
+    }
+
     /// From the hips to the neck.
     pub fn trunk(&self) -> V {
         self.neck - self.hips
