@@ -65,6 +65,9 @@ fn compare(args: &Args, joined: &Joined) -> Result<ExitCode, Failure> {
     let motions = args.motions.as_deref().map(motions_value);
     let beside = args.plan.parent().unwrap_or(Path::new(""));
     let contenders = plan.contenders(beside, motions.as_deref())?;
+    for (name, file) in plan.left_out(beside) {
+        eprintln!("note: '{name}' is left out: no file {}", file.display());
+    }
     let mut own = Introduction::default();
     own.tell_options(&plan);
     for contender in &contenders {

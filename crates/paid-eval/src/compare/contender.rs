@@ -53,7 +53,8 @@ impl Plan {
     pub fn contenders(&self, folder: &Path, motions: Option<&str>) -> Result<Vec<Contender>, EvalError> {
         self.check()?;
         let mut contenders: Vec<Contender> = Vec::new();
-        for entry in &self.entries {
+        let left_out = self.left_out(folder);
+        for entry in self.entries.iter().filter(|e| !left_out.iter().any(|(name, _)| *name == e.name)) {
             let slug = slug(&entry.name);
             if contenders.iter().any(|c| c.folder.starts_with(&slug)) {
                 return Err(wrong("entry.name", "a name of its own for every entry", &entry.name));
@@ -159,7 +160,7 @@ impl Plan {
                 if file { folder.join(&stage.preset).display().to_string() } else { stage.preset.clone() };
             let mut preset = RunPreset::resolve(&name, &sets)?;
             let per_iteration = (preset.run.envs * preset.learn.ppo.horizon) as f64;
-            let samples = self.samples as f64 * stage.share / total;
+            let samples = entry.samples.unwrap_or(self.samples) as f64 * stage.share / total;
             preset.run.iterations = (samples / per_iteration).ceil() as u64;
             stages.push(preset);
         }
@@ -240,6 +241,12 @@ mod tests {
         assert_eq!(iterations, [1, 2]);
         assert_eq!(contenders[1].stages[0].run.seed, 2);
         assert_eq!(contenders[2].stages[0].run.iterations, 3);
+        let own = PLAN.replace("seeds = [7]", "seeds = [7]\n        samples = 50000");
+        let own: Plan = toml::from_str(&own).expect("reads");
+        let own = own.contenders(Path::new(""), None).expect("fits");
+        let iterations: Vec<_> =
+            own.iter().map(|c| c.stages.iter().map(|s| s.run.iterations).sum::<u64>()).collect();
+        assert_eq!(iterations, [3, 3, 2]);
         let begun: Plan = toml::from_str(&PLAN.replace("seeds = [7]", "from = \"src\"")).expect("reads");
         let from: Vec<_> =
             begun.contenders(Path::new(""), None).expect("fits").into_iter().map(|c| c.from).collect();
@@ -247,9 +254,28 @@ mod tests {
     }
 
     #[test]
+    fn an_optional_entry_without_its_file_is_left_out_and_named() {
+        let plan = |policy: &str| -> Plan {
+            let entry = format!("policy = \"{policy}\"\n        optional = true");
+            toml::from_str(&PLAN.replace(r#"stages = [{ preset = "amp" }]"#, &entry)).expect("reads")
+        };
+        let names = |plan: &Plan| -> Vec<String> {
+            plan.contenders(Path::new(""), None).expect("fits").into_iter().map(|c| c.name).collect()
+        };
+        let absent = plan("no/such/tracker.onnx");
+        assert_eq!(names(&absent), ["Ours (two stages)"; 2]);
+        assert_eq!(absent.left_out(Path::new("x")), [("AMP", "x/no/such/tracker.onnx".into())]);
+        let there = plan("src");
+        assert_eq!(names(&there), ["Ours (two stages)", "Ours (two stages)", "AMP"]);
+        assert_eq!(there.left_out(Path::new("")), []);
+    }
+
+    #[test]
     fn the_shipped_plans_fit() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
-        for (name, rows) in [("paper.toml", 6), ("short.toml", 7), ("ablations.toml", 30), ("fewer_samples.toml", 9)] {
+        for (name, rows) in
+            [("paper.toml", 8), ("short.toml", 7), ("ablations.toml", 32), ("fewer_samples.toml", 9)]
+        {
             let plan = Plan::read(&folder.join(name)).expect(name);
             assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
         }
@@ -283,6 +309,12 @@ mod tests {
         assert!(tracks.contains("entry.tracks: expected a policy"), "{tracks}");
         let clips = with("seeds = [7]", "seeds = [7]\n        clips = [\"a\"]");
         assert!(clips.contains("entry.clips: expected specialists = true, found AMP"), "{clips}");
+        let none = with("seeds = [7]", "seeds = [7]\n        samples = 0");
+        assert!(none.contains("entry.samples: expected at least 1, found 0 in 'AMP'"), "{none}");
+        let spent = with(r#"stages = [{ preset = "amp" }]"#, "policy = \"src\"\n        samples = 5");
+        assert!(spent.contains("entry.samples: expected stages to spend them on, found AMP"), "{spent}");
+        let trained = with("seeds = [7]", "seeds = [7]\n        optional = true");
+        assert!(trained.contains("entry.optional: expected a policy whose file may be missing"), "{trained}");
         let both = r#"name = "AMP"
         from = "src"
         policy = "src""#;

@@ -15,7 +15,7 @@ use crate::shooting::Grid;
 pub struct Plan {
     /// Stands above the table.
     pub title: String,
-    /// Training samples of an entry, over all of its stages.
+    /// Training samples of an entry, over all of its stages; an entry may have its own number.
     pub samples: u64,
     /// Every entry is trained with each of these.
     #[serde(default = "one_seed")]
@@ -51,6 +51,9 @@ pub struct Entry {
     pub from: Option<PathBuf>,
     /// Instead of stages: a run folder, checkpoint or ONNX file. A path is relative to the plan.
     pub policy: Option<PathBuf>,
+    /// True: without its `policy`'s file, such as one that may not be passed on, the entry is left out ([`Plan::left_out`]).
+    #[serde(default)]
+    pub optional: bool,
     /// The policy is judged by how it follows the clips, not by its shots. Of stages the last one's task says so.
     #[serde(default)]
     pub tracks: bool,
@@ -62,6 +65,8 @@ pub struct Entry {
     pub clips: Vec<String>,
     /// Instead of the plan's.
     pub seeds: Option<Vec<u64>>,
+    /// Instead of the plan's: a network that learns from fewer samples a second may be given the same time.
+    pub samples: Option<u64>,
     /// Further changed preset values.
     #[serde(default)]
     pub sets: Vec<String>,
@@ -150,12 +155,30 @@ impl Plan {
         })
     }
 
+    /// Optional entries whose policy is not there, with the file that is missing. `folder` is the plan's.
+    pub fn left_out(&self, folder: &Path) -> Vec<(&str, PathBuf)> {
+        let missing = |entry: &Entry| {
+            let file = folder.join(entry.policy.as_ref().filter(|_| entry.optional)?);
+            (!file.exists()).then_some(file)
+        };
+        self.entries.iter().filter_map(|entry| Some((entry.name.as_str(), missing(entry)?))).collect()
+    }
+
     pub(super) fn check(&self) -> Result<(), EvalError> {
         if self.entries.is_empty() {
             return Err(wrong("entry", "one or more", "none"));
         }
         if self.samples == 0 {
             return Err(wrong("samples", "at least 1", "0"));
+        }
+        if let Some(entry) = self.entries.iter().find(|e| e.samples == Some(0)) {
+            return Err(wrong("entry.samples", "at least 1", &format!("0 in '{}'", entry.name)));
+        }
+        if let Some(entry) = self.entries.iter().find(|e| e.optional && e.policy.is_none()) {
+            return Err(wrong("entry.optional", "a policy whose file may be missing", &entry.name));
+        }
+        if let Some(entry) = self.entries.iter().find(|e| e.samples.is_some() && e.policy.is_some()) {
+            return Err(wrong("entry.samples", "stages to spend them on", &entry.name));
         }
         if self.judge.trials == 0 {
             return Err(wrong("judge.trials", "at least 1", "0"));

@@ -137,10 +137,11 @@ impl Comparison {
             "falls",
             "ball [m/s]",
             "MPJPE [mm]",
+            "G-MPJPE [mm]",
         ]);
         let mut any = false;
         for row in &self.rows {
-            for ClipShots { clip, shots, mpjpe_mm } in &row.scores.clips {
+            for ClipShots { clip, shots, mpjpe_mm, g_mpjpe_mm } in &row.scores.clips {
                 any = true;
                 table.row([
                     row.name.clone(),
@@ -154,6 +155,7 @@ impl Comparison {
                     ),
                     shots.ball_speed.map_or("-".to_owned(), |x| number(x, 2)),
                     mpjpe_mm.map_or("-".to_owned(), |x| number(x, 0)),
+                    g_mpjpe_mm.map_or("-".to_owned(), |x| number(x, 0)),
                 ]);
             }
         }
@@ -245,7 +247,12 @@ mod tests {
                 fixed: shots(50),
                 rolling: shots(10),
             }],
-            clips: vec![ClipShots { clip: "stylized-001".into(), shots: shots(40), mpjpe_mm: Some(77.0) }],
+            clips: vec![ClipShots {
+                clip: "stylized-001".into(),
+                shots: shots(40),
+                mpjpe_mm: Some(77.0),
+                g_mpjpe_mm: Some(231.0),
+            }],
             panel: Some(PanelScore { mean: 0.4, worst: 0.1, worst_ball: "dead".into() }),
             likeness: ["the clips", "the policy"].map(likeness).into(),
             tracks: Vec::new(),
@@ -262,7 +269,10 @@ mod tests {
         assert!(seeds.contains("[26.6, 77.4]") && seeds.contains("10.0% [10.0, 10.0]"), "{seeds}");
         let clip = table.lines().find(|l| l.contains("stylized-001")).expect("a clip");
         assert!(
-            clip.contains("40.0% [30.9, 49.8]") && clip.contains("0.750") && clip.ends_with("77"),
+            clip.contains("40.0% [30.9, 49.8]")
+                && clip.contains("0.750")
+                && clip.contains(" 77 ")
+                && clip.ends_with("231"),
             "{clip}"
         );
         let line = |start: &str| table.lines().find(|l| l.starts_with(start)).unwrap_or_default().to_owned();

@@ -95,6 +95,9 @@ pub struct ClipShots {
     /// How far off the clip the bodies were relative to the root, mean over the shots `[mm]`; `None` in scores of before it was measured.
     #[serde(default)]
     pub mpjpe_mm: Option<f64>,
+    /// The same with the roots starting at one point `[mm]`: the way to the ball is in it. `None` in scores of before it was measured.
+    #[serde(default)]
+    pub g_mpjpe_mm: Option<f64>,
 }
 
 /// Everything about one policy.
@@ -249,6 +252,7 @@ impl Scores {
                     clip: row.motion.clone(),
                     shots: Shots::of(&row.score),
                     mpjpe_mm: Some(row.errors.mpjpe_mm),
+                    g_mpjpe_mm: Some(row.errors.g_mpjpe_mm),
                 };
                 clips = report.rows.iter().map(row).collect();
             }
