@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::format::has_extension;
-use crate::generate::generate_builtin;
+use crate::generate::{Look, generate_builtin};
 use crate::{Clip, EXTENSIONS, MotionError, ReadOptions, read_clip, read_motion, resample};
 
 /// Clips at one frame rate, in the order of their paths.
@@ -40,7 +40,7 @@ impl MotionLibrary {
     /// A robot that the generator does not understand, a bad rate.
     pub fn builtin(model: &RobotModel, spec: &RobotSpec, control_rate_hz: f64) -> Result<Self, MotionError> {
         check_rate(control_rate_hz)?;
-        let clips = generate_builtin(model, spec)?
+        let clips = generate_builtin(model, spec, Look::default())?
             .into_iter()
             .map(|kick| at_rate(kick.clip, model, control_rate_hz))
             .collect();

@@ -23,9 +23,34 @@ pub struct BuiltinKick {
     pub request: KickRequest,
 }
 
+/// How the kicks of the library look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Look {
+    /// What `policies/demo` was trained on.
+    #[default]
+    Plain,
+    /// Moved more as people do ([`KickStyle::natural`]).
+    Natural,
+}
+
+impl Look {
+    fn styles(self) -> [KickStyle; 2] {
+        match self {
+            Self::Plain => [KickStyle::standard(), KickStyle::powerful()],
+            Self::Natural => [KickStyle::natural(), KickStyle::natural_powerful()],
+        }
+    }
+}
+
+/// The kicks of [`builtin_kicks_of`] that a program without motion files trains on.
+pub fn builtin_kicks() -> Vec<BuiltinKick> {
+    builtin_kicks_of(Look::default())
+}
+
 /// Ten standard kicks, five balls on each of two rings, and three powerful ones. Balls on the left are for the left foot, those
 /// on the right for the right; straight ahead the near ring has the right foot and the far ring the left.
-pub fn builtin_kicks() -> Vec<BuiltinKick> {
+pub fn builtin_kicks_of(look: Look) -> Vec<BuiltinKick> {
+    let [standard, powerful] = look.styles();
     let mut kicks = Vec::new();
     let mut add = |set: &'static str, radius: f64, degrees: f64, middle: KickLeg, style: KickStyle| {
         let number = kicks.iter().filter(|k: &&BuiltinKick| k.set == set).count() + 1;
@@ -45,23 +70,27 @@ pub fn builtin_kicks() -> Vec<BuiltinKick> {
     };
     for ((radius, step), middle) in RINGS.into_iter().zip([KickLeg::Right, KickLeg::Left]) {
         for place in [0.0, 1.0, 2.0, -1.0, -2.0] {
-            add("standard", radius, place * step, middle, KickStyle::standard());
+            add("standard", radius, place * step, middle, standard);
         }
     }
     let (angles, radius) = POWERFUL;
     for degrees in angles {
-        add("powerful", radius, degrees, KickLeg::Right, KickStyle::powerful());
+        add("powerful", radius, degrees, KickLeg::Right, powerful);
     }
     kicks
 }
 
-/// Makes the whole library, in the order of [`builtin_kicks`], each clip's path being `built-in/SET/NAME.npz` (no such file
+/// Makes the whole library, in the order of [`builtin_kicks_of`], each clip's path being `built-in/SET/NAME.npz` (no such file
 /// exists).
 ///
 /// # Errors
 /// As [`generate_kick`].
-pub fn generate_builtin(model: &RobotModel, spec: &RobotSpec) -> Result<Vec<GeneratedKick>, GenerateError> {
-    let kicks = builtin_kicks();
+pub fn generate_builtin(
+    model: &RobotModel,
+    spec: &RobotSpec,
+    look: Look,
+) -> Result<Vec<GeneratedKick>, GenerateError> {
+    let kicks = builtin_kicks_of(look);
     let make = |kick: &BuiltinKick| {
         let mut made = generate_kick(model, spec, &kick.request)?;
         made.clip.path = format!("built-in/{}/{}.npz", kick.set, kick.request.name).into();

@@ -19,7 +19,7 @@ mod tests;
 mod walk;
 
 pub use biped::Biped;
-pub use builtin::{BUILTIN_LICENSE, BuiltinKick, builtin_kicks, generate_builtin};
+pub use builtin::{BUILTIN_LICENSE, BuiltinKick, Look, builtin_kicks, builtin_kicks_of, generate_builtin};
 pub use plan::{BALL_RADIUS, FPS, Foothold, GOAL_DISTANCE, KickTimes, Plan, Swing};
 pub use posture::Posture;
 pub use solve::{FootTarget, Pose, Target, solve};
@@ -140,7 +140,9 @@ pub fn generate_kick(
     let attempt = |shorter: f64, extra: usize| {
         let style = KickStyle { through: request.style.through - shorter, ..request.style };
         let plan = Plan::new(&figure, &style, ball, -anchor, extra)?;
-        Course::new(&figure, plan, &style).run()
+        let (frames, plan) = Course::new(&figure, plan, &style).run()?;
+        in_balance(&figure, &frames, &plan, request)?;
+        Ok((frames, plan))
     };
     let mut made = attempt(0.0, 0);
     for (shorter, extra) in
@@ -163,6 +165,25 @@ pub fn generate_kick(
     clip.kick_frame = Some(contact_frame);
     let balance = balance(&clip, model);
     Ok(GeneratedKick { clip, ball: request.ball, aim: side * plan.aim, contact_frame, support, balance })
+}
+
+/// Refuses a motion whose pressure leaves the planned soles: the legs jumped between frames, though each frame is near its targets.
+fn in_balance(
+    figure: &Biped<'_>,
+    frames: &[Pose],
+    plan: &Plan,
+    request: &KickRequest,
+) -> Result<(), GenerateError> {
+    let now = balance(&clip_of(figure, frames, request), figure.model);
+    for (k, b) in now.iter().enumerate() {
+        let time_s = k as f64 / FPS;
+        let margin = support_margin(&plan.support(figure, time_s), b.zmp);
+        if margin < 0.0 {
+            let error = 1.0 - margin / TOLERANCES[0];
+            return Err(GenerateError::Reach { ball: request.ball, time_s, error });
+        }
+    }
+    Ok(())
 }
 
 /// The mirror image of a pose in the x-z plane.

@@ -211,7 +211,7 @@ impl Plan {
                 pos: near(0.0, 0.0, style.strike_height),
                 vel: [style.speed * c, style.speed * s, 0.0],
             },
-            rest(self.kick.through, near(style.through, 0.04, style.through_height)),
+            rest(self.kick.through, near(style.through, style.through_side, style.through_height)),
             rest(self.kick.land, stand(to)),
         ])
     }

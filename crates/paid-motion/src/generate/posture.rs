@@ -44,8 +44,8 @@ impl Posture {
         let mut bent = [0.0, lean, 0.0];
         for (t, yaw) in plan.headings() {
             if t > kick.lift && t < kick.land + 1e-9 {
-                turns.push((kick.back, [0.0, style.lean, plan.aim - 0.5 * style.waist]));
-                turns.push((kick.through, [0.0, -0.3 * style.lean, plan.aim + 0.5 * style.waist]));
+                turns.push((kick.back, [0.0, style.lean, plan.aim + style.hips[0]]));
+                turns.push((kick.through, [0.0, -0.3 * style.lean, plan.aim + style.hips[1]]));
             }
             bent[2] = yaw;
             turns.push((t, bent));
@@ -87,7 +87,10 @@ fn offsets(figure: &Biped<'_>, plan: &Plan, style: &KickStyle) -> Vec<(usize, Tr
         // With the back-swing the opposite arm goes back, with the strike forward.
         swing[side].splice(
             at..at,
-            [(kick.back, [-0.8 * style.arms * forward]), (kick.through, [style.arms * forward])],
+            [
+                (kick.back, [-0.8 * style.arms * forward - style.arms_ahead]),
+                (kick.through, [style.arms * forward - style.arms_ahead]),
+            ],
         );
         swing[side].push((plan.end - 0.10, [0.0]));
     }

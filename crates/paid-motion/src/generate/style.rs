@@ -16,6 +16,8 @@ pub struct KickStyle {
     pub back_height: f64,
     /// How far past the point of contact the toe swings `[m]`.
     pub through: f64,
+    /// How far to the left of the shot's line the toe is there `[m]`.
+    pub through_side: f64,
     /// Height of the toe there `[m]`.
     pub through_height: f64,
     /// Outward turn of the leg about the hip at the ball `[rad]`: large for the inside of the foot, small for the instep.
@@ -28,8 +30,13 @@ pub struct KickStyle {
     pub base_heights: [f64; 3],
     /// Largest turn of shoulders against hips about the vertical `[rad]`.
     pub waist: f64,
+    /// Where the hips face, off the shot's line, in the back-swing and at the end of the follow-through; negative: to the
+    /// kicking foot's side `[rad]`.
+    pub hips: [f64; 2],
     /// Swing of the arms in the kick `[rad]`.
     pub arms: f64,
+    /// How far ahead of the body both arms swing in the kick `[rad]`.
+    pub arms_ahead: f64,
     /// Forward lean of the trunk in the back-swing `[rad]`.
     pub lean: f64,
 }
@@ -44,13 +51,16 @@ impl KickStyle {
             back_side: 0.07,
             back_height: 0.27,
             through: 0.52,
+            through_side: 0.04,
             through_height: 0.34,
             turn_out: 0.50,
             plant: [-0.19, 0.185],
             take_off: [-0.25, -0.24],
             base_heights: [0.725, 0.715, 0.73],
             waist: 0.30,
+            hips: [-0.15, 0.15],
             arms: 0.55,
+            arms_ahead: 0.0,
             lean: 0.10,
         }
     }
@@ -66,9 +76,48 @@ impl KickStyle {
             through_height: 0.44,
             turn_out: 0.35,
             waist: 0.45,
+            hips: [-0.225, 0.225],
             arms: 0.85,
             lean: 0.14,
             ..Self::standard()
+        }
+    }
+
+    /// As [`KickStyle::standard`], but moved as people do: the hips open to the kicking foot's side and turn through the strike, the foot
+    /// comes low from behind and beside and ends across the body, the legs are straighter, the arms swing less and ahead of the body.
+    pub fn natural() -> Self {
+        Self {
+            back: 0.44,
+            back_side: 0.08,
+            back_height: 0.14,
+            through: 0.50,
+            through_side: 0.12,
+            through_height: 0.30,
+            turn_out: 0.25,
+            base_heights: [0.745, 0.740, 0.750],
+            hips: [-0.85, 0.10],
+            arms: 0.48,
+            arms_ahead: 0.45,
+            ..Self::standard()
+        }
+    }
+
+    /// [`KickStyle::natural`] with the instep at 6.5 m/s.
+    pub fn natural_powerful() -> Self {
+        Self {
+            back: 0.52,
+            back_side: 0.07,
+            back_height: 0.20,
+            through: 0.54,
+            through_side: 0.08,
+            through_height: 0.36,
+            turn_out: 0.20,
+            base_heights: [0.745, 0.740, 0.750],
+            waist: 0.40,
+            hips: [-0.80, 0.10],
+            arms: 0.55,
+            arms_ahead: 0.45,
+            ..Self::powerful()
         }
     }
 }

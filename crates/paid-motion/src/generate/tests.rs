@@ -19,7 +19,16 @@ fn library() -> &'static [GeneratedKick] {
     static LIBRARY: OnceLock<Vec<GeneratedKick>> = OnceLock::new();
     LIBRARY.get_or_init(|| {
         let (model, spec) = robot();
-        generate_builtin(&model, &spec).expect("the built-in robot kicks")
+        generate_builtin(&model, &spec, Look::Plain).expect("the built-in robot kicks")
+    })
+}
+
+/// The same with the natural look.
+fn natural() -> &'static [GeneratedKick] {
+    static LIBRARY: OnceLock<Vec<GeneratedKick>> = OnceLock::new();
+    LIBRARY.get_or_init(|| {
+        let (model, spec) = robot();
+        generate_builtin(&model, &spec, Look::Natural).expect("the built-in robot kicks")
     })
 }
 
@@ -88,11 +97,11 @@ fn the_library_has_ten_standard_and_three_powerful_kicks_with_both_feet() {
 #[test]
 fn every_built_in_clip_passes_the_check() {
     let (model, spec) = robot();
-    for kick in library() {
+    for kick in library().iter().chain(natural()) {
         let report =
             check_clip(&kick.clip, &model, &spec, &CheckLimits::default()).expect("the built-in robot");
         assert_eq!(report.findings, [], "{}", kick.clip.name);
-        assert!(report.measures.joint_speed.value < 0.6, "{}", kick.clip.name);
+        assert!(report.measures.joint_speed.value < 0.65, "{}", kick.clip.name);
         assert_eq!(report.measures.pressure_inside, 1.0, "{}", kick.clip.name);
     }
 }
@@ -101,7 +110,7 @@ fn every_built_in_clip_passes_the_check() {
 fn every_built_in_kick_meets_the_ball_at_its_speed() {
     let (model, spec) = robot();
     let figure = Biped::new(&model, &spec).expect("a humanoid");
-    for kick in library() {
+    for kick in library().iter().chain(natural()) {
         assert_strikes(kick, &figure);
         let facts = kick_facts(&kick.clip, &model, &spec).expect("a foot");
         assert!(facts.kick_frame.abs_diff(kick.contact_frame) <= 2, "{}", kick.clip.name);
@@ -114,6 +123,27 @@ fn every_built_in_kick_meets_the_ball_at_its_speed() {
         let v = pose.conj().rotate(Vec3(kick.clip.body_lin_vel(kick.contact_frame)[body]));
         let inward = if kick.clip.kick_leg == KickLeg::Left { -v.y() } else { v.y() };
         assert!(inward > 0.15 * v.norm(), "{}: {:?}", kick.clip.name, v.0);
+    }
+}
+
+#[test]
+fn natural_kicks_turn_the_hips_through_the_strike_and_hold_the_foot_low() {
+    let (model, spec) = robot();
+    let of = |kick: &GeneratedKick| {
+        let clip = &kick.clip;
+        let window = kick.contact_frame - 30..=kick.contact_frame + 20;
+        let yaws: Vec<f64> = window.map(|t| Quat(clip.body_quat(t)[0]).to_mat().yaw()).collect();
+        let (low, high) =
+            yaws.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
+        let foot = foot(&model, &spec, clip.kick_leg);
+        let back = (kick.contact_frame - 25..kick.contact_frame).map(|t| clip.body_pos(t)[foot][2]);
+        (high - low, back.fold(0.0, f64::max))
+    };
+    // Human clips: 54 degrees, and an ankle that rises to 0.17 m (instep: 0.39 m) before the strike.
+    for (plain, natural) in library().iter().zip(natural()) {
+        let ((turn, lift), (more, less)) = (of(plain), of(natural));
+        assert!(more > 0.6 && more > 1.5 * turn, "{}: {more} rad after {turn}", natural.clip.name);
+        assert!(less < lift - 0.05, "{}: {less} m after {lift}", natural.clip.name);
     }
 }
 

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use paid_motion::generate::{GeneratedKick, KickRequest, KickStyle, generate_builtin, generate_kick};
+use paid_motion::generate::{
+    GeneratedKick, KickRequest, KickStyle, Look as Looks, generate_builtin, generate_kick,
+};
 use paid_motion::{KickLeg, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Serialize;
@@ -25,6 +27,9 @@ pub struct Args {
     /// How hard that kick is.
     #[arg(long, value_enum, default_value_t = Style::Standard, requires = "ball")]
     style: Style,
+    /// How the kicks look. Training without motion files takes the plain ones.
+    #[arg(long, value_enum, default_value_t = Look::Plain)]
+    look: Look,
     /// Speed of its toe at the ball [m/s] [default: that of the style].
     #[arg(long, value_name = "M/S", requires = "ball")]
     speed: Option<f64>,
@@ -42,6 +47,14 @@ enum Style {
     Standard,
     /// Instep, harder.
     Powerful,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Look {
+    /// Hips that face the shot, high back-swing.
+    Plain,
+    /// Moved more as people do: hips that turn through the strike, straighter legs, arms ahead.
+    Natural,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -68,7 +81,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let kicks = match args.ball {
         Some(ball) => vec![generate_kick(&model, &spec, &request(args, ball)?).map_err(Failure::input)?],
-        None => generate_builtin(&model, &spec).map_err(Failure::input)?,
+        None => {
+            let look = match args.look {
+                Look::Plain => Looks::Plain,
+                Look::Natural => Looks::Natural,
+            };
+            generate_builtin(&model, &spec, look).map_err(Failure::input)?
+        }
     };
     let mut lines = Vec::new();
     for kick in &kicks {
@@ -105,9 +124,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 fn request(args: &Args, ball: [f64; 2]) -> Result<KickRequest, Failure> {
-    let mut style = match args.style {
-        Style::Standard => KickStyle::standard(),
-        Style::Powerful => KickStyle::powerful(),
+    let mut style = match (args.look, args.style) {
+        (Look::Plain, Style::Standard) => KickStyle::standard(),
+        (Look::Plain, Style::Powerful) => KickStyle::powerful(),
+        (Look::Natural, Style::Standard) => KickStyle::natural(),
+        (Look::Natural, Style::Powerful) => KickStyle::natural_powerful(),
     };
     if let Some(speed) = args.speed {
         if !(1.0..=9.0).contains(&speed) {
