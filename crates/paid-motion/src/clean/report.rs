@@ -52,6 +52,8 @@ pub struct CleanReport {
     pub seconds: f64,
     /// Why the result is not a pass, in plain sentences; empty if it is.
     pub reasons: Vec<String>,
+    /// What was lost that no check sees, in plain sentences.
+    pub warnings: Vec<String>,
     /// Check of the input.
     pub before: ClipReport,
     /// Check of the result.
@@ -114,8 +116,39 @@ impl CleanReport {
             steps: 0,
             seconds: 0.0,
             reasons: verdict_reasons(&after),
+            warnings: slower([before.measures.foot_speed.value, after.measures.foot_speed.value])
+                .into_iter()
+                .collect(),
             before,
             after,
         }
+    }
+}
+
+/// Share of the kick's foot speed that may be lost without a word.
+const LOSS: f64 = 0.10;
+
+/// What to say of the kicking foot's largest speed before and after `[m/s]`.
+fn slower([before, after]: [f64; 2]) -> Option<String> {
+    let lost = 1.0 - after / before;
+    (lost > LOSS).then(|| {
+        format!(
+            "the kicking foot lost {:.0} % of its speed: {after:.2} m/s of {before:.2} m/s; a smaller --stretch keeps more",
+            100.0 * lost
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kick_that_lost_more_than_a_tenth_of_its_speed_is_told() {
+        assert_eq!(slower([10.0, 9.01]), None);
+        assert_eq!(slower([10.0, 11.0]), None);
+        assert_eq!(slower([0.0, 0.0]), None);
+        let told = slower([10.0, 8.5]).expect("15 % are lost");
+        assert!(told.starts_with("the kicking foot lost 15 % of its speed: 8.50 m/s of 10.00 m/s"), "{told}");
     }
 }

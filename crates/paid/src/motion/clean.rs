@@ -141,6 +141,9 @@ pub fn print(path: &Path, r: &CleanReport, fps: f64) {
     for reason in &r.reasons {
         println!("  {}: {reason}", r.after.verdict);
     }
+    for warning in &r.warnings {
+        println!("  warning: {warning}");
+    }
 }
 
 /// Every measure with its unit, before and after.
