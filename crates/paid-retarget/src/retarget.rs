@@ -8,7 +8,7 @@ use paid_motion::{Clip, KickLabel, KickLeg, fastest_kick};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Serialize;
 
-use crate::{Goals, HumanMotion, Naming, Pose, RetargetError, Role, SolveLimits, Solver};
+use crate::{Ends, Goals, HumanMotion, Naming, Pose, RetargetError, Role, SolveLimits, Solver};
 
 /// How fast the human's time runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +99,8 @@ pub struct Retargeted {
     pub clip: Clip,
     /// The human that it follows, at the clip's frame rate and in its place.
     pub human: HumanMotion,
+    /// Where that human, scaled to the robot's size, has its feet and hands, in the clip's place.
+    pub ends: Ends,
     /// Numbers.
     pub report: Report,
 }
@@ -288,13 +290,19 @@ impl Run<'_> {
         spec: &RobotSpec,
     ) -> Result<Retargeted, RetargetError> {
         let (model, fps) = (self.model, self.options.fps);
-        to_origin(&mut tracked);
+        let table = (self.naming.table)();
+        let goals = Goals::new(&tracked.human, &self.naming, &table, self.options.height_m)?;
+        let mut ends = Ends::new(model, &table, &goals);
+        if let Some(place) = to_origin(&mut tracked) {
+            ends.moved(place);
+        }
         let mut clip = self.clip(&tracked.poses);
         // Feet on the ground: the lower of the two heights at which the soles rest.
         let feet = spec.indices(model)?.feet;
         let floor = foot_contacts(&clip, model, &feet).iter().map(|c| c.floor).fold(f64::INFINITY, f64::min);
         if floor.is_finite() {
             tracked.poses.iter_mut().for_each(|p| p.base_pos[2] -= floor);
+            ends.lower(floor);
             clip = self.clip(&tracked.poses);
         }
         let kick = fastest_kick(&clip, model, spec).unwrap_or(KickLabel {
@@ -333,7 +341,7 @@ impl Run<'_> {
             solve_s: tracked.solve_s,
         };
         debug_assert!((clip.fps - fps).abs() < 1e-9);
-        Ok(Retargeted { clip, human: tracked.human, report })
+        Ok(Retargeted { clip, human: tracked.human, ends, report })
     }
 
     fn clip(&self, poses: &[Pose]) -> Clip {
@@ -348,9 +356,10 @@ impl Run<'_> {
     }
 }
 
-/// Moves robot and human so that the robot's first base is above the origin and looks along x.
-fn to_origin(tracked: &mut Tracked) {
-    let Some(first) = tracked.poses.first() else { return };
+/// Moves robot and human so that the robot's first base is above the origin and looks along x. What was at `p` in the robot's world is then at
+/// `turn` applied to `p - from`; `None` without a frame.
+fn to_origin(tracked: &mut Tracked) -> Option<(Quat<f64>, Vec3<f64>)> {
+    let first = tracked.poses.first()?;
     let ahead = Quat(first.base_quat).rotate(Vec3([1.0, 0.0, 0.0]));
     let turn = Quat::from_axis_angle(Vec3([0.0, 0.0, 1.0]), -ahead.y().atan2(ahead.x()));
     let from = Vec3([first.base_pos[0], first.base_pos[1], 0.0]);
@@ -360,8 +369,9 @@ fn to_origin(tracked: &mut Tracked) {
         pose.base_pos = turn.rotate(Vec3(pose.base_pos) - from).0;
         pose.base_quat = turn.mul(Quat(pose.base_quat)).normalize().0.map(|x| sign * x);
     }
+    let done = (turn, from);
     // The human is larger: about its own hips' first place.
-    let Some(&hips) = tracked.human.pos.first() else { return };
+    let Some(&hips) = tracked.human.pos.first() else { return Some(done) };
     let from = Vec3([hips[0], hips[1], 0.0]);
     for pos in &mut tracked.human.pos {
         *pos = turn.rotate(Vec3(*pos) - from).0;
@@ -369,4 +379,5 @@ fn to_origin(tracked: &mut Tracked) {
     for quat in &mut tracked.human.quat {
         *quat = turn.mul(Quat(*quat)).normalize().0;
     }
+    Some(done)
 }

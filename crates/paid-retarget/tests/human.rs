@@ -6,6 +6,7 @@ use std::path::Path;
 
 use paid_motion::KickLeg;
 use paid_motion::check::{CheckLimits, check_clip};
+use paid_motion::clean::{CleanOptions, clean};
 use paid_retarget::{HumanMotion, RetargetOptions, TimeScale, parse_bvh, retarget};
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -86,4 +87,29 @@ fn options_and_bones_that_make_no_sense_are_refused() {
         error.starts_with("kick.bvh: bones named as in LAFAN1: 'LeftLeg' is missing; found: Hips,"),
         "{error}"
     );
+}
+
+#[test]
+fn a_cleaned_clip_is_compared_with_the_humans_feet_and_hands() {
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let made = retarget(&human(), &model, &spec, &RetargetOptions::default()).expect("a human");
+    let cleaned = clean(&made.clip, &model, &spec, &CleanOptions::default()).expect("a player");
+    let human = made.ends.distance(made.clip.fps, &cleaned.clip, &cleaned.report);
+    // The way from the human to the clip and on to the cleaned one is no shorter than the direct one.
+    let worst = made.report.position_worst_m;
+    for (direct, clip) in [(human.feet_m, cleaned.report.feet_m), (human.hands_m, cleaned.report.hands_m)] {
+        assert!(direct[1] <= clip[1] + worst + 1e-3 && direct[0] <= direct[1], "{human:?} {worst}");
+    }
+    // The retargeted clip itself, all of its frames: as near as retargeting brought it.
+    let mut whole = cleaned.report.clone();
+    (whole.cut, whole.added, whole.slow, whole.floor_m) = ([0, 0], [0, 0], 1.0, 0.0);
+    let near = made.ends.distance(made.clip.fps, &made.clip, &whole);
+    assert!(near.feet_m[1] <= worst + 1e-9 && near.hands_m[1] <= worst + 1e-9, "{near:?} {worst}");
+    // Moved down by a meter, which the report says, it is as near; if it does not say so, a meter off.
+    let mut lower = made.clip.clone();
+    lower.body_pos.iter_mut().for_each(|p| p[2] -= 1.0);
+    assert!((made.ends.distance(lower.fps, &lower, &whole).feet_m[0] - 1.0).abs() < 0.1);
+    whole.floor_m = 1.0;
+    let same = made.ends.distance(lower.fps, &lower, &whole);
+    assert!((same.feet_m[0] - near.feet_m[0]).abs() < 1e-9, "{same:?} {near:?}");
 }

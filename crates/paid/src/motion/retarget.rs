@@ -5,8 +5,11 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 use paid_motion::check::{CheckLimits, check_clip};
+use paid_motion::clean::CleanReport;
 use paid_motion::{KickLeg, write_motion};
-use paid_retarget::{HumanOptions, Report, RetargetOptions, Retargeted, TimeScale, read_human, retarget};
+use paid_retarget::{
+    EndDistance, HumanOptions, Report, RetargetOptions, Retargeted, TimeScale, read_human, retarget,
+};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -153,20 +156,37 @@ pub fn retarget_file(
     Ok(retarget(&motion, model, spec, &options)?)
 }
 
+/// What `--clean --json` prints.
+#[derive(serde::Serialize)]
+struct WithHuman<'a> {
+    #[serde(flatten)]
+    clean: &'a CleanReport,
+    from_human: EndDistance,
+}
+
 /// Retargets, writes the clip and prints what it is like.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let Robot::G1 = args.robot;
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let Retargeted { mut clip, report, .. } = retarget_file(&args.input, &args.how, &model, &spec)?;
+    let Retargeted { mut clip, report, ends, .. } = retarget_file(&args.input, &args.how, &model, &spec)?;
     clip.name = args.out.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or(clip.name);
     if args.clean {
         let cleaned = paid_motion::clean::clean(&clip, &model, &spec, &args.clean_how.options())?;
         write_motion(&args.out, &cleaned.clip, &model, &spec).map_err(Failure::input)?;
+        let human = ends.distance(clip.fps, &cleaned.clip, &cleaned.report);
         if args.json {
-            println!("{}", serde_json::to_string_pretty(&cleaned.report).map_err(Failure::input)?);
+            let both = WithHuman { clean: &cleaned.report, from_human: human };
+            println!("{}", serde_json::to_string_pretty(&both).map_err(Failure::input)?);
         } else {
             print(args, &report, clip.kick_leg, clip.fps);
             super::clean::print(&args.out, &cleaned.report, cleaned.clip.fps);
+            println!(
+                "  from the scaled human, mean and largest: feet {:.0} and {:.0} mm, hands {:.0} and {:.0} mm",
+                1e3 * human.feet_m[0],
+                1e3 * human.feet_m[1],
+                1e3 * human.hands_m[0],
+                1e3 * human.hands_m[1]
+            );
         }
         return Ok(ExitCode::SUCCESS);
     }
