@@ -153,3 +153,50 @@ fn specialists_are_trained_and_judged_on_their_own_clips() {
     let error = refuses(&paid(path, &line));
     assert!(error.contains("expected clips of clips: kick-a, kick-b, kick-c, found kick-z"), "{error}");
 }
+
+/// Killed while it trains its second policy, which has a checkpoint, and called again.
+#[test]
+fn a_killed_comparison_goes_on_and_repeats_no_finished_part() {
+    let test = "a_killed_comparison_goes_on_and_repeats_no_finished_part";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path();
+    // Eight iterations and twenty: there is time to kill it between the first checkpoint and the end.
+    let plan = PLAN.replace("samples = 3072", "samples = 12288").replace("likeness_trials = 1", "");
+    let plan =
+        plan.replace("clip_trials = 1", "").replace("name = \"AMP\"", "name = \"AMP\"\n    samples = 30720");
+    let (plan, _) = plan.split_once("[[entry]]\n    name = \"Two stages\"").expect("three entries");
+    fs::write(
+        path.join("plan.toml"),
+        plan.replace("run.shards=4\"", "run.shards=4\", \"run.checkpoint_interval=1\""),
+    )
+    .expect("writes");
+    let line = ["compare", "plan.toml", "--out", "out", "--threads", "1"];
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_paid"))
+        .current_dir(path)
+        .args(line)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("starts");
+    let log = path.join("out/amp/seed-1/amp/metrics.jsonl");
+    let iterations = || fs::read_to_string(&log).map_or(0, |text| text.lines().count());
+    let begun = std::time::Instant::now();
+    while iterations() < 3 {
+        assert!(begun.elapsed().as_secs() < 120 && child.try_wait().expect("a child").is_none());
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    let before = iterations();
+    assert!(before < 20 && !path.join("out/amp/seed-1/scores.json").exists(), "killed on its way: {before}");
+    let finished = ["out/without-clips/seed-1/scores.json", "out/without-clips/seed-1/pure_rl/metrics.jsonl"];
+    let changed =
+        || finished.map(|file| fs::metadata(path.join(file)).and_then(|m| m.modified()).expect(file));
+    let then = changed();
+
+    let table = succeeds(&paid(path, &line));
+    assert!(table.contains("Without clips") && table.contains("AMP"), "{table}");
+    assert_eq!(changed(), then, "what was finished is left alone");
+    assert_eq!(iterations(), 20, "the second policy goes on: each iteration is logged once");
+}
