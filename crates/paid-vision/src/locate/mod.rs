@@ -1,5 +1,6 @@
 //! From a box and a depth picture to the ball's place.
 
+mod depths;
 mod find;
 mod sphere;
 
@@ -8,3 +9,6 @@ pub use sphere::{Fix, Floor, Source, locate};
 
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod shape_tests;

@@ -1,5 +1,6 @@
 //! The ball's center in the camera's frame.
 
+use super::depths::{ByDepth, FEWEST, by_depth, median};
 use crate::detect::Detection;
 use crate::{DepthImage, Intrinsics, PixelBox};
 
@@ -36,17 +37,15 @@ pub struct Floor {
 
 /// A box that touches the picture's edge this closely is cut off there `[px]`.
 const EDGE_PX: f64 = 1.5;
-/// Fewest pixels with a depth that a place is taken from.
-const FEWEST: usize = 8;
 
 /// The outline of a ball as angles.
-struct Outline {
+pub(super) struct Outline {
     /// Unit vector to the middle.
-    toward: [f64; 3],
+    pub(super) toward: [f64; 3],
     /// Half its opening angle `[rad]`; `None` if the picture's edge cuts it in both directions.
-    half_angle: Option<f64>,
+    pub(super) half_angle: Option<f64>,
     /// Ellipse in the picture: middle and half axes `[px]`.
-    ellipse: [[f64; 2]; 2],
+    pub(super) ellipse: [[f64; 2]; 2],
 }
 
 /// Where a ball of `radius_m` is that was detected in a picture of these `intrinsics`.
@@ -56,8 +55,8 @@ struct Outline {
 /// median is taken of those that agree with most others, weighted by how well they fit to the outline's size. Without enough pixels with a
 /// depth the ray's meeting with the floor, if it fits to the size; else the size.
 ///
-/// `None` if the box is empty, outside the picture, or says nothing about the distance, and if there are depths of which none fits to a
-/// ball of this size: a spot on the floor is no ball.
+/// `None` if the box is empty, outside the picture, or says nothing about the distance, and if there are depths that no ball of this size
+/// gives: a spot on the floor, a foot with floor around it, the side of a box.
 pub fn locate(
     detection: &Detection,
     depth: Option<&DepthImage>,
@@ -176,113 +175,7 @@ fn middle_depth(seen: &PixelBox, depth: &DepthImage) -> Option<f64> {
     (depths.len() >= FEWEST).then(|| median(&mut depths))
 }
 
-/// Distance of the center.
-fn by_depth(
-    detection: &Detection,
-    depth: &DepthImage,
-    intrinsics: &Intrinsics,
-    radius: f64,
-    outline: &Outline,
-    by_size: Option<f64>,
-) -> ByDepth {
-    if [depth.width, depth.height] != [intrinsics.width, intrinsics.height] {
-        return ByDepth::Unknown;
-    }
-    let part = detection.outline.clipped(intrinsics.width, intrinsics.height);
-    let [middle, half] = outline.ellipse;
-    let mut distances = Vec::new();
-    let last = [intrinsics.width - 1, intrinsics.height - 1];
-    for y in part.min[1] as usize..=(part.max[1] as usize).min(last[1]) {
-        for x in part.min[0] as usize..=(part.max[0] as usize).min(last[0]) {
-            let pixel = [x as f64 + 0.5, y as f64 + 0.5];
-            let inside = match &detection.mask {
-                Some(mask) => mask.holds(x, y),
-                None => {
-                    let d = [0, 1].map(|k| (pixel[k] - middle[k]) / half[k].max(0.5));
-                    d[0] * d[0] + d[1] * d[1] < 0.85 * 0.85
-                }
-            };
-            let Some(z) = (if inside { depth.depth_m(x, y) } else { None }) else { continue };
-            let point = intrinsics.ray(pixel).map(|v| v * z);
-            let along = dot(point, outline.toward);
-            let across2 = dot(point, point) - along * along;
-            let rest = radius * radius - across2;
-            if rest < 0.0 {
-                continue;
-            }
-            distances.push(along + rest.sqrt());
-        }
-    }
-    if distances.len() < FEWEST {
-        return ByDepth::Unknown;
-    }
-    distances.sort_by(f64::total_cmp);
-    let Some(first) = most_alike(&distances, by_size) else { return ByDepth::Contradiction };
-    let mut near: Vec<f64> = distances.iter().copied().filter(|d| (d / first - 1.0).abs() < WINDOW).collect();
-    let middle = median(&mut near);
-    let mut off: Vec<f64> = near.iter().map(|d| (d - middle).abs()).collect();
-    // The deviation of a normal distribution is 1.48 times the median of the distances from its middle.
-    let spread = 1.48 * median(&mut off);
-    near.retain(|d| (d - middle).abs() <= (3.0 * spread).max(0.01));
-    let count = near.len() as f64;
-    // Neighbors err together: of 16 pixels one counts.
-    ByDepth::Known(median(&mut near), 1.25 * spread.max(0.002) / (count / 16.0).max(1.0).sqrt())
-}
-
-/// What depth says of the distance.
-enum ByDepth {
-    /// Distance of the center and the standard deviation of that median `[m]`.
-    Known(f64, f64),
-    /// Too few pixels have a depth.
-    Unknown,
-    /// There are depths, and none of them fits to a ball of this size.
-    Contradiction,
-}
-
-/// Depths within this share of a distance are alike.
-const WINDOW: f64 = 0.04;
-/// A box is wrong by more than this factor only if it is no ball's.
-const WRONG_SIZE: f64 = 1.4;
-
-/// The distance that most of the sorted `distances` are near, each counted by how well it fits to the size: a leg before the ball is nearer, the
-/// floor behind it farther. `None` if none fits.
-fn most_alike(distances: &[f64], by_size: Option<f64>) -> Option<f64> {
-    let fit = |distance: f64| {
-        by_size.map_or(1.0, |size| {
-            let off = (distance / size).ln();
-            if off.abs() > WRONG_SIZE.ln() { 0.0 } else { (-0.5 * (off / 0.12).powi(2)).exp() }
-        })
-    };
-    let (mut best, mut found) = (0.0, None);
-    let (mut low, mut high) = (0, 0);
-    for (k, &distance) in distances.iter().enumerate() {
-        while distances[low] < distance * (1.0 - WINDOW) {
-            low += 1;
-        }
-        while high < distances.len() && distances[high] <= distance * (1.0 + WINDOW) {
-            high += 1;
-        }
-        let weight = (high - low) as f64 * fit(distance);
-        if weight > best && high - low >= FEWEST.min(distances.len()) {
-            (best, found) = (weight, Some(k));
-        }
-    }
-    found.map(|k| distances[k])
-}
-
-/// The middle one; the mean of the two middle ones of an even number.
-fn median(values: &mut [f64]) -> f64 {
-    let (middle, odd) = (values.len() / 2, values.len() % 2 == 1);
-    let (below, at, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let at = *at;
-    if odd || below.is_empty() {
-        return at;
-    }
-    let before = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (before + at)
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 

@@ -56,7 +56,7 @@ fn most(mut errors: Vec<f64>) -> f64 {
 /// Errors of the place in the odometry frame while the torso sways and turns and its poses come at 50 Hz.
 fn errors(distance: f64, count: usize, with_depth: bool) -> Vec<f64> {
     let mut rng = Rng::new(5, 0, 0);
-    let mut errors = Vec::new();
+    let (mut errors, mut refused) = (Vec::new(), 0);
     for (sample, rendered) in scenes(distance, count) {
         let ball = sample.ball.expect("with a ball");
         let intrinsics = sample.view.intrinsics;
@@ -77,12 +77,20 @@ fn errors(distance: f64, count: usize, with_depth: bool) -> Vec<f64> {
         }
         let Some(detection) = seen(&rendered, &intrinsics) else { continue };
         let depth = with_depth.then(|| rendered.depth(&sample.depth));
-        let sighting = finder.sight(&detection, depth.as_ref(), captured_s, 0.0).expect("placed");
+        let sighting = match finder.sight(&detection, depth.as_ref(), captured_s, 0.0) {
+            Ok(sighting) => sighting,
+            // A few balls in a hundred have depths that could be a box's: the picture is passed over.
+            Err(fault) => {
+                assert_eq!((fault, with_depth), (NoSighting::Box, true));
+                refused += 1;
+                continue;
+            }
+        };
         assert!(!with_depth || sighting.source == Source::Depth);
         let error = (0..3).map(|k| (sighting.position[k] - ball.center[k]).powi(2)).sum::<f64>().sqrt();
         errors.push(error);
     }
-    assert!(errors.len() * 10 >= count * 9);
+    assert!(errors.len() * 10 >= count * 9 && refused * 20 <= count, "{refused} refused");
     errors
 }
 
