@@ -25,6 +25,7 @@ mod error;
 pub mod fit;
 mod message;
 mod pipeline;
+mod pose_watch;
 mod reader;
 mod recorder;
 mod replay;
@@ -37,7 +38,8 @@ pub use error::SightError;
 pub use message::{
     Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,
 };
-pub use pipeline::{Believed, OdometryState, Sight, Sighted};
+pub use pipeline::{Believed, Sight, Sighted};
+pub use pose_watch::{OdometryState, PoseFault, PoseWatch};
 pub use reader::{Recorded, Recording, decode_any};
 pub use recorder::Recorder;
 pub use replay::{Replay, replay};

@@ -1,5 +1,7 @@
 //! What reaches the eyes.
 
+use paid_lanes::{Quat, Vec3};
+use paid_perceive::StampedPose;
 use paid_vision::{ColorImage, DepthImage, Intrinsics, PixelBox};
 
 /// Time in seconds, for stamps that are whole nanoseconds.
@@ -53,6 +55,13 @@ pub struct PoseMessage {
     pub position: [f64; 3],
     /// Orientation w, x, y, z.
     pub quat: [f64; 4],
+}
+
+impl PoseMessage {
+    /// As a buffer of poses takes it.
+    pub fn stamped(&self) -> StampedPose {
+        StampedPose { time_s: seconds(self.stamp_ns), quat: Quat(self.quat), pos: Vec3(self.position) }
+    }
 }
 
 /// Joint angles, model order `[rad]`.

@@ -1,17 +1,16 @@
 //! From messages to beliefs.
 
-use std::fmt;
-
 use nalgebra::Vector3;
-use paid_lanes::{Quat, Vec3};
+use paid_lanes::Vec3;
 use paid_lidar::{Health, ImuSample, Odometry, Point, Scan, stamped};
-use paid_perceive::{BallMemory, Candidate, Glance, KnownBall, Pose, PoseBuffer, Rolling, StampedPose};
+use paid_perceive::{BallMemory, Candidate, Glance, KnownBall, Pose, PoseBuffer, Rolling};
 use paid_vision::detect::{Depth, Detection};
 use paid_vision::locate::BallFinder;
 use paid_vision::{DepthImage, PictureFault, PictureWatch, VisionError};
 
 use crate::body::OwnBody;
-use crate::message::{ImuMessage, PictureMessage, ScanMessage, seconds};
+use crate::message::{ImuMessage, PictureMessage, PoseMessage, ScanMessage, seconds};
+use crate::pose_watch::{OdometryState, PoseWatch};
 use crate::{Arrived, Finder, Message, SightError, SightSetup};
 
 /// The tracker stays so far behind the present `[s]`: pictures that are later are not used.
@@ -20,30 +19,6 @@ const HORIZON_S: f64 = 0.15;
 const HIGHEST_M: f64 = 0.35;
 /// Velocity of the torso is taken over this time `[s]`.
 const VELOCITY_S: f64 = 0.05;
-
-/// How well the torso's pose is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OdometryState {
-    /// No pose yet.
-    Waiting,
-    /// It follows.
-    Tracking,
-    /// Along this direction of its frame it does not know its place.
-    Degenerate([f64; 3]),
-    /// It has lost its place.
-    Lost,
-}
-
-impl fmt::Display for OdometryState {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Waiting => write!(f, "waiting"),
-            Self::Tracking => write!(f, "tracking"),
-            Self::Degenerate([x, y, z]) => write!(f, "unobservable along ({x:.2}, {y:.2}, {z:.2})"),
-            Self::Lost => write!(f, "lost"),
-        }
-    }
-}
 
 /// What is believed at a step.
 #[derive(Clone, Copy, Debug)]
@@ -94,6 +69,8 @@ pub struct Sight {
     state: OdometryState,
     /// Poses as they were known at their time, or those of another odometry.
     poses: PoseBuffer,
+    /// Watches those of another odometry.
+    pose_watch: PoseWatch,
     floor: Option<f64>,
     radius: f64,
     rolling: Rolling<f64>,
@@ -121,6 +98,7 @@ impl Sight {
             frame: None,
             state: OdometryState::Waiting,
             poses: PoseBuffer::new(1.0, 0.05),
+            pose_watch: PoseWatch::default(),
             floor: None,
             radius: setup.radius_m,
             rolling: Rolling { decay: setup.decay, to_strike_s: f64::INFINITY },
@@ -139,16 +117,7 @@ impl Sight {
         match &arrived.message {
             Message::Imu(imu) => self.imu(imu, at_ns),
             Message::Scan(scan) => self.scan(scan, at_ns),
-            Message::Pose(pose) => {
-                let pose = StampedPose {
-                    time_s: seconds(pose.stamp_ns),
-                    quat: Quat(pose.quat),
-                    pos: Vec3(pose.position),
-                };
-                if self.poses.push(pose) {
-                    self.state = OdometryState::Tracking;
-                }
-            }
+            Message::Pose(pose) => self.pose(pose, at_ns),
             Message::Joints(joints) => self.body.take(joints)?,
             Message::Picture(picture) => self.picture(picture, at_ns)?,
             Message::Step { to_strike_s } => return Ok(Some(self.step(at_ns, *to_strike_s))),
@@ -160,6 +129,7 @@ impl Sight {
     pub fn forget(&mut self) {
         self.memory.clear();
         self.poses = PoseBuffer::new(1.0, 0.05);
+        self.pose_watch = PoseWatch::default();
         self.floor = None;
         self.place.set_floor(None);
         self.state = OdometryState::Waiting;
@@ -173,6 +143,23 @@ impl Sight {
     /// Every ball that is believed.
     pub fn balls(&self) -> Vec<KnownBall> {
         self.memory.all(&self.rolling)
+    }
+
+    /// A pose of another odometry. One that jumps for good begins a new frame.
+    fn pose(&mut self, pose: &PoseMessage, at_ns: u64) {
+        let stamped = pose.stamped();
+        match self.pose_watch.check(&stamped, seconds(at_ns)) {
+            Ok(new_frame) => {
+                if new_frame {
+                    let watch = std::mem::take(&mut self.pose_watch);
+                    self.forget();
+                    self.pose_watch = watch;
+                }
+                self.poses.push(stamped);
+                self.state = OdometryState::Tracking;
+            }
+            Err(fault) => self.state = OdometryState::Refused(fault),
+        }
     }
 
     fn imu(&mut self, imu: &ImuMessage, at_ns: u64) {
@@ -218,14 +205,11 @@ impl Sight {
 
     /// The torso at a time of the past, as odometry knows it by now.
     pub fn torso(&self, time_s: f64) -> Option<Pose> {
-        match (&self.lidar, self.state) {
-            (_, OdometryState::Waiting | OdometryState::Lost) => None,
-            (Some(lidar), _) => {
-                let known = lidar.pose_at(time_s).map(|pose| stamped(time_s, &pose).pose());
-                known.or_else(|| self.poses.at(time_s).ok())
-            }
-            (None, _) => self.poses.at(time_s).ok(),
+        if !self.state.is_usable() {
+            return None;
         }
+        let known = self.lidar.as_ref().and_then(|lidar| lidar.pose_at(time_s));
+        known.map(|pose| stamped(time_s, &pose).pose()).or_else(|| self.poses.at(time_s).ok())
     }
 
     /// Time passes for the balls.
@@ -249,8 +233,13 @@ impl Sight {
         {
             self.poses.push(stamped(newest_s, &pose));
         }
-        let usable = !matches!(self.state, OdometryState::Waiting | OdometryState::Lost);
-        let torso = self.poses.at(seconds(at_ns)).ok().filter(|_| usable);
+        if self.lidar.is_none()
+            && self.state.is_usable()
+            && let Some(fault) = self.pose_watch.silent(seconds(at_ns))
+        {
+            self.state = OdometryState::Refused(fault);
+        }
+        let torso = self.poses.at(seconds(at_ns)).ok().filter(|_| self.state.is_usable());
         if let (None, Some(torso)) = (self.floor, &torso) {
             self.floor = self.body.ground(torso);
             self.place.set_floor(self.floor);

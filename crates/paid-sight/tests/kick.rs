@@ -5,8 +5,8 @@ use std::path::Path;
 use paid_perceive::{BallState, Pose};
 use paid_robot::RobotSpec;
 use paid_sight::{
-    Arrived, Believed, Finder, JointMessage, Message, PictureMessage, PoseMessage, Recorded, Recorder,
-    Recording, Sight, SightSetup, decode_any, replay, seconds,
+    Arrived, Believed, Finder, JointMessage, Message, OdometryState, PictureMessage, PoseMessage, Recorded,
+    Recorder, Recording, Sight, SightSetup, decode_any, replay, seconds,
 };
 use paid_vision::{ColorImage, Intrinsics, PictureFault};
 
@@ -201,4 +201,40 @@ fn cut_and_changed_recordings_are_errors_with_the_files_name_and_never_a_panic()
     }
     let error = Recording::open(Path::new("no.mcap")).expect_err("no file").to_string();
     assert!(error.starts_with("no.mcap:"), "{error}");
+}
+
+/// The story with its poses changed: `Some(x)` moves one to another place, `None` leaves it out.
+fn with_poses(change: impl Fn(f64) -> Option<f64>) -> Vec<Arrived> {
+    let changed = story(150, |_| Some([1.2, 0.1])).into_iter().filter_map(|mut arrived| {
+        if let Message::Pose(pose) = &mut arrived.message {
+            pose.position[0] += change(seconds(arrived.at_ns))?;
+        }
+        Some(arrived)
+    });
+    changed.collect()
+}
+
+#[test]
+fn another_odometry_that_jumps_or_falls_silent_is_told_and_moves_no_ball_in_silence() {
+    // A single pose 2 m away, at 1.5 s.
+    let mut sight = Sight::new(setup()).expect("a setup");
+    let believed = play(&mut sight, &with_poses(|t| Some(if (t - 1.5).abs() < 1e-6 { 2.0 } else { 0.0 })));
+    let told = believed[75].odometry.to_string();
+    assert!(told.starts_with("lost: pose jumps by 2.00 m") && believed[75].torso.is_none(), "{told}");
+    assert_eq!(believed[76].odometry.to_string(), "tracking");
+    let ball = believed[149].ball.expect("kept").belief.ball.position;
+    assert!((ball[0] - 1.2).hypot(ball[1] - 0.1) < 0.06, "{ball:?}");
+    // For good: it is told, the old ball is forgotten, and found again in the new frame.
+    let mut sight = Sight::new(setup()).expect("a setup");
+    let believed = play(&mut sight, &with_poses(|t| Some(if t > 1.49 { 2.0 } else { 0.0 })));
+    assert!(believed[75..79].iter().all(|b| b.odometry.to_string().starts_with("lost: pose jumps")));
+    assert!(believed[79].ball.is_none() && believed[79].odometry == OdometryState::Tracking);
+    let ball = believed[149].ball.expect("found again").belief.ball.position;
+    assert!((ball[0] - 3.2).hypot(ball[1] - 0.1) < 0.06, "{ball:?}");
+    // No pose from 1.5 s on: no place at once, told within 0.3 s.
+    let mut sight = Sight::new(setup()).expect("a setup");
+    let believed = play(&mut sight, &with_poses(|t| (t < 1.49).then_some(0.0)));
+    assert!(believed[79].torso.is_none());
+    let told = believed[88].odometry.to_string();
+    assert!(told.starts_with("lost: last pose 0.2"), "{told}");
 }

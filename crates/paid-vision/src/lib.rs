@@ -30,6 +30,7 @@ mod intrinsics;
 pub mod judge;
 pub mod locate;
 pub mod net;
+mod picture_fault;
 pub mod render;
 pub mod scatter;
 #[cfg(feature = "train-detector")]
@@ -41,4 +42,5 @@ pub use error::VisionError;
 pub use image::{ColorImage, DepthImage};
 pub use intrinsics::{Intrinsics, PixelBox};
 pub use paid_perceive::{Pose, PoseBuffer, PoseGap, StampedPose};
-pub use watch::{PictureFault, PictureWatch};
+pub use picture_fault::PictureFault;
+pub use watch::PictureWatch;

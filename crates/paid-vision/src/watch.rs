@@ -1,90 +1,6 @@
-//! Whether a camera's pictures can be trusted: black, frozen, torn, without depth, of another camera, out of time.
+//! Whether a camera's pictures can be trusted: black, frozen, torn, without depth or with an old one, of another camera, out of time.
 
-use std::fmt;
-
-use crate::{ColorImage, DepthImage, Intrinsics};
-
-/// What is wrong with a picture. A ball is looked for only where [`PictureFault::is_blind`] is false.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PictureFault {
-    /// Nothing but darkness.
-    Black {
-        /// The mean of all bytes, 0 to 255.
-        mean: f64,
-    },
-    /// Everything of one color: a covered lens, a driver that fills in.
-    Uniform {
-        /// The standard deviation of all bytes.
-        deviation: f64,
-    },
-    /// Byte for byte the picture before: sensors have noise.
-    Frozen {
-        /// How many in a row.
-        pictures: u32,
-    },
-    /// A part of the rows is the picture before or of one color: it was cut off on its way.
-    Torn {
-        /// How many rows of its end.
-        rows: usize,
-    },
-    /// Color or depth is not of the size that the camera's intrinsics say.
-    Size {
-        /// Width and height that were expected `[px]`.
-        expected: [usize; 2],
-        /// And found.
-        found: [usize; 2],
-    },
-    /// The intrinsics are not those that the robot was set up with.
-    Intrinsics {
-        /// Focal length across that was expected `[px]`.
-        expected: f64,
-        /// And found.
-        found: f64,
-    },
-    /// It was taken before or with the one before.
-    TimeBackwards {
-        /// By so much `[s]`.
-        by_s: f64,
-    },
-    /// It came later than any picture is used, or from the future.
-    Time {
-        /// Its age at its arrival `[s]`.
-        age_s: f64,
-    },
-    /// The depth picture knows nothing. The color picture is used.
-    NoDepth,
-}
-
-impl PictureFault {
-    /// Whether no ball may be looked for in the picture.
-    pub fn is_blind(&self) -> bool {
-        !matches!(self, Self::NoDepth)
-    }
-}
-
-impl fmt::Display for PictureFault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Black { mean } => write!(f, "picture black: mean {mean:.1} of 255, expected 6 or more"),
-            Self::Uniform { deviation } => {
-                write!(f, "picture of one color: deviation {deviation:.1} of 255, expected 2 or more")
-            }
-            Self::Frozen { pictures } => write!(f, "picture frozen: {pictures} equal ones in a row"),
-            Self::Torn { rows } => write!(f, "picture torn: its last {rows} rows are not of it"),
-            Self::Size { expected: [w, h], found: [x, y] } => {
-                write!(f, "picture of {x} x {y} pixels, expected {w} x {h} as in the intrinsics")
-            }
-            Self::Intrinsics { expected, found } => {
-                write!(f, "intrinsics: focal length {found:.1} px, expected {expected:.1} px within 2%")
-            }
-            Self::TimeBackwards { by_s } => {
-                write!(f, "picture taken {by_s:.3} s before the one before it, expected a later time")
-            }
-            Self::Time { age_s } => write!(f, "picture {age_s:.3} s old, expected 0 to 0.5 s"),
-            Self::NoDepth => write!(f, "depth unknown in the whole picture"),
-        }
-    }
-}
+use crate::{ColorImage, DepthImage, Intrinsics, PictureFault};
 
 /// Watches the pictures of one camera.
 #[derive(Clone, Debug)]
@@ -93,6 +9,8 @@ pub struct PictureWatch {
     last: Option<ColorImage>,
     last_s: Option<f64>,
     equal: u32,
+    last_depth: Option<DepthImage>,
+    equal_depths: u32,
 }
 
 /// A picture darker than this shows nothing.
@@ -107,13 +25,15 @@ const FUTURE_S: f64 = 0.005;
 const SET_CLOCK_S: f64 = 1.0;
 /// Focal lengths may differ by this share.
 const FOCAL_SHARE: f64 = 0.02;
+/// The optical axis may be elsewhere by this share of the picture's width: a quarter to a half of a degree.
+const CENTER_SHARE: f64 = 0.01;
 /// Rows at the end that make a picture torn.
 const TORN_ROWS: usize = 8;
 
 impl PictureWatch {
     /// For a camera that the robot was set up with.
     pub fn new(intrinsics: Intrinsics) -> Self {
-        Self { intrinsics, last: None, last_s: None, equal: 0 }
+        Self { intrinsics, last: None, last_s: None, equal: 0, last_depth: None, equal_depths: 0 }
     }
 
     /// Looks at a picture that was taken at `captured_s` and came at `now_s` `[s]`, with the intrinsics that came with it.
@@ -155,13 +75,39 @@ impl PictureWatch {
                 return Err(PictureFault::Intrinsics { expected, found });
             }
         }
-        let result = self.content(color);
-        self.last = Some(color.clone());
-        result?;
-        match depth {
-            Some(depth) if depth.data.iter().all(|mm| *mm == 0) => Err(PictureFault::NoDepth),
-            _ => Ok(()),
+        let (expected, found) = (self.intrinsics.center, intrinsics.center);
+        let off = (found[0] - expected[0]).hypot(found[1] - expected[1]);
+        if off.is_nan() || off > CENTER_SHARE * self.intrinsics.width as f64 {
+            return Err(PictureFault::Center { expected, found });
         }
+        let content = self.content(color);
+        self.last = Some(color.clone());
+        let depth_content = depth.map_or(Ok(()), |depth| self.depth_content(depth));
+        self.last_depth = depth.cloned();
+        content.and(depth_content)
+    }
+
+    fn depth_content(&mut self, depth: &DepthImage) -> Result<(), PictureFault> {
+        if depth.data.iter().all(|mm| *mm == 0) {
+            return Err(PictureFault::NoDepth);
+        }
+        // Rows of zeros know nothing and do no harm: the ground may be nearer than the camera sees.
+        let is_flat = |row: &[u16]| row.iter().all(|mm| *mm == row[0]);
+        let rows = || depth.data.chunks_exact(depth.width).rev();
+        if let Some(last) = &self.last_depth {
+            if last.data == depth.data {
+                self.equal_depths += 1;
+                return Err(PictureFault::DepthFrozen { pictures: self.equal_depths + 1 });
+            }
+            let pairs = rows().zip(last.data.chunks_exact(last.width).rev());
+            let same = pairs.take_while(|(now, before)| now == before && !is_flat(now)).count();
+            if same >= TORN_ROWS {
+                return Err(PictureFault::DepthTorn { rows: same });
+            }
+        }
+        self.equal_depths = 0;
+        let flat = rows().take_while(|row| is_flat(row) && row[0] != 0).count();
+        if flat >= TORN_ROWS { Err(PictureFault::DepthTorn { rows: flat }) } else { Ok(()) }
     }
 
     fn content(&mut self, color: &ColorImage) -> Result<(), PictureFault> {
@@ -200,6 +146,8 @@ fn is_flat(row: &[u8]) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU16, Ordering};
+
     use super::*;
 
     fn camera() -> Intrinsics {
@@ -216,8 +164,40 @@ mod tests {
         ColorImage::new(40, 30, data.collect()).expect("whole")
     }
 
+    /// Depths that differ from pixel to pixel and from call to call; 0 knows none.
     fn depth(mm: u16) -> DepthImage {
-        DepthImage::new(40, 30, vec![mm; 40 * 30]).expect("whole")
+        static CALLS: AtomicU16 = AtomicU16::new(0);
+        let call = CALLS.fetch_add(1, Ordering::Relaxed) % 50;
+        let noisy = |i: u16| if mm == 0 { 0 } else { mm + (i * 7 + call * 3) % 11 };
+        DepthImage::new(40, 30, (0..40 * 30).map(noisy).collect()).expect("whole")
+    }
+
+    #[test]
+    fn depth_that_stands_still_or_is_cut_is_not_used_and_color_is() {
+        let mut watch = PictureWatch::new(camera());
+        let mut time_s = 0.0;
+        let mut look = |depth: &DepthImage| {
+            time_s += 0.03;
+            let color = picture((1000.0 * time_s) as u32);
+            watch.check(&color, Some(depth), &camera(), time_s, time_s + 0.06)
+        };
+        let [first, second, third] = [depth(900), depth(900), depth(900)];
+        assert_eq!(look(&first), Ok(()));
+        assert_eq!(look(&first), Err(PictureFault::DepthFrozen { pictures: 2 }));
+        assert_eq!(look(&first), Err(PictureFault::DepthFrozen { pictures: 3 }));
+        assert_eq!(look(&second), Ok(()));
+        let mut torn = third.clone();
+        torn.data[40 * 18..].copy_from_slice(&second.data[40 * 18..]);
+        assert_eq!(look(&torn), Err(PictureFault::DepthTorn { rows: 12 }));
+        let mut filled = first.clone();
+        filled.data[40 * 20..].fill(1200);
+        let fault = look(&filled).expect_err("a driver that fills in");
+        assert_eq!(fault.to_string(), "depth torn: its last 10 rows are not of it");
+        assert!(!fault.is_blind() && !PictureFault::DepthFrozen { pictures: 2 }.is_blind());
+        // The ground is too near to be seen.
+        let mut near = third.clone();
+        near.data[40 * 20..].fill(0);
+        assert_eq!(look(&near), Ok(()));
     }
 
     #[test]
@@ -263,6 +243,14 @@ mod tests {
         let other = Intrinsics::from_angles(40, 30, 87.0, 58.0);
         let error = look(2.0, 2.05, &other, 4).expect_err("the depth camera's");
         assert!(error.starts_with("intrinsics: focal length 21.1 px, expected 29.1 px"), "{error}");
-        assert_eq!(look(2.1, 2.15, &camera(), 5), Ok(()));
+        let mut moved = camera();
+        moved.center[0] += 0.5;
+        let error = look(2.05, 2.1, &moved, 5).expect_err("0.5 px of 40 px");
+        assert_eq!(
+            error,
+            "intrinsics: optical axis at (20.5, 15.0) px, expected (20.0, 15.0) px within 1% of the width"
+        );
+        moved.center[0] -= 0.2;
+        assert_eq!(look(2.1, 2.15, &moved, 6), Ok(()));
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Isometry3;
 use paid_lidar::{Config, Health, ImuSample, Odometry, Scan};
-use paid_sight::{OdometryState, PoseMessage, seconds};
+use paid_sight::{OdometryState, PoseMessage, PoseWatch, seconds};
 
 use super::DeviceClock;
 use crate::DeployError;
@@ -44,6 +44,7 @@ pub struct TorsoEyes {
     state: OdometryState,
     frame: u32,
     last_s: f64,
+    watch: PoseWatch,
 }
 
 impl TorsoEyes {
@@ -65,6 +66,7 @@ impl TorsoEyes {
             state: OdometryState::Waiting,
             frame: 0,
             last_s: f64::NEG_INFINITY,
+            watch: PoseWatch::default(),
         }
     }
 
@@ -122,10 +124,20 @@ impl TorsoEyes {
         }
     }
 
-    /// Takes in a pose of another odometry, its stamp by the local clock.
-    pub fn pose(&mut self, pose: PoseMessage) -> TorsoFix {
-        self.state = OdometryState::Tracking;
-        TorsoFix { at_ns: pose.stamp_ns, frame: self.frame, pose }
+    /// Takes in a pose of another odometry, its stamp by the local clock, that came at `now_ns` `[ns]`. `None` of one that is late or jumps:
+    /// [`Self::state`] says so.
+    pub fn pose(&mut self, pose: PoseMessage, now_ns: u64) -> Option<TorsoFix> {
+        match self.watch.check(&pose.stamped(), seconds(now_ns)) {
+            Ok(new_frame) => {
+                self.frame += u32::from(new_frame);
+                self.state = OdometryState::Tracking;
+                Some(TorsoFix { at_ns: pose.stamp_ns, frame: self.frame, pose })
+            }
+            Err(fault) => {
+                self.state = OdometryState::Refused(fault);
+                None
+            }
+        }
     }
 }
 
@@ -139,6 +151,22 @@ mod tests {
     use super::*;
     use paid_lidar::g1_torso_from_lidar;
     use paid_lidar::sim::{PoseList, Scene, SceneKind, SensorModel, SimulatedMid360};
+
+    #[test]
+    fn poses_of_a_topic_that_are_late_or_jump_are_refused_and_a_new_frame_is_numbered() {
+        let mut eyes = TorsoEyes::other();
+        let mut see = |ms: u64, late_ms: u64, x: f64| {
+            let pose =
+                PoseMessage { stamp_ns: ms * 1_000_000, position: [x, 0.0, 0.8], quat: [1.0, 0.0, 0.0, 0.0] };
+            let fix = eyes.pose(pose, (ms + late_ms) * 1_000_000);
+            (fix.map(|fix| fix.frame), eyes.state().to_string())
+        };
+        assert_eq!(see(1000, 5, 0.0), (Some(0), "tracking".to_owned()));
+        assert_eq!(see(1020, 120, 0.0), (None, "lost: pose 0.12 s old, expected 0 to 0.1 s".to_owned()));
+        let (fix, state) = see(1040, 5, 1.0);
+        assert!(fix.is_none() && state.starts_with("lost: pose jumps by 1.00 m"), "{state}");
+        assert_eq!((0..4).map(|k| see(1060 + 20 * k, 5, 1.0).0).last(), Some(Some(1)));
+    }
 
     #[test]
     fn a_torso_that_moves_a_meter_is_followed_by_the_clock_of_this_machine() {

@@ -38,10 +38,12 @@ impl Follow {
 
     fn state(&mut self, eyes: &TorsoEyes) {
         let state = eyes.state().to_string();
-        if state != self.state {
+        // The same fault with other figures is told once.
+        let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit(), "");
+        if kind(&state) != kind(&self.state) {
             self.teller.tell(format!("odometry: {state}"));
-            self.state = state;
         }
+        self.state = state;
     }
 
     /// What a LiDAR has measured, or that it is silent.
@@ -89,12 +91,13 @@ impl Follow {
             self.state(&eyes);
             if now_ns > counted_ns + COUNT_NS {
                 counted_ns = now_ns;
-                let bad = |c: &Counts| [c.damaged, c.foreign, c.lost, c.doubled, c.wrong_time];
+                let bad =
+                    |c: &Counts| [c.damaged, c.foreign, c.lost, c.doubled, c.out_of_order, c.wrong_time];
                 let new = source.counts();
                 if bad(&new) != bad(&counts) {
-                    let [damaged, foreign, lost, doubled, late] = bad(&new);
+                    let [damaged, foreign, lost, doubled, early, late] = bad(&new);
                     self.teller.tell(format!(
-                        "LiDAR: packets so far: {} taken, {damaged} damaged, {foreign} of another device, {lost} lost, {doubled} doubled, {late} with a wrong time",
+                        "LiDAR: packets so far: {} taken, {damaged} damaged, {foreign} of another device, {lost} lost, {doubled} doubled, {early} out of order, {late} with a wrong time",
                         new.taken
                     ));
                     counts = new;
@@ -125,8 +128,9 @@ impl Follow {
                         ));
                         continue;
                     }
-                    let fix = eyes.pose(pose);
-                    self.fix(fix);
+                    if let Some(fix) = eyes.pose(pose, now_ns) {
+                        self.fix(fix);
+                    }
                     self.state(&eyes);
                 }
                 Ok(Some(Ok((_, found)))) => {
