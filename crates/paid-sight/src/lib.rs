@@ -28,6 +28,8 @@ mod pipeline;
 mod pose_watch;
 mod reader;
 mod recorder;
+#[cfg(test)]
+mod recorder_tests;
 mod replay;
 pub mod ros;
 mod schema;

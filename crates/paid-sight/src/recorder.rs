@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
+use paid_lidar::stamped;
 use paid_vision::{ColorImage, DepthImage, Intrinsics};
 
 use crate::cdr::CdrWriter;
@@ -20,12 +21,16 @@ const TORSO: &str = "torso_link";
 const CAMERA: &str = "camera_color_optical_frame";
 const LIDAR: &str = "livox_frame";
 
-/// Writes a recording. Opens in Foxglove and Rerun.
+/// Writes a recording in the MCAP format with ROS 2's messages. Foxglove and Rerun read this format; neither was tried.
 pub struct Recorder {
     path: PathBuf,
     out: Writer<BufWriter<File>>,
     channels: Vec<u16>,
     sequence: u32,
+    /// Names of the robot's joints, in the order of their angles.
+    joints: Vec<String>,
+    /// Camera and LiDAR in the torso's frame: name, place `[m]`, rotation.
+    mounts: Vec<(&'static str, [f64; 3], [[f64; 3]; 3])>,
 }
 
 impl std::fmt::Debug for Recorder {
@@ -50,7 +55,12 @@ impl Recorder {
                 .and_then(|id| out.add_channel(id, topic.name, "cdr", &BTreeMap::new()));
             channels.push(id.map_err(|error| wrong(path, &error))?);
         }
-        let mut recorder = Self { path: path.to_owned(), out, channels, sequence: 0 };
+        let joints = setup.robot.joints.iter().map(|joint| joint.name.clone()).collect();
+        let camera = &setup.torso_from_camera;
+        let lidar = setup.lidar.as_ref().map(|config| stamped(0.0, &config.body_from_lidar).pose());
+        let mut mounts = vec![(CAMERA, camera.pos.0, camera.rot.0)];
+        mounts.extend(lidar.map(|lidar| (LIDAR, lidar.pos.0, lidar.rot.0)));
+        let mut recorder = Self { path: path.to_owned(), out, channels, sequence: 0, joints, mounts };
         let mut data = CdrWriter::new();
         data.string(&SetupRecord::of(setup).to_json());
         recorder.write(&schema::SETUP, [0, 0], data)?;
@@ -92,7 +102,10 @@ impl Recorder {
             Message::Joints(joints) => {
                 let mut data = CdrWriter::new();
                 data.header(joints.stamp_ns, "");
-                data.length(0);
+                data.length(self.joints.len());
+                for name in &self.joints {
+                    data.string(name);
+                }
                 data.f64_list(&joints.positions);
                 data.length(0);
                 data.length(0);
@@ -137,12 +150,11 @@ impl Recorder {
         self.write_bytes(&schema::BELIEVED, times, &believed_bytes(believed))?;
         if let Some(torso) = believed.torso {
             let mut data = CdrWriter::new();
-            data.length(1);
-            data.header(believed.at_ns, ODOMETRY);
-            data.string(TORSO);
-            data.f64s(&torso.pos.0);
-            let [w, x, y, z] = quat_of(&torso.rot.0);
-            data.f64s(&[x, y, z, w]);
+            data.length(1 + self.mounts.len());
+            transform(&mut data, believed.at_ns, [ODOMETRY, TORSO], &torso.pos.0, &torso.rot.0);
+            for (name, place, rotation) in &self.mounts {
+                transform(&mut data, believed.at_ns, [TORSO, name], place, rotation);
+            }
             self.write(&schema::TRANSFORMS, times, data)?;
         }
         if let Some(ball) = believed.ball {
@@ -255,6 +267,21 @@ pub(crate) fn color_image(stamp: u64, color: &ColorImage) -> CdrWriter {
 pub(crate) fn depth_image(stamp: u64, depth: &DepthImage) -> CdrWriter {
     let bytes: Vec<u8> = depth.data.iter().flat_map(|mm| mm.to_le_bytes()).collect();
     image(stamp, [depth.width, depth.height], "16UC1", 2 * depth.width, &bytes)
+}
+
+/// A frame in another one: their names with the parent first, place `[m]`, rotation.
+fn transform(
+    data: &mut CdrWriter,
+    at: u64,
+    [parent, child]: [&str; 2],
+    place: &[f64; 3],
+    rot: &[[f64; 3]; 3],
+) {
+    data.header(at, parent);
+    data.string(child);
+    data.f64s(place);
+    let [w, x, y, z] = quat_of(rot);
+    data.f64s(&[x, y, z, w]);
 }
 
 /// A unit quaternion w, x, y, z of a rotation.
