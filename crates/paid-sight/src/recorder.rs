@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use paid_lidar::stamped;
+use paid_perceive::Pose;
 use paid_vision::{ColorImage, DepthImage, Intrinsics};
 
 use crate::cdr::CdrWriter;
@@ -29,8 +30,8 @@ pub struct Recorder {
     sequence: u32,
     /// Names of the robot's joints, in the order of their angles.
     joints: Vec<String>,
-    /// Camera and LiDAR in the torso's frame: name, place `[m]`, rotation.
-    mounts: Vec<(&'static str, [f64; 3], [[f64; 3]; 3])>,
+    /// Camera and LiDAR in the torso's frame, by name.
+    mounts: Vec<(&'static str, Pose)>,
 }
 
 impl std::fmt::Debug for Recorder {
@@ -56,10 +57,9 @@ impl Recorder {
             channels.push(id.map_err(|error| wrong(path, &error))?);
         }
         let joints = setup.robot.joints.iter().map(|joint| joint.name.clone()).collect();
-        let camera = &setup.torso_from_camera;
         let lidar = setup.lidar.as_ref().map(|config| stamped(0.0, &config.body_from_lidar).pose());
-        let mut mounts = vec![(CAMERA, camera.pos.0, camera.rot.0)];
-        mounts.extend(lidar.map(|lidar| (LIDAR, lidar.pos.0, lidar.rot.0)));
+        let mut mounts = vec![(CAMERA, setup.torso_from_camera)];
+        mounts.extend(lidar.map(|lidar| (LIDAR, lidar)));
         let mut recorder = Self { path: path.to_owned(), out, channels, sequence: 0, joints, mounts };
         let mut data = CdrWriter::new();
         data.string(&SetupRecord::of(setup).to_json());
@@ -151,9 +151,9 @@ impl Recorder {
         if let Some(torso) = believed.torso {
             let mut data = CdrWriter::new();
             data.length(1 + self.mounts.len());
-            transform(&mut data, believed.at_ns, [ODOMETRY, TORSO], &torso.pos.0, &torso.rot.0);
-            for (name, place, rotation) in &self.mounts {
-                transform(&mut data, believed.at_ns, [TORSO, name], place, rotation);
+            transform(&mut data, believed.at_ns, [ODOMETRY, TORSO], &torso);
+            for (name, pose) in &self.mounts {
+                transform(&mut data, believed.at_ns, [TORSO, name], pose);
             }
             self.write(&schema::TRANSFORMS, times, data)?;
         }
@@ -269,18 +269,12 @@ pub(crate) fn depth_image(stamp: u64, depth: &DepthImage) -> CdrWriter {
     image(stamp, [depth.width, depth.height], "16UC1", 2 * depth.width, &bytes)
 }
 
-/// A frame in another one: their names with the parent first, place `[m]`, rotation.
-fn transform(
-    data: &mut CdrWriter,
-    at: u64,
-    [parent, child]: [&str; 2],
-    place: &[f64; 3],
-    rot: &[[f64; 3]; 3],
-) {
+/// A frame in another one: their names, the parent first, and its pose there.
+fn transform(data: &mut CdrWriter, at: u64, [parent, child]: [&str; 2], pose: &Pose) {
     data.header(at, parent);
     data.string(child);
-    data.f64s(place);
-    let [w, x, y, z] = quat_of(rot);
+    data.f64s(&pose.pos.0);
+    let [w, x, y, z] = quat_of(&pose.rot.0);
     data.f64s(&[x, y, z, w]);
 }
 
