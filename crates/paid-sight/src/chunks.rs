@@ -15,8 +15,12 @@ pub(crate) fn fit(file: &[u8]) -> Result<(), Wrong> {
     let mut rest = file.get(MAGIC..).unwrap_or_default();
     while let Some((kind, content, after)) = record(rest) {
         if kind == CHUNK
-            && let Some(mut inner) = records_of(content)
+            && let Some((length, inner)) = records_of(content)
         {
+            let Some(mut inner) = usize::try_from(length).ok().and_then(|length| inner.get(..length)) else {
+                let expected = "a chunk that is as long as it says".to_owned();
+                return Err((expected, format!("one of {} bytes", content.len())));
+            };
             while !inner.is_empty() {
                 let Some((_, _, next)) = record(inner) else {
                     let expected = "records that end within their chunk".to_owned();
@@ -27,7 +31,11 @@ pub(crate) fn fit(file: &[u8]) -> Result<(), Wrong> {
         }
         rest = after;
     }
-    // What is left is the magic at the end, or a cut file, which the reader says itself.
+    // What is left of a whole file is the magic at its end. A record that is cut would be read as far as it goes.
+    if rest.len() >= HEAD {
+        let expected = "records that end within the file".to_owned();
+        return Err((expected, format!("one of {} bytes that does not", rest.len())));
+    }
     Ok(())
 }
 
@@ -41,11 +49,43 @@ fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
 }
 
 /// The records in a chunk without compression: behind two times, a size (8 bytes each), a check sum and the name of the compression.
-fn records_of(chunk: &[u8]) -> Option<&[u8]> {
+/// How long they are by what it says, and what is there; `None` of a compressed chunk and one without this head.
+fn records_of(chunk: &[u8]) -> Option<(u64, &[u8])> {
     let (length, rest) = chunk.get(28..)?.split_first_chunk::<4>()?;
     if *length != [0; 4] {
         return None;
     }
     let (length, rest) = rest.split_first_chunk::<8>()?;
-    rest.get(..usize::try_from(u64::from_le_bytes(*length)).ok()?)
+    Some((u64::from_le_bytes(*length), rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file's begin, a chunk without compression around `records` that says `length` bytes of them, and the file's end.
+    fn file(records: &[u8], length: u64) -> Vec<u8> {
+        let mut chunk = vec![0; 28 + 4];
+        chunk.extend(length.to_le_bytes());
+        chunk.extend(records);
+        let mut out = vec![1; MAGIC];
+        out.push(CHUNK);
+        out.extend((chunk.len() as u64).to_le_bytes());
+        out.extend(chunk);
+        out.extend([1; MAGIC]);
+        out
+    }
+
+    #[test]
+    fn records_that_are_longer_than_their_chunk_and_cut_files_are_refused() {
+        // Kind 5 and two bytes.
+        let record = [5, 2, 0, 0, 0, 0, 0, 0, 0, 7, 7];
+        assert_eq!(fit(&file(&record, 11)), Ok(()));
+        for wrong in [10, 12, u64::MAX] {
+            assert!(fit(&file(&record, wrong)).is_err(), "{wrong}");
+        }
+        let whole = file(&record, 11);
+        let (expected, _) = fit(&whole[..whole.len() - MAGIC - 1]).expect_err("cut within the chunk");
+        assert_eq!(expected, "records that end within the file");
+    }
 }

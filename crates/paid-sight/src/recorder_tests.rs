@@ -44,7 +44,7 @@ fn joints_have_names_and_camera_and_lidar_hang_on_the_torso() {
                 let child = cdr.string().expect("a name");
                 let [_, _, z] = cdr.f64s().expect("a place");
                 let [x, _, _, _] = cdr.f64s().expect("a quaternion");
-                frames.push((parent.to_string(), child, z, x));
+                frames.push((parent, child, z, x));
             }
             let names: Vec<[&str; 2]> = frames.iter().map(|f| [f.0.as_str(), f.1.as_str()]).collect();
             assert_eq!(
