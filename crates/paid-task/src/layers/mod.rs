@@ -84,7 +84,8 @@ impl Default for Tree {
 
 impl Tree {
     /// Puts `top` over this tree, key by key. A table that names another `kind` replaces the table below it as a whole, because the
-    /// two kinds have different keys; everything else that `top` does not name stays.
+    /// two kinds have different keys; everything else that `top` does not name stays. Elements of an array go by index: `[phases.0]` lies over
+    /// the first one.
     pub fn lay(&mut self, top: Self) {
         lay(&mut self.0, top.0);
     }
@@ -218,8 +219,20 @@ fn lay(bottom: &mut Node, top: Node) {
                 }
             }
         }
+        (Node::List(items), Node::Table(top)) if top.keys().all(|key| place_in(items, key).is_some()) => {
+            for (key, node) in top {
+                if let Some(item) = place_in(items, &key) {
+                    lay(&mut items[item], node);
+                }
+            }
+        }
         (bottom, top) => *bottom = top,
     }
+}
+
+/// The element that a key names.
+fn place_in(items: &[Node], key: &str) -> Option<usize> {
+    key.parse().ok().filter(|item| *item < items.len())
 }
 
 fn without(node: &mut Node, top: &Node) {
@@ -268,6 +281,19 @@ mod tests {
         bottom.lay(tree("top", "terrain = { kind = 'rough', y = 2 }"));
         let keys: Vec<_> = bottom.leaves().into_iter().map(|(key, ..)| key).collect();
         assert_eq!(keys, ["terrain.kind", "terrain.y"]);
+    }
+
+    #[test]
+    fn a_table_of_indices_lies_over_the_elements_of_an_array() {
+        let below = "[[phases]]\nfrom = 0.2\na = { x = 1 }\n[[phases]]\nfrom = 0.5";
+        let mut bottom = tree("bottom", below);
+        bottom.lay(tree("top", "[phases.0]\nfrom = 0.3\na = { y = 2 }\n[phases.1]\nb = 4"));
+        let found = ["phases.0.from", "phases.0.a.x", "phases.0.a.y", "phases.1.from", "phases.1.b"]
+            .map(|key| bottom.value(key).map_or_else(String::new, |value| value.to_string()));
+        assert_eq!(found, ["0.3", "1", "2", "0.5", "4"]);
+        // There is no third element: the table replaces the array, and the type refuses it.
+        bottom.lay(tree("top", "[phases.2]\nfrom = 0.9"));
+        assert_eq!(bottom.value("phases.0.from"), None);
     }
 
     #[test]
