@@ -77,7 +77,7 @@ impl Runtime {
         self.memory.reset(0);
         self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
         if self.controller == Controller::Policy {
-            // Memory and motion are others from one step to the next.
+            // Memory and motion change from one step to the next.
             (self.switched_us, self.switch_rad_s) = (now_us, self.limits.kick_rad_s);
         }
         self.switch(now_us, Controller::Policy);

@@ -92,10 +92,10 @@ pub struct ClipShots {
     pub clip: String,
     /// What came of them.
     pub shots: Shots,
-    /// How far off the clip the bodies were relative to the root, mean over the shots `[mm]`; `None` in scores of before it was measured.
+    /// How far off the clip the bodies were relative to the root, mean over the shots `[mm]`; `None` in older scores, which lack it.
     #[serde(default)]
     pub mpjpe_mm: Option<f64>,
-    /// The same with the roots starting at one point `[mm]`: the way to the ball is in it. `None` in scores of before it was measured.
+    /// The same with the roots starting at one point `[mm]`: the way to the ball is in it. `None` in older scores, which lack it.
     #[serde(default)]
     pub g_mpjpe_mm: Option<f64>,
 }

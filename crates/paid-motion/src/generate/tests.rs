@@ -97,11 +97,13 @@ fn the_library_has_ten_standard_and_three_powerful_kicks_with_both_feet() {
 #[test]
 fn every_built_in_clip_passes_the_check() {
     let (model, spec) = robot();
-    for kick in library().iter().chain(natural()) {
+    // The natural look's powerful kicks use more of the joints' speed.
+    let looks = [(library(), 0.6), (natural(), 0.65)];
+    for (kick, most) in looks.iter().flat_map(|(kicks, most)| kicks.iter().map(move |kick| (kick, *most))) {
         let report =
             check_clip(&kick.clip, &model, &spec, &CheckLimits::default()).expect("the built-in robot");
         assert_eq!(report.findings, [], "{}", kick.clip.name);
-        assert!(report.measures.joint_speed.value < 0.65, "{}", kick.clip.name);
+        assert!(report.measures.joint_speed.value < most, "{}", kick.clip.name);
         assert_eq!(report.measures.pressure_inside, 1.0, "{}", kick.clip.name);
     }
 }
