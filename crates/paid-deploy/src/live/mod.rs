@@ -8,6 +8,7 @@
 //! The thinking thread watches the others, those of eyes and keyboard too ([`LastWords`]): one that has panicked, a link that has failed, and a writer whose last command is too old end the
 //! run by damping, with the reason in diary, log and report.
 
+mod panics;
 mod report;
 mod slot;
 mod words;
@@ -28,11 +29,12 @@ use crate::message::Packet;
 use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
 use crate::switcher::{Line, Reply, SwitcherClient};
 use crate::writer::Writer;
+use panics::{Prints, Watching, guarded, print_the_rest, said};
 use report::Rates;
 pub use report::{LiveReport, LiveStatus, Told};
 use slot::Slot;
 pub use words::LastWords;
-use write::{Failure, Shared, said, write_on};
+use write::{Failure, Shared, write_on};
 
 /// Frames that may wait for the disk.
 const WAITING: usize = 500;
@@ -104,14 +106,11 @@ fn watch_the_switcher(
     Ok(())
 }
 
-/// Tells of a thread that has panicked.
-fn guarded<R>(name: &str, broken: &SyncSender<String>, act: impl FnOnce() -> R) -> Option<R> {
-    match catch_unwind(AssertUnwindSafe(act)) {
-        Ok(result) => Some(result),
-        Err(panic) => {
-            let _ = broken.try_send(format!("the {name} thread has panicked: {}", said(panic)));
-            None
-        }
+/// Where a thread's last words go.
+fn into(broken: &SyncSender<String>) -> impl Fn(String) + 'static {
+    let broken = broken.clone();
+    move |words| {
+        let _ = broken.try_send(words);
     }
 }
 
@@ -147,12 +146,13 @@ pub fn run_live(
         let from_log = to_tell.clone();
         let (statuses, longest_us, shared) = (&statuses, &longest_us, &shared);
         let last_word = broken.clone();
-        let logging = scope
-            .spawn(move || guarded("logging", &last_word, || keep_log(log, frames, &emptied, &from_log)));
+        let logging = scope.spawn(move || {
+            guarded("logging", into(&last_word), || keep_log(log, frames, &emptied, &from_log))
+        });
         let last_word = broken.clone();
         let told = &mut told;
         let telling = scope.spawn(move || {
-            guarded("telling", &last_word, || {
+            guarded("telling", into(&last_word), || {
                 let mut rates = Rates::default();
                 let mut due = Instant::now();
                 loop {
@@ -181,8 +181,9 @@ pub fn run_live(
         if let Some(line) = switcher {
             let (last_word, masters) = (broken.clone(), &masters);
             scope.spawn(move || {
-                let watched =
-                    guarded("switcher's", &last_word, || watch_the_switcher(line, &shared.over, masters));
+                let watched = guarded("switcher's", into(&last_word), || {
+                    watch_the_switcher(line, &shared.over, masters)
+                });
                 if let Some(Err(error)) = watched {
                     let _ = last_word.try_send(format!("nobody can be asked who is in command: {error}"));
                 }
@@ -193,6 +194,8 @@ pub fn run_live(
         let mut policy_steps = Lateness::default();
         // What has failed, and the link's word for it.
         let (mut failed, mut deaf): (Option<String>, Option<LinkError>) = (None, None);
+        // Told below, as soon as it is caught; printed in the end.
+        let watching = Watching::begin("thinking", Prints::Later, |_| {});
         let thinking = catch_unwind(AssertUnwindSafe(|| {
             ask_for_real_time(THINKER_PRIORITY);
             let mut pace = Pace::new(COMMAND_US);
@@ -250,10 +253,11 @@ pub fn run_live(
                 steps += 1;
             }
         }));
+        drop(watching);
         shared.over.store(true, Ordering::Release);
         let mut state = runtime.state();
         if let Err(panic) = thinking {
-            let reason = format!("the thinking thread has panicked: {}", said(panic));
+            let reason = format!("the thinking thread has panicked: {}", said(&*panic));
             let event = Event { at_us: micros(), from: state, to: State::Damping, reason: reason.clone() };
             let _ = to_tell.try_send(event.clone());
             events.push(event);
@@ -261,10 +265,11 @@ pub fn run_live(
         }
         drop((to_log, to_tell));
         let (lateness, unsent) =
-            writing.join().unwrap_or_else(|panic| (Lateness::default(), Some(Failure::Panic(said(panic)))));
+            writing.join().unwrap_or_else(|panic| (Lateness::default(), Some(Failure::Panic(said(&*panic)))));
         // Their last words were heard.
         let logged = logging.join().ok().flatten();
         let _ = telling.join();
+        print_the_rest();
         match (deaf, unsent) {
             (Some(error), _) | (None, Some(Failure::Link(error))) => return Err(error.into()),
             (None, Some(Failure::Panic(_)) | None) => {}

@@ -1,9 +1,8 @@
 //! Threads whose panic must not pass unheard.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use super::write::said;
+use super::panics::guarded;
 use crate::mailbox::Mailbox;
 
 /// Where threads beside the control threads (eyes, keyboard) leave their last words. The thinking thread looks at it every step, and damps.
@@ -11,7 +10,7 @@ use crate::mailbox::Mailbox;
 pub struct LastWords(Arc<Mailbox<String>>);
 
 impl LastWords {
-    /// Runs a thread's work; its panic is told under this name.
+    /// Runs a thread's work; its panic is told under this name, before anything is printed.
     ///
     /// ```
     /// let words = paid_deploy::LastWords::default();
@@ -19,15 +18,9 @@ impl LastWords {
     /// assert_eq!(words.heard(), None);
     /// ```
     pub fn guard<R>(&self, name: &str, act: impl FnOnce() -> R) -> Option<R> {
-        match catch_unwind(AssertUnwindSafe(act)) {
-            Ok(result) => Some(result),
-            Err(panic) => {
-                let words = format!("the {name} thread has panicked: {}", said(panic));
-                // The other side is inside for well under a microsecond.
-                while !self.0.put(words.clone()) {}
-                None
-            }
-        }
+        let to = Arc::clone(&self.0);
+        // The other side is inside for well under a microsecond.
+        guarded(name, move |words| while !to.put(words.clone()) {}, act)
     }
 
     /// Last words that were not heard yet. Waits for nobody.

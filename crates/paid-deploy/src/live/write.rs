@@ -1,12 +1,12 @@
 //! The writing thread: the newest command 500 times a second, and what becomes of a link that fails.
 
-use std::any::Any;
 use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
+use super::panics::{Prints, Watching, said};
 use super::{WRITER_PRIORITY, ask_for_real_time};
 use crate::lateness::{Lateness, Pace};
 use crate::link::{LinkError, Outlet};
@@ -19,13 +19,6 @@ use crate::writer::Writer;
 const REST: u32 = 250;
 /// Commands that may fail before the link is given up. After the first one there is only damping.
 const TRIES: u32 = 10;
-
-/// What a thread died of.
-pub(super) fn said(panic: Box<dyn Any + Send>) -> String {
-    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
-    text.or_else(|| panic.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "a panic without words".to_owned())
-}
 
 /// Why a command was not sent.
 #[derive(Clone, Debug)]
@@ -82,6 +75,11 @@ pub(super) fn write_on(
     dry_run: bool,
     broken: &SyncSender<String>,
 ) -> (Lateness, Option<Failure>) {
+    // The panic of a link's code is told in the hook: the writer must not print, for it has damping to send.
+    let told = broken.clone();
+    let _watching = Watching::begin("writing", Prints::Later, move |words| {
+        let _ = told.try_send(words);
+    });
     shared.real_time.store(ask_for_real_time(WRITER_PRIORITY), Ordering::Relaxed);
     let (mut pace, mut lateness) = (Pace::new(COMMAND_US), Lateness::default());
     let (mut rest, mut tries, mut first) = (REST, TRIES, None);
@@ -108,13 +106,15 @@ pub(super) fn write_on(
                 continue;
             }
             Ok(Err(error)) => Failure::Link(error),
-            Err(panic) => Failure::Panic(said(panic)),
+            Err(panic) => Failure::Panic(said(&*panic)),
         };
         writer.stop();
         tries -= 1;
         if first.is_none() {
             // The channel has room for everybody's last words.
-            let _ = broken.try_send(failure.to_string());
+            if let Failure::Link(_) = failure {
+                let _ = broken.try_send(failure.to_string());
+            }
             first = Some(failure);
         }
     }
