@@ -57,7 +57,7 @@ impl Default for BroadcastOptions {
             intrinsics: Intrinsics::g1_color(),
             topics: CameraInput::default(),
             lidar: None,
-            surroundings: (SceneKind::Hall, [-8.0, 0.0]),
+            surroundings: (SceneKind::Endless, [0.0, 0.0]),
             seed: 0,
         }
     }

@@ -44,7 +44,7 @@ pub struct OwnEyesOptions {
     pub latency_s: f64,
     /// The picture's size. Default 424 x 240.
     pub intrinsics: Intrinsics,
-    /// What follows the torso. Default: the LiDAR in a hall, 8 m from its middle, so that a match has 18 m of way.
+    /// What follows the torso. Default: the LiDAR in the endless hall: a match of 50 kicks takes the robot 50 m away.
     pub torso: TorsoSource,
     /// Least score of a find; `None`: the detector's own.
     pub confidence: Option<f64>,
@@ -56,7 +56,7 @@ impl Default for OwnEyesOptions {
             rate_hz: 25.0,
             latency_s: 0.07,
             intrinsics: Intrinsics::g1_color(),
-            torso: TorsoSource::Lidar(SceneKind::Hall, [-8.0, 0.0]),
+            torso: TorsoSource::Lidar(SceneKind::Endless, [0.0, 0.0]),
             confidence: None,
         }
     }

@@ -1,6 +1,7 @@
 //! A simulated Mid-360 in simple scenes: what the odometry is measured with where there is no robot.
 
 mod body;
+mod boxes;
 mod clock;
 mod fault;
 mod measure;

@@ -5,6 +5,7 @@ use core::str::FromStr;
 use nalgebra::{Vector2, Vector3};
 use paid_lanes::rng::Rng;
 
+use super::boxes::Boxes;
 use crate::error::LidarError;
 
 /// Which scene.
@@ -19,11 +20,14 @@ pub enum SceneKind {
     Corridor,
     /// The hall with eight people who walk through it.
     People,
+    /// A hall without walls, with a box in every square of 8 m, as `seed` draws them: for a robot that walks on and on. No box is in the
+    /// robot's way.
+    Endless,
 }
 
 impl SceneKind {
     /// All scenes.
-    pub const ALL: [Self; 4] = [Self::Hall, Self::Pitch, Self::Corridor, Self::People];
+    pub const ALL: [Self; 5] = [Self::Hall, Self::Pitch, Self::Corridor, Self::People, Self::Endless];
 
     /// Its name on the command line.
     #[must_use]
@@ -33,6 +37,7 @@ impl SceneKind {
             Self::Pitch => "pitch",
             Self::Corridor => "corridor",
             Self::People => "people",
+            Self::Endless => "endless",
         }
     }
 }
@@ -43,7 +48,7 @@ impl FromStr for SceneKind {
     fn from_str(name: &str) -> Result<Self, LidarError> {
         Self::ALL.into_iter().find(|k| k.name() == name).ok_or_else(|| LidarError::Name {
             name: "scene",
-            expected: "hall, pitch, corridor, people",
+            expected: "hall, pitch, corridor, people, endless",
             found: name.to_owned(),
         })
     }
@@ -51,11 +56,13 @@ impl FromStr for SceneKind {
 
 /// A surface that a ray can hit.
 #[derive(Clone, Debug)]
-enum Shape {
+pub(super) enum Shape {
     /// The inside of a box with these corners.
     Room { low: Vector3<f64>, high: Vector3<f64> },
     /// The ground `z = 0`.
     Ground,
+    /// Boxes on endless ground.
+    Boxes(Boxes),
     /// The outside of a box: center, half of its edges, and its turn about z as cosine and sine.
     Block { center: Vector3<f64>, half: Vector3<f64>, turn: (f64, f64) },
     /// An upright cylinder without lids, from `low` to `high` `[m]`, whose axis goes by `velocity` `[m/s]` to and fro.
@@ -94,6 +101,7 @@ impl Scene {
                 high: Vector3::new(150.0, 1.2, 2.8),
             })],
             SceneKind::People => hall().into_iter().chain(people(seed)).collect(),
+            SceneKind::Endless => [Shape::Ground, Shape::Boxes(Boxes { seed })].map(solid).into(),
         };
         Self { things, shift: Vector3::zeros() }
     }
@@ -124,9 +132,11 @@ impl Scene {
 }
 
 impl Shape {
-    fn hit(&self, origin: &Vector3<f64>, ray: &Vector3<f64>, time_s: f64) -> Option<f64> {
+    /// Distance `[m]` along the unit vector `ray` from `origin` at `time_s`.
+    pub(super) fn hit(&self, origin: &Vector3<f64>, ray: &Vector3<f64>, time_s: f64) -> Option<f64> {
         match self {
             Self::Ground => (ray.z < -GRAZING && origin.z > 0.0).then(|| -origin.z / ray.z),
+            Self::Boxes(boxes) => boxes.hit(origin, ray),
             Self::Room { low, high } => {
                 // From inside, the first wall on the way is the nearest of the three ahead.
                 let mut nearest = f64::INFINITY;
@@ -270,8 +280,26 @@ mod tests {
     }
 
     #[test]
+    fn the_endless_hall_is_the_same_kind_of_place_everywhere() {
+        for at in [0.0, 1000.0] {
+            assert_eq!(range(SceneKind::Endless, [at, 0.0, 1.0], [0.0, 0.0, -1.0]), Some(1.0));
+            let boxes = (0..360)
+                .map(f64::from)
+                .filter(|a| {
+                    let (y, x) = a.to_radians().sin_cos();
+                    range(SceneKind::Endless, [at, 0.0, 0.9], [x, y, 0.0]).is_some()
+                })
+                .count();
+            assert!((90..=360).contains(&boxes), "{boxes} of 360 rays at {at} m");
+        }
+    }
+
+    #[test]
     fn an_unknown_scene_is_named_with_those_there_are() {
         let error = "moon".parse::<SceneKind>().expect_err("no moon");
-        assert_eq!(error.to_string(), "scene: expected one of hall, pitch, corridor, people, found 'moon'");
+        assert_eq!(
+            error.to_string(),
+            "scene: expected one of hall, pitch, corridor, people, endless, found 'moon'"
+        );
     }
 }

@@ -53,7 +53,9 @@ impl Walk {
     pub fn new(kind: SceneKind, seed: u64) -> Self {
         let path = match kind {
             // An eight of 28 m, so 0.7 m/s in the mean.
-            SceneKind::Hall | SceneKind::People => Path::Eight { a: 6.0, b: 3.5, rate: 0.155 },
+            SceneKind::Hall | SceneKind::People | SceneKind::Endless => {
+                Path::Eight { a: 6.0, b: 3.5, rate: 0.155 }
+            }
             SceneKind::Pitch => Path::Eight { a: 4.5, b: 2.5, rate: 0.2 },
             SceneKind::Corridor => Path::Straight { speed: 0.6 },
         };

@@ -43,7 +43,7 @@ pub struct EyesArgs {
     /// Where the torso's pose comes from.
     #[arg(long, value_enum, default_value = "lidar", requires = "eyes")]
     odometry: OdometryName,
-    /// What the LiDAR sees: hall, pitch, corridor or people.
+    /// What the LiDAR sees: hall, pitch, corridor, people or endless.
     #[arg(long, value_name = "NAME", default_value = "hall", requires = "eyes")]
     surroundings: SceneKind,
     /// Points that the LiDAR measures per second.

@@ -10,7 +10,7 @@ const FAULT_AT_S: f64 = 8.0;
 /// Arguments of `paid perceive odometry`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Scene: hall, pitch, corridor or people; all, if not given.
+    /// Scene: hall, pitch, corridor, people or endless; all, if not given.
     #[arg(long, value_name = "NAME")]
     scene: Option<SceneKind>,
     /// Length of the run [s]; the robot stands for the first 2 s.
