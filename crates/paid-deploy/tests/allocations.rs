@@ -85,7 +85,7 @@ fn a_kick(player: &Arc<Player>, limits: &Limits) -> Vec<(u64, Vec<Packet>)> {
     let file = dir.path().join("kick.log");
     let spec = PlayerSpec { policy: PathBuf::new(), motions: None, sets: Vec::new() };
     let header = LogHeader { player: spec, limits: limits.clone() };
-    let options = LockstepOptions { limits: limits.clone(), seed: 1, eyes: None };
+    let options = LockstepOptions { limits: limits.clone(), seed: 1, ..LockstepOptions::default() };
     let mut sim = Lockstep::new(player, &options).expect("MuJoCo");
     sim.set_log(LogWriter::create(&file, &header).expect("log"));
     sim.make_ready(false).expect("ready");

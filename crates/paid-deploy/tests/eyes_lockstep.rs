@@ -14,7 +14,12 @@ fn player() -> Arc<Player> {
 #[test]
 fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed() {
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
-    let options = LockstepOptions { limits, seed: 1, eyes: Some(OwnEyesOptions::default()) };
+    let options = LockstepOptions {
+        limits,
+        seed: 1,
+        eyes: Some(OwnEyesOptions::default()),
+        ..LockstepOptions::default()
+    };
     let mut step = Lockstep::new(&player(), &options).expect("MuJoCo");
     step.make_ready(false).expect("ready");
     step.robot.place_ball([1.2, 0.0], [0.0; 2]);
@@ -36,7 +41,12 @@ fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_notic
 #[test]
 fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
-    let options = LockstepOptions { limits, seed: 1, eyes: Some(OwnEyesOptions::default()) };
+    let options = LockstepOptions {
+        limits,
+        seed: 1,
+        eyes: Some(OwnEyesOptions::default()),
+        ..LockstepOptions::default()
+    };
     let mut step = Lockstep::new(&player(), &options).expect("MuJoCo");
     step.inject(Fault::NoOdometry);
     let refused = step.make_ready(false);

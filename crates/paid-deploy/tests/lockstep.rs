@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use paid_deploy::log::{LogHeader, LogReader, LogWriter, replay};
 use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, drill, play_match};
-use paid_deploy::wire::{Key, LowCmd, LowState, Remote};
+use paid_deploy::wire::{DAMPING_KEYS, Key, LowCmd, LowState, Remote};
 use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State};
 
 fn spec() -> PlayerSpec {
@@ -19,7 +19,8 @@ fn player() -> Arc<Player> {
 
 fn ready(player: &Arc<Player>) -> Lockstep {
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
-    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1, eyes: None }).expect("MuJoCo");
+    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1, ..LockstepOptions::default() })
+        .expect("MuJoCo");
     step.make_ready(false).expect("ready");
     step
 }
@@ -32,6 +33,28 @@ fn a_robot_that_is_let_go_stands_for_ten_seconds() {
     step.run_until(10.0, |_| false).expect("run");
     assert_eq!(step.runtime().state(), State::Ready, "{:?}", step.runtime().why());
     assert!(step.truth().base.pos.z() > 0.7);
+}
+
+#[test]
+fn commands_reach_the_robot_as_late_as_was_asked() {
+    let player = player();
+    // Ticks of 2 ms from the stop keys to a command without stiffness.
+    let ticks = |command_delay_us: u64| {
+        let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
+        let options = LockstepOptions { limits, command_delay_us, ..LockstepOptions::default() };
+        let mut step = Lockstep::new(&player, &options).expect("MuJoCo");
+        step.make_ready(false).expect("ready");
+        step.robot.set_remote(Remote::pressing(&DAMPING_KEYS));
+        (1..50)
+            .find(|_| {
+                step.tick().expect("tick");
+                step.robot.command().motors.iter().all(|motor| motor.kp == 0.0)
+            })
+            .expect("damped")
+    };
+    let at_once = ticks(0);
+    assert_eq!(ticks(4_000), at_once + 2);
+    assert_eq!(ticks(10_000), at_once + 5);
 }
 
 #[test]

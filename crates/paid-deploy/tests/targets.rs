@@ -17,7 +17,8 @@ fn limits() -> Limits {
 
 /// A robot on the gantry that is ready for a kick, with a ball within reach.
 fn ready(player: &Arc<Player>, limits: Limits) -> Lockstep {
-    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1, eyes: None }).expect("MuJoCo");
+    let mut step = Lockstep::new(player, &LockstepOptions { limits, seed: 1, ..LockstepOptions::default() })
+        .expect("MuJoCo");
     step.make_ready(false).expect("ready");
     step.robot.place_ball([1.2, 0.0], [0.0; 2]);
     step

@@ -183,7 +183,8 @@ fn trial_of(
         Fault::ActionHuge => &spoiled(player, 1e4),
         _ => player,
     };
-    let options = LockstepOptions { limits: limits.clone(), seed: trial as u64, eyes: None };
+    let options =
+        LockstepOptions { limits: limits.clone(), seed: trial as u64, ..LockstepOptions::default() };
     let mut step = Lockstep::new(player, &options)?;
     step.make_ready(false)?;
     if fault.while_kicking() {

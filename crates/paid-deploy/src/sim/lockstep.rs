@@ -1,5 +1,6 @@
 //! Robot, senses, link, runtime and writer in step: simulated time waits for all of them, and nothing depends on the machine.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::faults::Fault;
@@ -24,6 +25,8 @@ pub struct LockstepOptions {
     pub limits: Limits,
     /// Seed of the senses' errors.
     pub seed: u64,
+    /// A command takes so long to the robot `[us]`. Default 0; over a network some milliseconds.
+    pub command_delay_us: u64,
     /// The robot's own eyes in the place of the virtual senses, which know the truth and err by chance.
     pub eyes: Option<OwnEyesOptions>,
 }
@@ -39,6 +42,9 @@ pub struct Lockstep {
     runtime: Runtime,
     writer: Writer,
     ends: (ChannelLink, ChannelLink),
+    /// Commands on their way, and when they arrive `[us]`.
+    on_the_way: VecDeque<(u64, Packet)>,
+    command_delay_us: u64,
     packets: Vec<Packet>,
     events: Vec<Event>,
     fault: Option<Fault>,
@@ -65,6 +71,8 @@ impl Lockstep {
             runtime: Runtime::new(Arc::clone(player), options.limits.clone()),
             writer: Writer::new(&options.limits, player.joints()),
             ends: ChannelLink::pair(),
+            on_the_way: VecDeque::new(),
+            command_delay_us: options.command_delay_us,
             packets: Vec::new(),
             events: Vec::new(),
             fault: None,
@@ -206,7 +214,10 @@ impl Lockstep {
             self.watch();
         }
         if let Some(command) = self.writer.write(now_us) {
-            self.ends.1.send(Packet::LowCmd(command.to_cdr()))?;
+            self.on_the_way.push_back((now_us + self.command_delay_us, Packet::LowCmd(command.to_cdr())));
+        }
+        while let Some((_, command)) = self.on_the_way.pop_front_if(|(at_us, _)| *at_us <= now_us) {
+            self.ends.1.send(command)?;
         }
         self.show();
         Ok(())

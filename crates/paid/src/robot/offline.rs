@@ -65,6 +65,9 @@ pub struct SimArgs {
     /// senses, which know the truth and err by chance.
     #[arg(long, requires = "lockstep")]
     eyes: bool,
+    /// In lockstep: commands take so long to the robot, as over a network, 0 to 20.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = delay, requires = "lockstep")]
+    delay_ms: f64,
     /// With --eyes: what follows the torso. The LiDAR's odometry, or the true pose with training's drift.
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = TorsoChoice::Lidar, requires = "eyes")]
     odometry: TorsoChoice,
@@ -83,6 +86,11 @@ pub struct SimArgs {
     pub(super) script: Option<PathBuf>,
     #[command(flatten)]
     pub(super) live: LiveArgs,
+}
+
+fn delay(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|x| (0.0..=20.0).contains(x));
+    found.ok_or_else(|| format!("expected a number of milliseconds from 0 to 20, found '{text}'"))
 }
 
 /// What follows the torso.
@@ -126,7 +134,8 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
             None => None,
         };
         let eyes = args.eyes.then(|| own_eyes(args));
-        let lockstep = LockstepOptions { limits: limits.clone(), seed, eyes };
+        let command_delay_us = (args.delay_ms * 1e3) as u64;
+        let lockstep = LockstepOptions { limits: limits.clone(), seed, command_delay_us, eyes };
         let mut options = MatchOptions { lockstep, ..MatchOptions::default() };
         options.field.kicks = args.kicks.unwrap_or(11);
         results.push(one_match(&player, &options, log, page.as_ref())?);
