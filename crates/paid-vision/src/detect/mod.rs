@@ -158,8 +158,12 @@ impl Detector {
             Kind::YoloV8 { .. } => decode::yolo_v8(first, cells, class, confidence),
             Kind::YoloX { classes } => decode::yolo_x(first, *size, *classes, class, confidence),
         };
-        let found = boxes::suppress(candidates, iou, most).into_iter().map(|candidate| {
+        let found = boxes::suppress(candidates, iou, most).into_iter().filter_map(|candidate| {
             let outline = fit.to_picture(&candidate.outline);
+            // In the gray beside the picture there is nothing to find.
+            if outline.clipped(shape[0], shape[1]).area() <= 0.0 {
+                return None;
+            }
             let mask = match (kind, rest.first()) {
                 (Kind::YoloV8 { classes, masks: true }, Some(prototypes)) => {
                     let coefficients: Vec<f32> = first[(4 + classes) * cells..]
@@ -173,7 +177,7 @@ impl Detector {
                 }
                 _ => None,
             };
-            Detection { outline, score: candidate.score, mask, whole: *kind == Kind::Own }
+            Some(Detection { outline, score: candidate.score, mask, whole: *kind == Kind::Own })
         });
         Ok(found.collect())
     }

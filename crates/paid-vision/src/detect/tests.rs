@@ -82,6 +82,24 @@ fn a_yolo_v8_seg_export_gives_the_mask_of_its_box() {
 }
 
 #[test]
+fn a_box_in_the_gray_beside_the_picture_is_no_find() {
+    let mut output = vec![0.0; (4 + 1 + 32) * CELLS];
+    // A box of 10 x 16 around (55, 16) of the input, and a surer one around (32, 16).
+    for (row, values) in [(0, [55.0, 32.0]), (1, [16.0; 2]), (2, [10.0; 2]), (3, [16.0; 2]), (4, [0.8, 0.9])]
+    {
+        output[row * CELLS + 7..row * CELLS + 9].copy_from_slice(&values);
+    }
+    let file = constant(
+        &[1, 3, 32, 64],
+        &[("output0", vec![1, 37, CELLS], output), ("output1", vec![1, 32, 8, 16], vec![0.0; 32 * 128])],
+    );
+    let detector = Detector::from_file(file, None).expect("YOLOv8-seg");
+    // An upright picture: from 28 to 36 px of the input, gray on both sides.
+    let found = detector.detect(&ColorImage::filled(16, 64, [9; 3]), None).expect("runs");
+    assert_eq!(found.iter().map(|find| find.outline.middle()).collect::<Vec<_>>(), [[8.0, 32.0]]);
+}
+
+#[test]
 fn a_yolox_export_is_decoded_by_its_grid() {
     let mut output = vec![0.0; CELLS * 6];
     // Cell (2, 1) of stride 8: middle (20, 12), size 8 x 8.
