@@ -65,6 +65,7 @@ mod raw;
 mod read;
 mod reference;
 mod released;
+mod sizes;
 mod weights;
 mod write;
 

@@ -1,5 +1,7 @@
 //! Any ONNX graph over float tensors.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -8,6 +10,7 @@ use rten::{Model, NodeId, RunOptions, ThreadPool, Value, ValueOrView};
 
 use crate::error::OnnxError;
 use crate::proto::{ModelProto, ValueInfo};
+use crate::sizes::oversized;
 
 /// A graph that was read from a file, with its metadata; runs on the calling thread.
 pub struct RawModel {
@@ -35,11 +38,14 @@ impl RawModel {
     /// The runtime of a file that was read.
     ///
     /// # Errors
-    /// If it has an operator that the runtime lacks.
+    /// If it has an operator that the runtime lacks, or the runtime fails.
     pub fn new(file: OnnxFile) -> Result<Self, OnnxError> {
         let OnnxFile { path, bytes, mut proto } = file;
-        let model =
-            Model::load(bytes).map_err(|e| OnnxError::Graph { path: path.clone(), reason: one_line(&e) })?;
+        let failed = |reason: String| OnnxError::Graph { path: path.clone(), reason };
+        if let Some(reason) = proto.graph.as_ref().and_then(oversized) {
+            return Err(failed(reason));
+        }
+        let model = guarded(|| Model::load(bytes)).map_err(failed)?;
         if let Some(graph) = &mut proto.graph {
             // The runtime has its own copy of the constants.
             graph.initializer.clear();
@@ -83,7 +89,7 @@ impl RawModel {
         }
         let ids = outputs.iter().map(|(name, _)| node(name)).collect::<Result<Vec<_>, _>>()?;
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.threads)));
-        let values = self.model.run(given, &ids, Some(options)).map_err(|e| failed(one_line(&e)))?;
+        let values = guarded(|| self.model.run(given, &ids, Some(options))).map_err(failed)?;
         outputs
             .iter()
             .zip(values)
@@ -166,6 +172,21 @@ fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
         return Err(wrong("it has no graph".to_owned()));
     }
     Ok(proto)
+}
+
+/// Calls the runtime. It takes some numbers of a damaged file on trust and panics (rten 0.27); here that is an error like its others.
+fn guarded<T, E: std::fmt::Display>(call: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
+    // What it was at work on is dropped, or belongs to this call alone.
+    match catch_unwind(AssertUnwindSafe(call)) {
+        Ok(result) => result.map_err(|error| one_line(&error)),
+        Err(panic) => Err(format!("the runtime gave up: {}", said(&*panic))),
+    }
+}
+
+/// The words of a panic as one line.
+fn said(panic: &(dyn Any + Send)) -> String {
+    let words = panic.downcast_ref::<String>().map(String::as_str);
+    one_line(&words.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("without a word"))
 }
 
 /// An error of the runtime as one line.
