@@ -162,3 +162,16 @@ fn the_content_decides_before_the_name() {
     let error = read_motion(&dir.path().join("b.bvh"), &model(), &spec(), &ReadOptions::default());
     assert!(matches!(error, Err(MotionError::Extension { .. })));
 }
+
+#[test]
+fn the_folder_of_a_motion_is_made() {
+    let dir = TempDir::new().expect("a temporary folder");
+    for name in ["raw/kick.npz", "a/b/kick.csv"] {
+        let path = dir.path().join(name);
+        write_motion(&path, &steady_clip(5, 50.0, 0.0), &model(), &spec()).expect("written");
+        assert!(path.is_file());
+    }
+    let error = write_motion(&dir.path().join("c/kick.txt"), &steady_clip(5, 50.0, 0.0), &model(), &spec());
+    assert!(matches!(error, Err(MotionError::Extension { .. })));
+    assert!(!dir.path().join("c").exists(), "nothing is made for a name that is refused");
+}

@@ -76,8 +76,8 @@ pub fn read_motion(
     }
 }
 
-/// Writes a motion in the format that the file's name asks for (`.npz`, `.csv`). The file appears under its name only when it is
-/// whole.
+/// Writes a motion in the format that the file's name asks for (`.npz`, `.csv`). Its folder is made; the file appears under its name only
+/// when it is whole.
 ///
 /// # Errors
 /// Another name, names that do not match the robot's, a file that cannot be written.
@@ -87,13 +87,15 @@ pub fn write_motion(
     model: &RobotModel,
     spec: &RobotSpec,
 ) -> Result<(), MotionError> {
-    if has_extension(path, "npz") {
-        write_npz(path, clip, model, spec)
-    } else if has_extension(path, "csv") {
-        write_csv(path, clip)
-    } else {
-        Err(MotionError::Extension { path: path.to_owned() })
+    let (npz, csv) = (has_extension(path, "npz"), has_extension(path, "csv"));
+    if !npz && !csv {
+        return Err(MotionError::Extension { path: path.to_owned() });
     }
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)
+            .map_err(|source| MotionError::Io { path: path.to_owned(), source })?;
+    }
+    if npz { write_npz(path, clip, model, spec) } else { write_csv(path, clip) }
 }
 
 pub(crate) fn has_extension(path: &Path, extension: &str) -> bool {
