@@ -1,12 +1,21 @@
-//! Signals, once for the whole program: Ctrl-C and SIGTERM ask it to stop, a closed output pipe ends it.
+//! Signals, once for the whole program: Ctrl-C, SIGTERM and SIGHUP ask it to stop, a closed output pipe ends it, unless a robot must be
+//! damped first.
 
+use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
 
 /// Exit code of a command that was stopped before its end.
 pub const STOPPED: u8 = 130;
+
+/// A terminal that is closed often sends two signals. Where the program must end in order, those within this time of the first are the
+/// same wish.
+const SAME_WISH: Duration = Duration::from_secs(2);
+/// Set by [`outlive_the_terminal`].
+static MUST_END_IN_ORDER: AtomicBool = AtomicBool::new(false);
 
 /// The flag that the first Ctrl-C (or SIGTERM) sets; whoever works in steps looks at it and ends with what there is. A second
 /// signal ends the program at once.
@@ -20,11 +29,20 @@ pub fn flag() -> Result<Arc<AtomicBool>, Failure> {
     }
     let flag = Arc::new(AtomicBool::new(false));
     let set = Arc::clone(&flag);
+    let first = OnceLock::new();
     ctrlc::set_handler(move || {
+        let first = *first.get_or_init(Instant::now);
         if set.swap(true, Ordering::SeqCst) {
-            std::process::exit(i32::from(STOPPED));
+            if !MUST_END_IN_ORDER.load(Ordering::SeqCst) || first.elapsed() > SAME_WISH {
+                std::process::exit(i32::from(STOPPED));
+            }
+            return;
         }
-        eprintln!("stopping: what is done so far will be saved and reported; Ctrl-C again ends at once");
+        // The terminal may be gone.
+        let _ = writeln!(
+            std::io::stderr(),
+            "stopping: what is done so far will be saved and reported; Ctrl-C again ends at once"
+        );
     })
     .map_err(|error| Failure::input(format!("cannot watch for Ctrl-C: {error}")))?;
     Ok(Arc::clone(FLAG.get_or_init(|| flag)))
@@ -34,7 +52,7 @@ pub fn flag() -> Result<Arc<AtomicBool>, Failure> {
 /// signal by default, so that every `println!` after it would panic.
 #[cfg(unix)]
 pub fn end_with_the_reader() {
-    // SAFETY: called once at the start of `main`, before other threads; the default action is no Rust code.
+    // SAFETY: the default action is no Rust code, and setting it is allowed from any thread.
     unsafe {
         libc::signal(libc::SIGPIPE, libc::SIG_DFL);
     }
@@ -43,3 +61,16 @@ pub fn end_with_the_reader() {
 /// Other systems have no such signal.
 #[cfg(not(unix))]
 pub fn end_with_the_reader() {}
+
+/// For a program that must damp a robot before it ends: a reader that is gone, Ctrl-Z and a second signal right after the first neither
+/// end nor halt it. [`end_with_the_reader`] takes back what concerns the reader.
+pub fn outlive_the_terminal() {
+    MUST_END_IN_ORDER.store(true, Ordering::SeqCst);
+    #[cfg(unix)]
+    for signal in [libc::SIGPIPE, libc::SIGTSTP, libc::SIGTTIN, libc::SIGTTOU] {
+        // SAFETY: to ignore a signal runs no Rust code, and it is allowed from any thread.
+        unsafe {
+            libc::signal(signal, libc::SIG_IGN);
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! `paid robot` as a program: a dry run, a real signal, lines of JSON, and exit codes. The virtual robot runs in the test, over DDS on the loopback.
+//! `paid robot` as a program: a dry run, real signals, a closed pipe, lines of JSON, and exit codes. The virtual robot runs in the test, over DDS on the loopback.
 
 mod common;
 
@@ -57,11 +57,21 @@ fn begin(folder: &Path, domain: u16, more: &[&str]) -> (Ended, Receiver<String>)
         .expect("the program starts");
     let lines = BufReader::new(program.stdout.take().expect("output")).lines().map_while(Result::ok);
     let (to, from) = channel();
-    std::thread::spawn(move || lines.for_each(|line| drop(to.send(line))));
+    // Ends, and closes the program's output, when nobody wants more lines.
+    std::thread::spawn(move || lines.map_while(|line| to.send(line).ok()).for_each(drop));
     (Ended(program), from)
 }
 
-/// What the program did to a robot that was asked to stand up, and was then stopped by SIGINT.
+/// How the program is ended.
+#[derive(Clone, Copy)]
+enum Ends {
+    /// By these signals, one right after the other.
+    Signals(&'static [&'static str]),
+    /// Whoever reads its output goes away.
+    Reader,
+}
+
+/// What the program did to a robot that was asked to stand up, and was then stopped.
 struct Course {
     /// Commands that hold the joints, and damping after the signal, seen by the robot [2 ms each].
     held: usize,
@@ -71,11 +81,18 @@ struct Course {
 }
 
 /// A robot for the program: L2 and Up again and again until a line of it says `stand up`, a signal when `enough` says so.
-fn play(folder: &Path, domain: u16, more: &[&str], enough: impl Fn(usize, Duration) -> bool) -> Course {
+fn play(
+    folder: &Path,
+    domain: u16,
+    more: &[&str],
+    ends: Ends,
+    enough: impl Fn(usize, Duration) -> bool,
+) -> Course {
     let player = Player::load(&PlayerSpec { policy: policy(), motions: None, sets: Vec::new() });
     let player = Arc::new(player.expect("policy"));
     let link = DdsLink::open(domain, IpAddr::V4(Ipv4Addr::LOCALHOST), Side::Robot).expect("DDS");
     let (mut program, from) = begin(folder, domain, more);
+    let mut from = Some(from);
     let (begin, stop) = (Instant::now(), AtomicBool::new(false));
     let (mut held, mut damped, mut next_s, mut up, mut signal) = (0, 0, 1.0, None, None);
     let (mut lines, mut status) = (Vec::new(), None);
@@ -85,7 +102,7 @@ fn play(folder: &Path, domain: u16, more: &[&str], enough: impl Fn(usize, Durati
         let damps = command.motors[..29].iter().all(|m| m.mode == 1 && m.kp == 0.0 && m.kd > 0.0);
         held += usize::from(holds);
         damped += usize::from(signal.is_some() && damps && !robot.timed_out());
-        for line in from.try_iter() {
+        for line in from.iter().flat_map(Receiver::try_iter) {
             let line: Value = serde_json::from_str(&line).unwrap_or_else(|e| panic!("{line}: {e}"));
             if line["event"]["to"] == "stand_up" {
                 up.get_or_insert_with(Instant::now);
@@ -94,7 +111,12 @@ fn play(folder: &Path, domain: u16, more: &[&str], enough: impl Fn(usize, Durati
         }
         if signal.is_none() && up.is_some_and(|at| enough(held, at.elapsed())) {
             let id = program.0.id().to_string();
-            assert!(Command::new("kill").args(["-INT", &id]).status().expect("kill").success());
+            match ends {
+                Ends::Signals(names) => names.iter().for_each(|name| {
+                    assert!(Command::new("kill").args([name, &&*id]).status().expect("kill").success());
+                }),
+                Ends::Reader => from = None,
+            }
             signal = Some(Instant::now());
         }
         if signal.is_some() && status.is_none() {
@@ -110,7 +132,7 @@ fn play(folder: &Path, domain: u16, more: &[&str], enough: impl Fn(usize, Durati
         })
     };
     serve(&player, link, ServeOptions::default(), &stop, &mut (), orders).expect("served");
-    lines.extend(from.iter().map(|line| serde_json::from_str::<Value>(&line).expect("JSON")));
+    lines.extend(from.iter().flatten().map(|line| serde_json::from_str::<Value>(&line).expect("JSON")));
     Course { held, damped, status: status.expect("ended by the signal"), lines }
 }
 
@@ -124,7 +146,7 @@ fn end(course: &Course) -> &Value {
 #[test]
 fn a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went() {
     let folder = tempfile::tempdir().expect("a folder");
-    let course = play(folder.path(), domain(0), &[], |held, _| held > 100);
+    let course = play(folder.path(), domain(0), &[], Ends::Signals(&["-INT"]), |held, _| held > 100);
     assert!(course.status.success(), "{}", course.status);
     // Half a second of damping is said; the robot has seen most of it.
     assert!(course.held > 100 && course.damped > 100, "{} held, {} damped", course.held, course.damped);
@@ -139,10 +161,31 @@ fn a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went() {
 }
 
 #[test]
+fn a_terminal_that_is_closed_damps_the_robot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Ctrl-Z does not halt the commands; a shell that ends hangs up, and its terminal does so too.
+    let signals = Ends::Signals(&["-TSTP", "-HUP", "-HUP"]);
+    let course = play(folder.path(), domain(3), &[], signals, |held, _| held > 100);
+    assert!(course.status.success(), "{}", course.status);
+    assert!(course.held > 100 && course.damped > 100, "{} held, {} damped", course.held, course.damped);
+    assert!(end(&course)["died"].is_null());
+}
+
+#[test]
+fn a_reader_that_goes_away_damps_the_robot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let course = play(folder.path(), domain(4), &[], Ends::Reader, |held, _| held > 100);
+    assert!(!course.status.success(), "{}", course.status);
+    assert!(course.held > 100 && course.damped > 100, "{} held, {} damped", course.held, course.damped);
+}
+
+#[test]
 fn a_dry_run_thinks_and_logs_and_commands_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let more = ["--dry-run", "--log", "dry.mcap"];
-    let course = play(folder.path(), domain(1), &more, |_, up| up > Duration::from_millis(500));
+    let course = play(folder.path(), domain(1), &more, Ends::Signals(&["-INT"]), |_, up| {
+        up > Duration::from_millis(500)
+    });
     assert!(course.status.success(), "{}", course.status);
     assert_eq!((course.held, course.damped), (0, 0), "commands of a dry run");
     assert!(course.lines.iter().any(|line| line["status"]["dry_run"] == true));

@@ -60,6 +60,7 @@ pub struct RunArgs {
 
 /// Runs a policy on the robot.
 pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
+    crate::stop::outlive_the_terminal();
     let (player, limits) = args.player.load()?;
     let stop = crate::stop::flag()?;
     let log = match &args.log {
@@ -141,6 +142,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
             (None, Told::Event(_) | Told::Status(_)) => {}
         }
     });
+    // The robot is damped; what is left is to say how it went.
+    crate::stop::end_with_the_reader();
     let usage = Usage::since(begin, &before);
     let timer = timer.end().figures();
     if let Some(screen) = screen {
