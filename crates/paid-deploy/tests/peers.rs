@@ -1,4 +1,4 @@
-//! The robot's own programs at the other end of the wire: CycloneDDS 0.10.2, and the vendor's SDK on it. `.ci/peers` installs them.
+//! The robot's own programs at the other end of the wire: CycloneDDS 0.10.2, and the vendor's SDKs on it. `.ci/peers` installs them.
 
 use std::io::{BufRead, BufReader};
 use std::net::{IpAddr, Ipv4Addr};
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use paid_deploy::sim::{ServeOptions, VendorLink, serve};
-use paid_deploy::switcher::SwitcherService;
+use paid_deploy::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_deploy::wire::{BmsState, LowCmd, LowState};
 use paid_deploy::{
     DdsLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Player, PlayerSpec, Runtime, Side, State,
@@ -24,7 +24,7 @@ const ON_LOOPBACK: &str = r#"<CycloneDDS><Domain Id="any"><General><AllowMultica
 
 /// A domain that no test beside this one has. Ports of domains from 101 on are among those that the system hands to others.
 fn domain(test: u32) -> u16 {
-    20 + ((6 * std::process::id() + test) % 80) as u16
+    20 + ((8 * std::process::id() + test) % 80) as u16
 }
 
 /// A peer in Python, ended with the test.
@@ -41,6 +41,7 @@ impl Drop for Peer {
 type Needs = (&'static str, &'static str);
 const CYCLONE: Needs = ("cyclonedds.ready", "CycloneDDS 0.10.2");
 const SDK: Needs = ("sdk.ready", "the vendor's SDK on CycloneDDS 0.10.2");
+const CPP: Needs = ("cpp.ready", "the vendor's C++ SDK");
 
 /// Where `.ci/peers` has put them.
 fn peers(test: &str, (ready, name): Needs) -> Option<PathBuf> {
@@ -241,4 +242,58 @@ fn the_virtual_robots_battery_is_heard_by_the_vendors_sdk() {
         }
     };
     assert_eq!(heard, "heard (42, 100, 0, 0)");
+}
+
+#[test]
+fn a_program_on_the_vendors_cpp_sdk_moves_the_virtual_robot() {
+    let test = "a_program_on_the_vendors_cpp_sdk_moves_the_virtual_robot";
+    let Some(folder) = peers(test, CPP) else { return };
+    let player = player();
+    let link = DdsLink::open(domain(6), LOOPBACK, Side::Robot).expect("DDS");
+    let stop = AtomicBool::new(false);
+    let (served, lines) = std::thread::scope(|scope| {
+        let robot = scope.spawn(|| serve(&player, link, ServeOptions::default(), &stop, &mut (), |_| None));
+        let (_peer, lines) = begin(&folder, "cpp_commander.py", &[&domain(6).to_string()]);
+        let lines: Vec<String> = lines.collect();
+        stop.store(true, Ordering::Relaxed);
+        (robot.join().expect("robot"), lines)
+    });
+    let told = lines.join("; ");
+    assert!(told.contains("machine 5 upright True casing 45; "), "{told}");
+    let moved = lines.iter().find_map(|line| line.strip_prefix("moved ")).expect("moved");
+    let moved: f64 = moved.parse().expect("a number");
+    assert!((moved - 0.3).abs() < 0.06, "the elbow has moved by {moved} rad");
+    assert_eq!(served.expect("served").refused, 0, "commands of the vendor's SDK that the robot has refused");
+}
+
+#[test]
+fn a_robot_on_the_vendors_cpp_sdk_says_that_it_is_released_and_hears_the_runtime_damp() {
+    let test = "a_robot_on_the_vendors_cpp_sdk_says_that_it_is_released_and_hears_the_runtime_damp";
+    let Some(folder) = peers(test, CPP) else { return };
+    let (player, limits) = (player(), Limits::default());
+    let link = DdsLink::open(domain(7), LOOPBACK, Side::Runtime).expect("DDS");
+    let (_peer, mut lines) = begin(&folder, "cpp_robot.py", &[&domain(7).to_string()]);
+    let mut client = SwitcherClient::new(link.switcher().expect("DDS"));
+    let patience = Patience { answer: Duration::from_secs(60), ..Patience::default() };
+    await_release(&mut client, false, patience, |_| {}).expect("released");
+    let live = Live {
+        writer: Writer::new(&limits, player.joints()),
+        runtime: Runtime::new(Arc::clone(&player), limits),
+        dry_run: false,
+        log: None,
+        switcher: Some(client.into_line()),
+        keys: None,
+        last_words: LastWords::default(),
+        duration: Some(Duration::from_secs(90)),
+    };
+    let stop = AtomicBool::new(false);
+    let (report, heard) = std::thread::scope(|scope| {
+        let runtime = scope.spawn(|| run_live(live, link, &stop, |_| {}));
+        let heard = lines.find(|line| line.starts_with("heard"));
+        stop.store(true, Ordering::Relaxed);
+        (runtime.join().expect("runtime"), heard)
+    });
+    assert_eq!(heard.as_deref(), Some("heard True kp [0.0] kd [3.0]"));
+    let report = report.expect("report");
+    assert_eq!(report.state, State::Damping, "it damps in the end");
 }

@@ -240,6 +240,27 @@ mod tests {
     }
 
     #[test]
+    fn an_answer_without_the_form_is_one() {
+        struct Short(SwitcherService, VecDeque<Vec<u8>>);
+        impl Line for Short {
+            fn send(&mut self, bytes: Vec<u8>) -> Result<(), LinkError> {
+                let request = ApiRequest::from_cdr(&bytes).expect("a request");
+                let mut answer = self.0.answer(&request).expect("an answer");
+                // As a service on the vendor's C++ SDK says it.
+                answer.data = r#"{"name":""}"#.to_owned();
+                self.1.push_back(answer.to_cdr());
+                Ok(())
+            }
+            fn receive(&mut self) -> Result<Option<Vec<u8>>, LinkError> {
+                Ok(self.1.pop_front())
+            }
+        }
+        let robot = Short(SwitcherService::new(""), VecDeque::new());
+        let mut client = SwitcherClient::new(robot);
+        await_release(&mut client, false, SHORT, |_| {}).expect("released");
+    }
+
+    #[test]
     fn nobody_who_answers_is_no_released_robot() {
         let mut robot = Robot { deaf: true, ..Robot::new("") };
         let error = await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, |_| {});

@@ -17,7 +17,8 @@ const MODES: [&str; 3] = ["ai", "normal", "advanced"];
 /// Who is in command, as the vendor's service says it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Master {
-    /// Form of the robot; "0" is the usual one.
+    /// Form of the robot; "0" is the usual one. Not everybody says it.
+    #[serde(default)]
     pub form: String,
     /// The vendor's controller; empty: it is released.
     pub name: String,
