@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, OwnEyesOptions};
+use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, OwnEyesOptions, TorsoSource};
 use paid_deploy::{Limits, Player, PlayerSpec, State};
+use paid_sight::{Message, Recorded, Recording};
 
 fn player() -> Arc<Player> {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
@@ -54,4 +55,45 @@ fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
     assert!(refused.is_ok() && told.contains("refused to kick: no odometry"), "{told}");
     // Pictures come, but none gets a place.
     assert!(step.runtime().ball().is_none());
+}
+
+#[test]
+fn pictures_and_beliefs_of_a_lockstep_are_recorded() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("seen.mcap");
+    let eyes = OwnEyesOptions {
+        torso: TorsoSource::Modeled,
+        record: Some(file.clone()),
+        ..OwnEyesOptions::default()
+    };
+    let mut step =
+        Lockstep::new(&player(), &LockstepOptions { eyes: Some(eyes), ..LockstepOptions::default() })
+            .expect("MuJoCo");
+    step.robot.place_ball([1.2, 0.0], [0.0; 2]);
+    step.run_until(1.0, |_| false).expect("run");
+    drop(step);
+    let (mut pictures, mut beliefs, mut poses) = (0, 0, 0);
+    let recording = Recording::open(&file).expect("a file");
+    recording
+        .read(|recorded| {
+            match recorded {
+                Recorded::Message(arrived) => match arrived.message {
+                    Message::Picture(picture) => {
+                        assert_eq!((picture.color.width, picture.color.height), (424, 240));
+                        assert!(picture.depth.is_some(), "its depth");
+                        assert_eq!(arrived.at_ns - picture.captured_ns, 70_000_000);
+                        pictures += 1;
+                    }
+                    Message::Pose(_) => poses += 1,
+                    _ => {}
+                },
+                Recorded::Believed { .. } => beliefs += 1,
+            }
+            Ok(())
+        })
+        .expect("a whole recording");
+    // 25 a second, and the last two are still on their way.
+    assert_eq!(pictures, 24);
+    assert!(poses >= 40 && beliefs >= 50, "{poses} poses, {beliefs} beliefs");
+    assert!(recording.setup(None).is_ok(), "the setup of the eyes");
 }

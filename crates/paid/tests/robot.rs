@@ -17,6 +17,7 @@ use paid_deploy::log::LogReader;
 use paid_deploy::sim::{Order, ServeOptions, VirtualG1, Watcher, serve};
 use paid_deploy::wire::{Key, LowState};
 use paid_deploy::{DdsLink, Packet, Player, PlayerSpec, Side};
+use paid_sight::{Message, Recorded, Recording};
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -27,7 +28,7 @@ fn policy() -> PathBuf {
 
 /// A domain whose ports the system does not hand to others.
 fn domain(test: u32) -> u16 {
-    20 + ((2 * std::process::id() + test) % 80) as u16
+    20 + ((3 * std::process::id() + test) % 80) as u16
 }
 
 /// A program that ends with the test.
@@ -209,4 +210,34 @@ fn a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have() {
     let output = paid(folder.path(), &[&sim[..], &[policy.to_str().expect("a path")]].concat());
     let error = refuses(&output);
     assert!(error.contains("script, line 2: fault hang: expected a fault of the robot"), "{error}");
+}
+
+#[test]
+fn a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("script"), "1 ball 1 0\n2 quit\n").expect("write");
+    let (domain, policy) = (domain(2).to_string(), policy());
+    let policy = policy.to_str().expect("a path");
+    let place = ["--domain", &domain, "--interface", "127.0.0.1", "--policy", policy];
+    let sim = |more: &[&str]| paid(folder.path(), &[&["robot", "sim"], more, &place[..]].concat());
+    succeeds(&sim(&["--script", "script", "--record", "seen.mcap"]));
+    let mut pictures = 0;
+    let recording = Recording::open(&folder.path().join("seen.mcap")).expect("a file");
+    let count = |recorded| {
+        if let Recorded::Message(arrived) = recorded
+            && let Message::Picture(picture) = arrived.message
+        {
+            assert!(picture.depth.is_some(), "its depth");
+            pictures += 1;
+        }
+        Ok(())
+    };
+    recording.read(count).expect("a whole recording");
+    // 15 a second; a busy machine drops some.
+    assert!((2..=31).contains(&pictures), "{pictures}");
+    let error = refuses(&sim(&["--record", "seen.mcap", "--camera-hz", "0"]));
+    assert!(error.contains("--record: expected pictures, found --camera-hz 0"), "{error}");
+    let blind = ["robot", "sim", "--lockstep", "--record", "seen.mcap", "--policy", policy];
+    let error = refuses(&paid(folder.path(), &blind));
+    assert!(error.contains("--record: in lockstep there are pictures with --eyes only"), "{error}");
 }

@@ -1,6 +1,6 @@
 //! What is believed of the ball.
 
-use paid_sight::{Arrived, Believed, JointMessage, Message, PictureMessage, Sight, SightSetup};
+use paid_sight::{Arrived, Believed, JointMessage, Message, PictureMessage, Recorder, Sight, SightSetup};
 use paid_vision::PictureFault;
 
 use super::TorsoFix;
@@ -20,6 +20,7 @@ pub struct BallEyes {
     own: Option<(u32, u32)>,
     /// See [`Phase::times_ready`].
     times_ready: u32,
+    recorder: Option<Recorder>,
 }
 
 impl BallEyes {
@@ -45,7 +46,12 @@ impl BallEyes {
     /// If a part of the setup makes no sense.
     pub fn new(setup: SightSetup) -> Result<Self, DeployError> {
         let sight = Sight::new(SightSetup { lidar: None, ..setup }).map_err(DeployError::eyes)?;
-        Ok(Self { sight, frame: 0, picture_ns: None, own: None, times_ready: 0 })
+        Ok(Self { sight, frame: 0, picture_ns: None, own: None, times_ready: 0, recorder: None })
+    }
+
+    /// The same eyes; what reaches them and what they believe is recorded from now on.
+    pub fn recorded_by(self, recorder: Option<Recorder>) -> Self {
+        Self { recorder, ..self }
     }
 
     /// Takes in where the torso was.
@@ -135,6 +141,14 @@ impl BallEyes {
     }
 
     fn take(&mut self, at_ns: u64, message: Message) -> Result<Option<Believed>, DeployError> {
-        self.sight.take(&Arrived { at_ns, message }).map_err(DeployError::eyes)
+        let arrived = Arrived { at_ns, message };
+        let believed = self.sight.take(&arrived).map_err(DeployError::eyes)?;
+        if let Some(recorder) = &mut self.recorder {
+            recorder.message(&arrived).map_err(DeployError::eyes)?;
+            if let Some(believed) = &believed {
+                recorder.believed(believed).map_err(DeployError::eyes)?;
+            }
+        }
+        Ok(believed)
     }
 }

@@ -4,15 +4,17 @@
 //! is dropped: the robot's 500 Hz do not wait.
 
 use std::net::{IpAddr, SocketAddr, UdpSocket};
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use paid_lidar::sim::SceneKind;
 use paid_perceive::Pose;
 use paid_sight::ros::{write_camera_info, write_color, write_depth};
+use paid_sight::{Arrived, Message, PictureMessage, Recorder, SightSetup};
 use paid_vision::Intrinsics;
 
 use super::camera::{Moment, SimCamera};
@@ -20,7 +22,7 @@ use super::lidar::SimLidar;
 use super::robot::VirtualG1;
 use super::serve::Watcher;
 use crate::DeployError;
-use crate::eyes::CameraInput;
+use crate::eyes::{BallEyes, CameraInput};
 use crate::player::Player;
 use crate::ros::{CAMERA_INFO, IMAGE, RosTopics, RosWriter};
 
@@ -48,6 +50,8 @@ pub struct BroadcastOptions {
     pub surroundings: (SceneKind, [f64; 2]),
     /// Draws place and noise.
     pub seed: u64,
+    /// Records every picture to this MCAP file, also while nobody reads them.
+    pub record: Option<PathBuf>,
 }
 
 impl Default for BroadcastOptions {
@@ -59,6 +63,7 @@ impl Default for BroadcastOptions {
             lidar: None,
             surroundings: (SceneKind::Endless, [0.0, 0.0]),
             seed: 0,
+            record: None,
         }
     }
 }
@@ -91,6 +96,8 @@ struct Shot {
 
 #[derive(Debug, Default)]
 struct Counts {
+    /// Why the recording has ended early.
+    unrecorded: OnceLock<String>,
     sent: AtomicU64,
     dropped: AtomicU64,
     packets: AtomicU64,
@@ -117,7 +124,7 @@ impl Broadcast {
     /// Begins. The topics are on this domain and interface.
     ///
     /// # Errors
-    /// If the network cannot be joined, or a rate makes no sense.
+    /// If the network cannot be joined, a rate makes no sense, or the recording cannot be written.
     pub fn open(
         player: &Player,
         domain: u16,
@@ -132,12 +139,15 @@ impl Broadcast {
         let counts = Arc::<Counts>::default();
         let topics = RosTopics::open(domain, interface)?;
         let names = &options.topics;
+        let setup = SightSetup { intrinsics: options.intrinsics, lidar: None, ..BallEyes::setup(player)? };
+        let recorder = options.record.as_deref().map(|path| Recorder::create(path, &setup));
         let publisher = Publisher {
             camera: SimCamera::new(options.intrinsics, player.task.ball_params.radius_m, options.seed)?,
             color: topics.writer(&names.color, IMAGE)?,
             depth: topics.writer(&names.depth, IMAGE)?,
             info: topics.writer(&names.info, CAMERA_INFO)?,
             counts: Arc::clone(&counts),
+            recorder: recorder.transpose().map_err(DeployError::eyes)?,
             _topics: topics,
         };
         let (shots, waiting) = sync_channel(1);
@@ -221,12 +231,24 @@ impl Watcher for Broadcast {
     }
 }
 
-impl Drop for Broadcast {
-    fn drop(&mut self) {
+impl Broadcast {
+    /// Ends; how it went, and why the recording is not complete, if it is not.
+    pub fn end(mut self) -> (BroadcastReport, Option<String>) {
+        self.join();
+        (self.report(), self.counts.unrecorded.get().cloned())
+    }
+
+    fn join(&mut self) {
         (self.shots, self.poses) = (None, None);
         for thread in self.threads.drain(..) {
             let _ = thread.join();
         }
+    }
+}
+
+impl Drop for Broadcast {
+    fn drop(&mut self) {
+        self.join();
     }
 }
 
@@ -237,17 +259,23 @@ struct Publisher {
     depth: RosWriter,
     info: RosWriter,
     counts: Arc<Counts>,
+    recorder: Option<Recorder>,
     _topics: RosTopics,
 }
 
 impl Publisher {
     fn run(mut self, shots: &Receiver<Shot>) {
         loop {
-            self.counts.read.store(self.color.is_heard(), Ordering::Relaxed);
+            let wanted = self.recorder.is_some() || self.color.is_heard();
+            self.counts.read.store(wanted, Ordering::Relaxed);
             let Shot { stamp_ns, moment, goal } = match shots.recv_timeout(Duration::from_millis(200)) {
                 Ok(shot) => shot,
                 Err(RecvTimeoutError::Timeout) => continue,
-                Err(RecvTimeoutError::Disconnected) => return,
+                Err(RecvTimeoutError::Disconnected) => {
+                    let ended = self.recorder.take().map_or(Ok(()), Recorder::finish);
+                    self.recorded(ended);
+                    return;
+                }
             };
             if let Some((center, heading)) = goal {
                 self.camera.place_goal(center, heading);
@@ -262,6 +290,27 @@ impl Publisher {
                 .and_then(|()| self.color.send(write_color(stamp_ns, &color)));
             let count = if sent.is_ok() { &self.counts.sent } else { &self.counts.dropped };
             count.fetch_add(1, Ordering::Relaxed);
+            if let Some(recorder) = &mut self.recorder {
+                let intrinsics = *self.camera.intrinsics();
+                let picture = PictureMessage {
+                    captured_ns: stamp_ns,
+                    color,
+                    depth: Some(depth),
+                    intrinsics,
+                    boxes: None,
+                };
+                let message = Message::Picture(Box::new(picture));
+                let written = recorder.message(&Arrived { at_ns: stamp_ns, message });
+                self.recorded(written);
+            }
+        }
+    }
+
+    /// A full disk ends the recording, not the robot.
+    fn recorded(&mut self, written: Result<(), paid_sight::SightError>) {
+        if let Err(why) = written {
+            let _ = self.counts.unrecorded.set(why.to_string());
+            self.recorder = None;
         }
     }
 }

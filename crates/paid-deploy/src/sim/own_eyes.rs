@@ -2,11 +2,12 @@
 //! Nothing that they say of ball or torso is known from the simulation.
 
 use std::collections::VecDeque;
+use std::path::PathBuf;
 
 use paid_lidar::sim::SceneKind;
 use paid_lidar::{Config, Scan};
 use paid_perceive::Pose;
-use paid_sight::{PictureMessage, PoseMessage, SightSetup};
+use paid_sight::{PictureMessage, PoseMessage, Recorder, SightSetup};
 use paid_vision::Intrinsics;
 
 use super::camera::{Moment, SimCamera};
@@ -48,6 +49,8 @@ pub struct OwnEyesOptions {
     pub torso: TorsoSource,
     /// Least score of a find; `None`: the detector's own.
     pub confidence: Option<f64>,
+    /// Records pictures, poses, joint angles and beliefs to this MCAP file.
+    pub record: Option<PathBuf>,
 }
 
 impl Default for OwnEyesOptions {
@@ -58,6 +61,7 @@ impl Default for OwnEyesOptions {
             intrinsics: Intrinsics::g1_color(),
             torso: TorsoSource::Lidar(SceneKind::Endless, [0.0, 0.0]),
             confidence: None,
+            record: None,
         }
     }
 }
@@ -87,7 +91,7 @@ impl OwnEyes {
     /// Eyes of a robot that is there now. `seed` draws place, noise and drift.
     ///
     /// # Errors
-    /// If the detector cannot be run.
+    /// If the detector cannot be run, or the recording not be written.
     pub fn new(
         player: &Player,
         robot: &VirtualG1,
@@ -95,10 +99,14 @@ impl OwnEyes {
         seed: u64,
     ) -> Result<Self, DeployError> {
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
-        let mut setup = SightSetup { intrinsics: options.intrinsics, ..BallEyes::setup(player)? };
+        // The torso's poses come from outside of what is recorded.
+        let mut setup =
+            SightSetup { intrinsics: options.intrinsics, lidar: None, ..BallEyes::setup(player)? };
         if let Some(least) = options.confidence {
             setup.finder = setup.finder.with_confidence(least);
         }
+        let recorder = options.record.as_deref().map(|path| Recorder::create(path, &setup));
+        let recorder = recorder.transpose().map_err(DeployError::eyes)?;
         let here = Moment::of(robot, anchor).torso;
         let torso = match options.torso {
             TorsoSource::Lidar(surroundings, start_m) => TorsoSide::Lidar {
@@ -117,7 +125,7 @@ impl OwnEyes {
             next_picture_us: 0.0,
             pictures: VecDeque::new(),
             torso,
-            ball: BallEyes::new(setup)?,
+            ball: BallEyes::new(setup)?.recorded_by(recorder),
             anchor,
             odometry: true,
             open: true,
@@ -132,7 +140,7 @@ impl OwnEyes {
     /// What they say at the robot's time, called every 2 ms; `phase` is the runtime's.
     ///
     /// # Errors
-    /// If the detector fails.
+    /// If the detector fails, or the recording cannot be written.
     pub fn step(
         &mut self,
         robot: &VirtualG1,

@@ -30,11 +30,15 @@ pub struct SimArgs {
     #[arg(long, value_name = "N")]
     pub(super) kicks: Option<usize>,
     /// Matches, each with the next seed.
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with = "log")]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with_all = ["log", "record"])]
     matches: u64,
     /// Write every step to this log.
     #[arg(long, value_name = "FILE", requires = "lockstep")]
     log: Option<PathBuf>,
+    /// Record the camera's pictures, color and depth, as MCAP with ROS 2's messages (half a megabyte each). In lockstep, with --eyes, also what
+    /// the eyes believe.
+    #[arg(long, value_name = "FILE")]
+    pub(super) record: Option<PathBuf>,
     /// With --kicks on the network: kicks and the end as JSON, a line each.
     #[arg(long, requires = "kicks", conflicts_with = "lockstep")]
     pub(super) json: bool,
@@ -112,6 +116,7 @@ fn own_eyes(args: &SimArgs) -> OwnEyesOptions {
             TorsoChoice::Modeled => TorsoSource::Modeled,
         },
         confidence: args.confidence,
+        record: args.record.clone(),
         ..usual
     }
 }
@@ -121,6 +126,9 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
     let (player, limits) = args.player.load()?;
     if let (Some(domain), Some(interface), false) = (args.domain, args.interface, args.lockstep) {
         return serve_network(args, &player, domain, interface);
+    }
+    if args.record.is_some() && !args.eyes {
+        return Err(Failure::input("--record: in lockstep there are pictures with --eyes only"));
     }
     let page = Watching::open(&args.live, &args.player, &player)?;
     print_head();

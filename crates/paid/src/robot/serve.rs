@@ -90,6 +90,9 @@ pub(super) fn serve_network(
     domain: u16,
     interface: std::net::IpAddr,
 ) -> Result<ExitCode, Failure> {
+    if args.record.is_some() && args.camera_hz == Some(0.0) {
+        return Err(Failure::input("--record: expected pictures, found --camera-hz 0"));
+    }
     let mut script = match &args.script {
         Some(file) => script(file)?,
         None => Vec::new(),
@@ -146,10 +149,15 @@ pub(super) fn serve_network(
     } else {
         let usual = BroadcastOptions::default();
         let rate_hz = args.camera_hz.unwrap_or(usual.rate_hz);
-        let options = BroadcastOptions { rate_hz, lidar: args.lidar, seed: args.seed, ..usual };
+        let record = args.record.clone();
+        let options = BroadcastOptions { rate_hz, lidar: args.lidar, seed: args.seed, record, ..usual };
         let mut broadcast = Broadcast::open(player, domain, interface, &options)?;
         let served = serve(player, link, begins, &stop, &mut (&mut broadcast, &mut looks), orders)?;
-        (served, Some((broadcast.report(), rate_hz)))
+        let (report, unrecorded) = broadcast.end();
+        if let Some(why) = unrecorded {
+            eprintln!("the recording is not complete: {why}");
+        }
+        (served, Some((report, rate_hz)))
     };
     let usage = Usage::since(begin, &before);
     if args.json {
