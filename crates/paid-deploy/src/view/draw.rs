@@ -93,21 +93,42 @@ fn rates(status: &LiveStatus) -> String {
 }
 
 fn age(seconds: f64) -> String {
-    if seconds.is_finite() { format!("{:.0} ms ago", 1e3 * seconds) } else { "never".to_owned() }
+    match seconds {
+        s if !s.is_finite() => "never".to_owned(),
+        s if s < 1.0 => format!("{:.0} ms ago", 1e3 * s),
+        s => format!("{s:.1} s ago"),
+    }
+}
+
+/// A number with so many digits, and no minus before a zero.
+fn number(x: f64, digits: usize) -> String {
+    let text = format!("{x:.digits$}");
+    match text.strip_prefix('-') {
+        Some(zero) if zero.bytes().all(|byte| matches!(byte, b'0' | b'.')) => zero.to_owned(),
+        _ => text,
+    }
+}
+
+/// A value to the left, or to the right if it is negative.
+fn sideways(left: f64, unit: &str) -> String {
+    format!("{:.2} {unit} {}", left.abs(), if left < 0.0 { "right" } else { "left" })
 }
 
 fn body(status: &LiveStatus) -> String {
     let s = &status.runtime;
-    let place = s.odometry_m.map_or("no odometry".to_owned(), |[x, y, z]| format!("{x:.2} {y:.2} {z:.2} m"));
-    format!("body      {}  tilt {:.2} rad  place {place} {}", age(s.ages_s[0]), s.tilt_rad, age(s.ages_s[1]))
+    let place = s.odometry_m.map_or("no odometry".to_owned(), |place| {
+        let [x, y, z] = place.map(|x| number(x, 2));
+        format!("place {x} {y} {z} m {}", age(s.ages_s[1]))
+    });
+    format!("body      {}  tilt {:.2} rad  {place}", age(s.ages_s[0]), s.tilt_rad)
 }
 
 fn ball(status: &LiveStatus) -> String {
     let s = &status.runtime;
     let ball = s.ball_m.map_or("no ball".to_owned(), |[ahead, left]| {
-        format!("{ahead:.2} m ahead, {left:.2} m left, seen {}", age(s.ages_s[2]))
+        format!("{} m ahead, {}, seen {}", number(ahead, 2), sideways(left, "m"), age(s.ages_s[2]))
     });
-    let goal = s.goal_rad.map_or("no goal".to_owned(), |angle| format!("goal {angle:.2} rad to the left"));
+    let goal = s.goal_rad.map_or("no goal".to_owned(), |angle| format!("goal {}", sideways(angle, "rad")));
     format!("ball      {ball}  {goal}")
 }
 
@@ -125,8 +146,12 @@ fn short(joint: &str) -> String {
 
 fn joint(j: usize, joint: &JointStatus) -> String {
     let JointStatus { pos_rad, target_rad, torque_nm, temperature_c: [winding, _], .. } = joint;
-    let figures =
-        [format!("{pos_rad:.2}"), format!("{target_rad:.2}"), format!("{torque_nm:.0}"), winding.to_string()];
+    let figures = [
+        number(f64::from(*pos_rad), 2),
+        number(f64::from(*target_rad), 2),
+        number(f64::from(*torque_nm), 0),
+        winding.to_string(),
+    ];
     cells(&short(G1_MOTORS[j]), figures)
 }
 
@@ -153,6 +178,7 @@ mod tests {
             temperature_c: [51, 44],
         };
         joints[28].pos_rad = -1.25;
+        joints[28].torque_nm = -0.3;
         let runtime = Status {
             at_us: 12_340_000,
             state: State::Ready,
@@ -208,7 +234,7 @@ mod tests {
                 "command   this program (vendor released)  remote on  mode_machine 5",
                 "rates     states 500/s  commands 500/s  longest step 0.14 ms  late by 0.22 ms",
                 "body      2 ms ago  tilt 0.03 rad  place 0.50 0.25 0.74 m 10 ms ago",
-                "ball      1.20 m ahead, -0.10 m left, seen 300 ms ago  goal 0.05 rad to the left",
+                "ball      1.20 m ahead, 0.10 m right, seen 300 ms ago  goal 0.05 rad left",
                 "hottest   winding 51 (L knee)  casing 44 (L knee)  battery 81%",
                 "keys      u: stand up (L2+Up)  k: kicks (R1+X)  b: damping (L2+B)  q: the end",
                 "joint             angle target   Nm deg joint             angle target   Nm deg",
@@ -242,7 +268,24 @@ mod tests {
             (Color::Red, Color::Red, Color::Reset)
         );
         assert_eq!(rows[2], "command   the vendor's controller  remote OFF  mode_machine 5");
-        assert_eq!(rows[4], "body      2 ms ago  tilt 0.03 rad  place no odometry never");
+        assert_eq!(rows[4], "body      2 ms ago  tilt 0.03 rad  no odometry");
+    }
+
+    #[test]
+    fn a_ball_that_was_seen_long_ago_and_a_goal_fit_into_the_line() {
+        let mut view = View::default();
+        let mut status = status();
+        status.runtime.ages_s[2] = 3725.04;
+        status.runtime.ball_m = Some([-10.004, -10.25]);
+        status.runtime.goal_rad = Some(-2.9);
+        status.runtime.odometry_m = Some([-0.001, 0.25, 0.74]);
+        view.take(Told::Status(&status));
+        let (rows, _) = drawn(&view);
+        assert_eq!(
+            rows[5],
+            "ball      -10.00 m ahead, 10.25 m right, seen 3725.0 s ago  goal 2.90 rad right"
+        );
+        assert!(rows[4].contains("place 0.00 0.25 0.74 m"), "{}", rows[4]);
     }
 
     #[test]

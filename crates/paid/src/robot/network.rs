@@ -184,10 +184,12 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         report.longest_step_us as f64 * 1e-3
     );
     let [half, most, nearly_all, all] = policy.within_ms;
-    println!(
-        "{} policy steps within {half:.2} / {most:.2} / {nearly_all:.2} / {all:.2} ms (50 / 99 / 99.9 / 100%)",
-        policy.periods
-    );
+    if policy.periods > 0 {
+        println!(
+            "{} policy steps within {half:.2} / {most:.2} / {nearly_all:.2} / {all:.2} ms (50 / 99 / 99.9 / 100%)",
+            policy.periods
+        );
+    }
     print_latency(&report.latency);
     print_usage(&usage);
     print!("{}", lateness_table(&commands, &timer));
