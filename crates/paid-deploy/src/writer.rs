@@ -42,10 +42,15 @@ impl Writer {
         self.stopped
     }
 
+    /// Age of the runtime's last command at `now_us` `[us]`; none before the first.
+    pub fn age_us(&self, now_us: u64) -> Option<u64> {
+        self.latest.as_ref().map(|(_, given_us)| now_us.saturating_sub(*given_us))
+    }
+
     /// What to send at `now_us` `[us]`; nothing before the runtime's first command.
     pub fn write(&mut self, now_us: u64) -> Option<LowCmd> {
-        let (command, given_us) = self.latest.as_ref()?;
-        self.stopped |= now_us.saturating_sub(*given_us) >= self.limit_us;
+        self.stopped |= self.age_us(now_us)? >= self.limit_us;
+        let (command, _) = self.latest.as_ref()?;
         Some(if self.stopped {
             LowCmd::damping(command.mode_machine, self.joints, self.kd)
         } else {

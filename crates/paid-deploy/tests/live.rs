@@ -28,6 +28,8 @@ enum Wrong {
     WriterHangs,
     /// The link's code panics in the thinking thread.
     ThinkerPanics,
+    /// Reading takes a quarter of a second once; then all is well again.
+    ThinkerHangs,
     /// Nothing can be read any more.
     Reading,
     /// Whoever is told panics.
@@ -89,6 +91,8 @@ struct Patient {
     /// Commands after that: damping, and others.
     damping: AtomicUsize,
     others: AtomicUsize,
+    /// True if another command came after a damping one.
+    moved_again: AtomicBool,
 }
 
 struct Way(Arc<Patient>);
@@ -103,6 +107,7 @@ impl Patient {
             reaction: Mutex::new([None; 2]),
             damping: AtomicUsize::new(0),
             others: AtomicUsize::new(0),
+            moved_again: AtomicBool::new(false),
         });
         (Arc::clone(&patient), Way(patient))
     }
@@ -147,6 +152,8 @@ impl Outlet for Way {
                 let mut reaction = patient.reaction.lock().unwrap_or_else(PoisonError::into_inner);
                 reaction[1].get_or_insert_with(Instant::now);
             }
+            let again = !before && !damps && patient.damping.load(Ordering::Relaxed) > 0;
+            patient.moved_again.fetch_or(again, Ordering::Relaxed);
             let counter = if damps { &patient.damping } else { &patient.others };
             counter.fetch_add(usize::from(!before), Ordering::Relaxed);
         }
@@ -159,6 +166,7 @@ impl Inlet for Way {
         let patient = &self.0;
         match patient.wrong {
             Wrong::ThinkerPanics if patient.begins() => panic!("a thought too many"),
+            Wrong::ThinkerHangs if patient.begins() => std::thread::sleep(Duration::from_millis(250)),
             Wrong::Reading if patient.begins() => return Err(LinkError::Closed),
             _ => {}
         }
@@ -300,6 +308,18 @@ fn a_thinker_that_panics_leaves_damping_and_its_words_behind() {
     // No more than the writer may have had in its hands.
     let (damping, others) = commands(&patient);
     assert!(damping > 200 && others <= 2, "{damping} of damping, {others} others");
+}
+
+#[test]
+fn a_thinker_that_hangs_finds_the_robot_damped_and_hears_why() {
+    let (patient, said, report) = run(Wrong::ThinkerHangs);
+    let report = report.expect("a report");
+    assert!(said.len() == 1 && said[0].starts_with("the thinking thread gave no command for "), "{said:?}");
+    assert_eq!((report.died.as_ref(), report.state), (Some(&said[0]), State::Damping));
+    // The writer repeats the last command until it is too old, and damps from then on.
+    let (damping, others) = commands(&patient);
+    assert!(damping > 100, "{damping} of damping, {others} others");
+    assert!(!patient.moved_again.load(Ordering::Relaxed), "it moved again");
 }
 
 #[test]

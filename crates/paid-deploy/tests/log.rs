@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
 
 use paid_deploy::log::{Frame, LogHeader, LogReader, LogWriter};
+use paid_deploy::wire::LowState;
 use paid_deploy::{
-    ChannelLink, Inlet, LastWords, Limits, Live, Packet, Player, PlayerSpec, PolicyTrace, Runtime, State,
-    Told, Writer, run_live,
+    ChannelLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Player, PlayerSpec, PolicyTrace, Runtime,
+    State, Told, Writer, run_live,
 };
 
 const CHILD: &str = "PAID_LOG_OF_A_CHILD";
@@ -110,15 +112,12 @@ fn a_full_disk_ends_the_log_and_nothing_else() {
     assert!(error.starts_with("full.mcap: "), "{error}");
 }
 
-#[test]
-fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
+/// A passive runtime with this log.
+fn live(log: LogWriter) -> Live {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
     let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
-    let (player, limits) = (Arc::new(player), Limits::default());
-    let (disk, room) = Disk::new(usize::MAX);
-    let log = LogWriter::to(Path::new("full.mcap"), disk, &header()).expect("log");
-    room.store(0, Ordering::Relaxed);
-    let live = Live {
+    let (player, limits) = (Arc::new(player), Limits { listen_s: 0.0, ..Limits::default() });
+    Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(player, limits),
         dry_run: false,
@@ -127,7 +126,66 @@ fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
         keys: None,
         last_words: LastWords::default(),
         duration: None,
-    };
+    }
+}
+
+/// A disk that keeps whoever writes waiting until it is let go.
+struct Stuck(Box<Disk>, Arc<AtomicBool>);
+
+impl Write for Stuck {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        while self.1.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.0.write(bytes)
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Seek for Stuck {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.0.seek(to)
+    }
+}
+
+#[test]
+fn a_disk_that_hangs_costs_frames_and_nothing_else() {
+    let (disk, _) = Disk::new(usize::MAX);
+    let stuck = Arc::new(AtomicBool::new(false));
+    let log = LogWriter::to(Path::new("stuck.mcap"), Box::new(Stuck(disk, Arc::clone(&stuck))), &header());
+    stuck.store(true, Ordering::Relaxed);
+    let (mut robot, link) = ChannelLink::pair();
+    let state = LowState { mode_machine: 5, ..LowState::default() };
+    robot.send(Packet::LowState(state.sealed().to_cdr())).expect("a state");
+    let stop = AtomicBool::new(false);
+    let mut commands = 0;
+    let report = run_live(live(log.expect("log")), link, &stop, |told| {
+        let Told::Status(status) = told else { return };
+        // A passive robot is told to damp.
+        while let Ok(Some(Packet::LowCmd(_))) = robot.receive() {
+            commands += 1;
+        }
+        // The log's room is a second; the first flush hangs.
+        if status.runtime.at_us > 2_500_000 {
+            stop.store(true, Ordering::Relaxed);
+            stuck.store(false, Ordering::Relaxed);
+        }
+    })
+    .expect("the link is well");
+    assert!(report.dropped_frames > 0 && report.dropped_frames < report.steps, "{report:?}");
+    assert_eq!((report.log_failed, report.died, report.state), (None, None, State::Damping));
+    // The robot was spoken to all the time.
+    assert!(commands > 500, "{commands}");
+}
+
+#[test]
+fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
+    let (disk, room) = Disk::new(usize::MAX);
+    let log = LogWriter::to(Path::new("full.mcap"), disk, &header()).expect("log");
+    room.store(0, Ordering::Relaxed);
+    let live = live(log);
     let (mut robot, link) = ChannelLink::pair();
     let stop = AtomicBool::new(false);
     let mut said = None;

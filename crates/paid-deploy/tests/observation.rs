@@ -6,9 +6,11 @@ use std::sync::Arc;
 use paid_deploy::wire::{Key, LowState, Remote};
 use paid_deploy::{Limits, OdometryPose, Packet, Player, PlayerSpec, PolicyTrace, Runtime, Sighting, State};
 use paid_lanes::Vec3;
+use paid_lanes::rng::Rng;
 use paid_mujoco::{MujocoSim, SceneOptions};
 use paid_physics::{GroupState, Simulator};
-use paid_policy::{Pose, VecEnv};
+use paid_policy::net::Network;
+use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, Pose, VecEnv};
 use paid_task::{EpisodeRules, EvalControl, InitialState, RollingBall, Task, TaskSetup, motion_for};
 
 const BALL: [f64; 2] = [1.2, 0.1];
@@ -112,6 +114,64 @@ fn the_first_observation_of_a_kick_is_the_tasks() {
         }
     }
     assert!(Vec3(state.bodies[0].pos.0).z() > 0.5);
+}
+
+/// A player with a policy that remembers, of random weights.
+fn with_memory(player: &Player) -> Arc<Player> {
+    let mut player = player.clone();
+    let config = NetworkConfig {
+        kind: NetworkKind::Lstm,
+        hidden: vec![24],
+        lstm: LstmConfig { layers: 2, size: 16 },
+        ..NetworkConfig::default()
+    };
+    let policy = &mut player.policy;
+    policy.net = Network::new(policy.net.input, policy.net.output, &config);
+    policy.params = policy.net.initialize(&mut Rng::new(6, 0, 0));
+    Arc::new(player)
+}
+
+#[test]
+fn a_policy_that_remembers_begins_every_kick_with_an_empty_memory() {
+    let player = with_memory(&player());
+    let scene = SceneOptions::default();
+    let sim = MujocoSim::new(&player.model, &player.control, &scene, 1).expect("MuJoCo");
+    let mut state = sim.state(0).clone();
+    state.joint_pos.copy_from_slice(&player.control.default_pos);
+    state.ball.pos = state.bodies[0].pos + Vec3([1.2, 0.1, -0.65]);
+    let mut limits = Limits { stand_up_s: 0.01, listen_s: 0.0, ..Limits::default() };
+    limits.standing = limits.kicking;
+    let mut runtime = Runtime::new(Arc::clone(&player), limits);
+    let (mut memory, mut kicks, mut steps) = (player.policy.start(1), 0, 0);
+    let (mut carried, mut expected) = (vec![0.0; player.joints()], vec![0.0; player.joints()]);
+    for k in 1..10_000_u64 {
+        let keys: &[Key] = match k {
+            3 => &[Key::L2, Key::Up],
+            500 => &[Key::R1, Key::X],
+            _ => &[],
+        };
+        let packets = messages(&player, &state, [1.0, 0.0, 0.0, 0.0], GOAL, 2000 * k, keys);
+        if !runtime.step(2000 * k, &packets, false).acted {
+            continue;
+        }
+        let PolicyTrace { observation, action } = runtime.trace();
+        if runtime.kicks() > kicks {
+            // What the last kick would have left behind.
+            let mut old = memory.clone();
+            player.policy.act(observation, &mut old, &mut carried);
+            memory = player.policy.start(1);
+            kicks = runtime.kicks();
+        }
+        player.policy.act(observation, &mut memory, &mut expected);
+        assert_eq!(action, &expected, "kick {kicks}, step {steps}");
+        steps += 1;
+        if kicks == 2 {
+            assert_ne!(carried, expected, "a memory that changes nothing");
+            assert!(steps > 100, "{steps}");
+            return;
+        }
+    }
+    panic!("{kicks} kicks in 20 s, {}: {} {:?}", runtime.state(), runtime.waiting(), runtime.why());
 }
 
 #[test]

@@ -3,8 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_deploy::sim::{Lockstep, LockstepOptions};
-use paid_deploy::{Limits, Player, PlayerSpec, State};
+use paid_deploy::log::{LogHeader, LogReader, LogWriter};
+use paid_deploy::sim::{Lockstep, LockstepOptions, MatchOptions, play_match};
+use paid_deploy::wire::{LowCmd, LowState};
+use paid_deploy::{Limits, Packet, Player, PlayerSpec, State};
 
 fn player() -> Arc<Player> {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
@@ -113,4 +115,41 @@ fn the_first_target_of_a_second_kick_does_not_jump() {
     })
     .expect("run");
     assert!(worst > 0.01 && worst <= 2.0 * reach, "{worst} rad in {ticks} commands");
+}
+
+#[test]
+fn no_command_of_a_kick_asks_a_motor_for_more_than_it_has() {
+    let player = player();
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("kick.mcap");
+    let mut options = MatchOptions::default();
+    options.field.kicks = 1;
+    let spec = PlayerSpec { policy: "demo".into(), motions: None, sets: Vec::new() };
+    let header = LogHeader { player: spec, limits: options.lockstep.limits.clone() };
+    let log = LogWriter::create(&file, &header).expect("log");
+    play_match(&player, &options, Some(log), None, |_| {}).expect("match");
+
+    let mut reader = LogReader::open(&file).expect("log");
+    let (mut state, mut commands, mut whole) = (LowState::default(), 0, 0);
+    while let Some(frame) = reader.next_frame().expect("frame") {
+        for packet in &frame.packets {
+            if let Packet::LowState(bytes) = packet {
+                state = LowState::from_cdr(bytes).expect("a state");
+            }
+        }
+        if !matches!(frame.state, State::Kick | State::Settle) {
+            continue;
+        }
+        let command = LowCmd::from_cdr(&frame.command).expect("a command");
+        for (j, &m) in player.motors.iter().enumerate() {
+            let (motor, is) = (&command.motors[m], &state.motors[m]);
+            let torque = motor.kp * (motor.q - is.q) + motor.kd * (motor.dq - is.dq) + motor.tau;
+            let share = f64::from(torque.abs()) / player.model.joints[j].effort_limit;
+            assert!(share < 1.001, "joint {j}: {torque} N m");
+            whole += usize::from(share > 0.999);
+        }
+        commands += 1;
+    }
+    // The limit is met, not only kept.
+    assert!(commands > 1000 && whole > 10, "{commands} commands, {whole} with all of a motor's torque");
 }
