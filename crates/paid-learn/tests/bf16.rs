@@ -214,7 +214,11 @@ fn a_training_in_bfloat16_learns_as_much_as_one_in_f32() {
     let [plain, rounded] = [Precision::F32, Precision::Bf16].map(trained);
     println!("untrained {idle:.3}, f32 {plain:.3}, bf16 {rounded:.3}");
     assert!(plain > idle + 0.2 && (plain - rounded).abs() < 0.1 * (plain - idle), "{idle} {plain} {rounded}");
-    // With memory: five of six steps pay up to 1; without, the best is 0.
+}
+
+#[test]
+fn a_policy_that_remembers_learns_in_bfloat16() {
+    // With memory five of six steps pay up to 1; without, the best is 0.
     let config = config(NetworkKind::Lstm, Precision::Bf16);
     let mut learner = Learner::new(2, 2, 1, &config, 1).expect("valid");
     let mut envs: Vec<Box<Recall>> = (0..2).map(|k| Box::new(Recall::new(64, k))).collect();

@@ -8,6 +8,7 @@ mod common;
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use common::{SMALL, paid, succeeds};
 use paid_mujoco::Library;
@@ -226,30 +227,43 @@ fn every_command_and_option_in_the_text_exists() {
 
 #[test]
 fn the_commands_in_the_text_run() {
+    // Pages are independent of each other, and few commands have work for all cores.
+    let (pages, next) = (pages(), AtomicUsize::new(0));
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(4);
+    std::thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(|| {
+                while let Some(page) = pages.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    run_page(page);
+                }
+            });
+        }
+    });
+}
+
+/// Runs a page's commands in a reader's folder, where the policies and the files that the page shows are.
+fn run_page(page: &Path) {
     let test = "the_commands_in_the_text_run";
-    for page in pages() {
-        let commands = commands(&page);
-        if !commands.iter().any(|c| c.run && c.paid().is_some()) {
+    let commands = commands(page);
+    if !commands.iter().any(|c| c.run && c.paid().is_some()) {
+        return;
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    copy(&root().join("policies/demo"), &folder.path().join("policies/demo"));
+    for block in blocks(page).iter().filter(|b| b.mark == "toml") {
+        let name = block.text.lines().next().and_then(|l| l.strip_prefix("# "));
+        if let Some(name) = name.filter(|n| n.ends_with(".toml")) {
+            fs::write(folder.path().join(name), &block.text).expect("writes");
+        }
+    }
+    for command in commands.iter().filter(|c| c.run) {
+        let Some(args) = command.paid() else { continue };
+        if args.iter().any(|a| a == "mujoco") && paid_testing::mujoco(test, Library::get()).is_none() {
             continue;
         }
-        // A reader's folder: the policies, and the files that the page shows.
-        let folder = tempfile::tempdir().expect("a folder");
-        copy(&root().join("policies/demo"), &folder.path().join("policies/demo"));
-        for block in blocks(&page).iter().filter(|b| b.mark == "toml") {
-            let name = block.text.lines().next().and_then(|l| l.strip_prefix("# "));
-            if let Some(name) = name.filter(|n| n.ends_with(".toml")) {
-                fs::write(folder.path().join(name), &block.text).expect("writes");
-            }
-        }
-        for command in commands.iter().filter(|c| c.run) {
-            let Some(args) = command.paid() else { continue };
-            if args.iter().any(|a| a == "mujoco") && paid_testing::mujoco(test, Library::get()).is_none() {
-                continue;
-            }
-            let output = paid(folder.path(), &shortened(args));
-            let error = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "{}: {}: {error}", command.place, command.words.join(" "));
-        }
+        let output = paid(folder.path(), &shortened(args));
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}: {}: {error}", command.place, command.words.join(" "));
     }
 }
 
