@@ -34,7 +34,7 @@ fn stand(player: &Arc<Player>, at_us: impl Fn(u64) -> u64, course: Course<'_>) -
     (runtime.state(), runtime.why().map(ToString::to_string).unwrap_or_default())
 }
 
-/// The same with a step every 2 ms and a change of all states from the begin on.
+/// The same with a step every 2 ms and a change to every state from `BEGIN` on.
 fn with(player: &Arc<Player>, change: impl Fn(&mut LowState)) -> (State, String) {
     stand(player, |k| 2000 * k, &|k, mut state| {
         if k >= BEGIN {
@@ -127,7 +127,7 @@ fn a_gap_of_eighteen_milliseconds_is_forgiven_and_one_of_twenty_is_not() {
 #[test]
 fn one_late_policy_step_is_forgiven_and_two_are_not() {
     let player = player();
-    // Every tenth step of 2 ms is a policy step, the 51st among them. From there on so many of them come late, one after the other.
+    // Every tenth step of 2 ms is a policy step, the 51st among them. Starting with it, so many policy steps in a row come late.
     let late = |late_us: u64, count: u64| {
         let at = move |k: u64| match k.checked_sub(51) {
             None => 2000 * k,
@@ -154,7 +154,7 @@ fn a_remote_may_be_silent_for_less_than_half_a_second() {
             Some(state.sealed())
         })
     };
-    // The remote spoke 2 ms before the begin; 50 steps of 9.9 and 10 ms follow.
+    // The remote last spoke 2 ms before `BEGIN`; 50 steps of 9.9 and 10 ms follow.
     assert_eq!(silent(9_900), (State::Ready, String::new()));
     let (state, told) = silent(10_000);
     assert!(state == State::Damping && told.starts_with("the remote has been silent"), "{state} {told}");

@@ -316,7 +316,7 @@ fn a_thinker_that_hangs_finds_the_robot_damped_and_hears_why() {
     let report = report.expect("a report");
     assert!(said.len() == 1 && said[0].starts_with("the thinking thread gave no command for "), "{said:?}");
     assert_eq!((report.died.as_ref(), report.state), (Some(&said[0]), State::Damping));
-    // The writer repeats the last command until it is too old, and damps from then on.
+    // The writer repeats the last command until it is too old. After that it only damps.
     let (damping, others) = commands(&patient);
     assert!(damping > 100, "{damping} of damping, {others} others");
     assert!(!patient.moved_again.load(Ordering::Relaxed), "it moved again");
