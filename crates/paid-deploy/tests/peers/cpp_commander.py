@@ -21,8 +21,7 @@ while robot.read_low_state().mode_machine == 0:
 state = robot.read_low_state()
 begin = list(state.motor.q)
 upright = state.imu.quat[0] > 0.99
-# The SDK says something now and then, and may be in the middle of a line.
-print("\nmachine", state.mode_machine, "upright", upright, "casing", state.motor.temperature[0], flush=True)
+cpp_wire.say(f"machine {state.mode_machine} upright {upright} casing {state.motor.temperature[0]}")
 command = sdk.MotorCommand(JOINTS)
 command.dq_target, command.tau_ff = [0.0] * JOINTS, [0.0] * JOINTS
 command.kp, command.kd = [60.0] * JOINTS, [2.0] * JOINTS
@@ -35,4 +34,4 @@ while step < 300 or (moved < 0.25 and time.monotonic() < until):
     robot.write_low_command(command)
     time.sleep(0.01)
     moved, step = robot.read_low_state().motor.q[ELBOW] - begin[ELBOW], step + 1
-print("\nmoved", moved, flush=True)
+cpp_wire.say(f"moved {moved}")

@@ -25,7 +25,7 @@ while heard is None and time.monotonic() < until:
     if any(command.kd):
         heard = command
 kp, kd = ({round(gain, 6) for gain in gains} for gains in ((heard.kp, heard.kd) if heard else ([], [])))
-print("\nheard", heard is not None, "kp", sorted(kp), "kd", sorted(kd), flush=True)
+cpp_wire.say(f"heard {heard is not None} kp {sorted(kp)} kd {sorted(kd)}")
 # The switcher's answers are served on.
 while time.monotonic() < until:
     time.sleep(0.02)
