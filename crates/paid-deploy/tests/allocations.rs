@@ -1,5 +1,7 @@
 //! The control threads allocate nothing between transitions.
 
+mod common;
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -7,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
+use common::player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{Lockstep, LockstepOptions};
 use paid_deploy::wire::LowCmd;
@@ -66,11 +69,6 @@ impl Outlet for Nowhere {
         self.0 += u64::from(command.motors[0].mode);
         Ok(())
     }
-}
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
 }
 
 #[test]

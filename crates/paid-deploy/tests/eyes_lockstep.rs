@@ -1,16 +1,11 @@
 //! The robot's own eyes in lockstep: rendered pictures and a simulated LiDAR, and nothing else.
 
-use std::path::Path;
-use std::sync::Arc;
+mod common;
 
+use common::player;
 use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, OwnEyesOptions, TorsoSource};
-use paid_deploy::{Limits, Player, PlayerSpec, State};
+use paid_deploy::{Limits, State};
 use paid_sight::{Message, Recorded, Recording};
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
-}
 
 #[test]
 fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed() {

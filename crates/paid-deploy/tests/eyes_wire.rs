@@ -1,25 +1,22 @@
 //! The camera and the odometry on the wire: pictures and poses over DDS on the loopback become what the runtime believes.
 #![cfg(feature = "dds")]
 
-use std::path::Path;
+mod common;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use common::player;
 use paid_deploy::eyes::{CameraInput, Eyes, EyesConfig, EyesPlace, OdometryInput, SensedLink, StampClock};
 use paid_deploy::ros::{CAMERA_INFO, IMAGE, ODOMETRY, RosTopics};
 use paid_deploy::sim::{Moment, SimCamera, VirtualG1};
-use paid_deploy::{ChannelLink, LastWords, Limits, Link, Player, PlayerSpec, Runtime};
+use paid_deploy::{ChannelLink, LastWords, Limits, Link, Runtime};
 use paid_sight::PoseMessage;
 use paid_sight::ros::{write_camera_info, write_color, write_depth, write_odometry};
 use paid_vision::Intrinsics;
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(90);
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
-}
 
 #[test]
 fn a_rendered_ball_becomes_a_belief_near_its_place() {

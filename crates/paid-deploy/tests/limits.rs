@@ -1,15 +1,12 @@
 //! Each limit from both sides: a value just inside does nothing, one just outside damps.
 
-use std::path::Path;
+mod common;
+
 use std::sync::Arc;
 
+use common::player;
 use paid_deploy::wire::{Key, LowState, Remote};
-use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State};
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
-}
+use paid_deploy::{Limits, Packet, Player, Runtime, State};
 
 /// The state in which something happens for the first time: the robot has stood since the 20th.
 const BEGIN: u64 = 50;

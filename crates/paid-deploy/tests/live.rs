@@ -1,5 +1,7 @@
 //! What becomes of the robot when a part of the running program dies.
 
+mod common;
+
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -7,12 +9,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use common::player;
 use paid_deploy::log::{LogHeader, LogWriter};
 use paid_deploy::switcher::Line;
 use paid_deploy::wire::{Key, LowCmd, LowState, Remote};
 use paid_deploy::{
-    DeployError, Inlet, LastWords, Limits, Link, LinkError, Live, LiveReport, Outlet, Packet, Player,
-    PlayerSpec, Runtime, State, Told, Writer, run_live,
+    DeployError, Inlet, LastWords, Limits, Link, LinkError, Live, LiveReport, Outlet, Packet, PlayerSpec,
+    Runtime, State, Told, Writer, run_live,
 };
 
 /// What goes wrong, some states after the robot stands.
@@ -193,8 +196,7 @@ impl Link for Way {
 
 /// Runs a robot that stands until something goes wrong; the patient, what was told of it, and how it ended.
 fn run(wrong: Wrong) -> (Arc<Patient>, Vec<String>, Result<LiveReport, DeployError>) {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
+    let player = player();
     // The machine may be busy: only the fault may end it.
     let limits = Limits {
         listen_s: 0.0,
@@ -229,7 +231,7 @@ fn run(wrong: Wrong) -> (Arc<Patient>, Vec<String>, Result<LiveReport, DeployErr
     });
     let live = Live {
         writer: Writer::new(&limits, player.joints()),
-        runtime: Runtime::new(Arc::new(player), limits),
+        runtime: Runtime::new(player, limits),
         dry_run: false,
         log,
         switcher,

@@ -1,8 +1,11 @@
 //! Runtime and virtual robot in step, with a policy and motions that are part of the repository.
 
+mod common;
+
 use std::path::Path;
 use std::sync::Arc;
 
+use common::player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter, replay};
 use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, drill, play_match};
 use paid_deploy::wire::{DAMPING_KEYS, Key, LowCmd, LowState, Remote};
@@ -11,10 +14,6 @@ use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State};
 fn spec() -> PlayerSpec {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
     PlayerSpec { policy, motions: None, sets: Vec::new() }
-}
-
-fn player() -> Arc<Player> {
-    Arc::new(Player::load(&spec()).expect("the repository's policy"))
 }
 
 fn ready(player: &Arc<Player>) -> Lockstep {

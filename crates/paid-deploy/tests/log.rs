@@ -1,5 +1,7 @@
 //! The log after a killed program and on a full disk.
 
+mod common;
+
 use std::io::{self, BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -7,11 +9,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
+use common::player;
 use paid_deploy::log::{Frame, LogHeader, LogReader, LogWriter};
 use paid_deploy::wire::LowState;
 use paid_deploy::{
-    ChannelLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Player, PlayerSpec, PolicyTrace, Runtime,
-    State, Told, Writer, run_live,
+    ChannelLink, Inlet, LastWords, Limits, Live, Outlet, Packet, PlayerSpec, PolicyTrace, Runtime, State,
+    Told, Writer, run_live,
 };
 
 const CHILD: &str = "PAID_LOG_OF_A_CHILD";
@@ -114,9 +117,8 @@ fn a_full_disk_ends_the_log_and_nothing_else() {
 
 /// A passive runtime with this log.
 fn live(log: LogWriter) -> Live {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
-    let (player, limits) = (Arc::new(player), Limits { listen_s: 0.0, ..Limits::default() });
+    let player = player();
+    let limits = Limits { listen_s: 0.0, ..Limits::default() };
     Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(player, limits),

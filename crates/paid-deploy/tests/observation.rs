@@ -1,10 +1,12 @@
 //! The runtime sees through sensor messages what the task shows from the simulator's state.
 
-use std::path::Path;
+mod common;
+
 use std::sync::Arc;
 
+use common::player;
 use paid_deploy::wire::{Key, LowState, Remote};
-use paid_deploy::{Limits, OdometryPose, Packet, Player, PlayerSpec, PolicyTrace, Runtime, Sighting, State};
+use paid_deploy::{Limits, OdometryPose, Packet, Player, PolicyTrace, Runtime, Sighting, State};
 use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
 use paid_mujoco::{MujocoSim, SceneOptions};
@@ -15,11 +17,6 @@ use paid_task::{EpisodeRules, EvalControl, InitialState, RollingBall, Task, Task
 
 const BALL: [f64; 2] = [1.2, 0.1];
 const GOAL: [f64; 2] = [5.0, 0.4];
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
-}
 
 /// The robot's messages in a state that does not change.
 fn messages(

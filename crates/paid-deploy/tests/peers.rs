@@ -1,5 +1,7 @@
 //! The robot's own programs at the other end of the wire: CycloneDDS 0.10.2, and the vendor's SDKs on it. `.ci/peers` installs them.
 
+mod common;
+
 use std::io::{BufRead, BufReader};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
@@ -8,12 +10,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use common::player;
 use paid_deploy::sim::{ServeOptions, VendorLink, serve};
 use paid_deploy::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_deploy::wire::{BmsState, LowCmd, LowState};
 use paid_deploy::{
-    DdsLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Player, PlayerSpec, Runtime, Side, State,
-    Writer, run_live,
+    DdsLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Runtime, Side, State, Writer, run_live,
 };
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
@@ -142,11 +144,6 @@ fn cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte() {
     let state = LowState::from_cdr(&got).expect("a state");
     assert_eq!((state.tick, state.imu.temperature, state.crc), (4711, -12, 0x0102_0304));
     assert_eq!((state.motors[34].temperature, state.wireless_remote[39]), ([74, -34], 39));
-}
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
 }
 
 #[test]

@@ -1,20 +1,19 @@
 //! What a runtime refuses, and what the flag for states without checksum does not weaken.
 
+mod common;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use common::player;
 use paid_deploy::sim::{Fault, drill};
 use paid_deploy::wire::{Key, LowState, Remote};
-use paid_deploy::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};
+use paid_deploy::{DeployError, Limits, Packet, Player, Runtime, State};
 use paid_task::ReferenceLibrary;
 use paid_train::TrainedPolicy;
 
 fn policy() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors")
-}
-
-fn player() -> Arc<Player> {
-    Arc::new(Player::load(&PlayerSpec { policy: policy(), motions: None, sets: Vec::new() }).expect("policy"))
 }
 
 /// A healthy state of a robot that stands upright, without its checksum.

@@ -1,16 +1,13 @@
 //! A virtual robot that begins standing, held by hands until its joints hold it.
 
-use std::path::Path;
+mod common;
+
 use std::sync::Arc;
 
+use common::player;
 use paid_deploy::sim::{Lockstep, LockstepOptions, Mount, VendorLink, VirtualG1};
 use paid_deploy::switcher::{Line, SwitcherService};
-use paid_deploy::{ChannelLink, LinkError, Player, PlayerSpec, State};
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
-}
+use paid_deploy::{ChannelLink, LinkError, State};
 
 /// Nobody asks the motion switcher anything.
 struct Quiet;

@@ -1,17 +1,14 @@
 //! What a policy's targets are held to: the joints' soft ranges, a step's length, and a slow begin of every kick.
 
-use std::path::Path;
+mod common;
+
 use std::sync::Arc;
 
+use common::player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
 use paid_deploy::sim::{Lockstep, LockstepOptions, MatchOptions, play_match};
 use paid_deploy::wire::{LowCmd, LowState};
 use paid_deploy::{Limits, Packet, Player, PlayerSpec, State};
-
-fn player() -> Arc<Player> {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Arc::new(Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy"))
-}
 
 fn limits() -> Limits {
     Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() }

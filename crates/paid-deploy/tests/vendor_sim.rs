@@ -2,17 +2,19 @@
 //!
 //! It usually sits on domain 1; here the domain is one that no test beside this one has.
 
+mod common;
+
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use common::player;
 use paid_deploy::sim::VirtualG1;
 use paid_deploy::wire::{Key, LowCmd};
 use paid_deploy::{
-    DdsLink, Inlet, LastWords, Limits, Live, LiveReport, Mailbox, Outlet, Packet, Player, PlayerSpec,
-    Runtime, Side, State, Told, Writer, run_live,
+    DdsLink, Inlet, LastWords, Limits, Live, LiveReport, Mailbox, Outlet, Packet, Runtime, Side, State, Told,
+    Writer, run_live,
 };
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
@@ -21,9 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(90);
 
 /// A robot of the vendor's simulator stands, somebody types L2 and Up; how the runtime did, and whether its commands held the joints.
 fn stands(domain: u16, check_crc: bool) -> (LiveReport, bool) {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
-    let player = Arc::new(player);
+    let player = player();
     // The machine may be busy: its clock stops nothing here.
     let limits = Limits {
         check_crc,

@@ -1,15 +1,16 @@
 //! Who commands the robot, asked and noticed over DDS on the loopback.
 
+mod common;
+
 use std::net::{IpAddr, Ipv4Addr};
-use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
+use common::player;
 use paid_deploy::sim::VendorLink;
 use paid_deploy::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_deploy::wire::{Key, LowCmd, LowState, Remote};
-use paid_deploy::{DdsLink, Inlet, Limits, Outlet, Packet, Player, PlayerSpec, Runtime, Side, State};
+use paid_deploy::{DdsLink, Inlet, Limits, Outlet, Packet, Runtime, Side, State};
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
@@ -19,11 +20,6 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// A domain that no test beside this one has. Ports of domains from 101 on are among those that the system hands to others.
 fn domain(test: u32) -> u16 {
     20 + ((4 * std::process::id() + test) % 80) as u16
-}
-
-fn player() -> Player {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
-    Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy")
 }
 
 #[test]
@@ -125,7 +121,7 @@ fn a_low_battery_is_told_over_the_wire_and_refused() {
     let mut link = DdsLink::open(domain(3), LOOPBACK, Side::Runtime).expect("the loopback");
     // A busy machine is no reason to refuse.
     let limits = Limits { listen_s: 0.0, state_gap_s: 0.1, ..Limits::default() };
-    let mut runtime = Runtime::new(Arc::new(player()), limits);
+    let mut runtime = Runtime::new(player(), limits);
     let begin = Instant::now();
     let (mut told, mut charge) = (Vec::new(), 19.0);
     for tick in 0_u32.. {

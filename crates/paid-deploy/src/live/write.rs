@@ -95,13 +95,16 @@ pub(super) fn write_on(
             writer.give(Some(command), given_us);
         }
         let now_us = begin.elapsed().as_micros() as u64;
-        let silent = (!writer.stopped()).then(|| writer.age_us(now_us));
+        let damped = writer.stopped();
         let sent = catch_unwind(AssertUnwindSafe(|| match writer.write(now_us) {
             Some(command) if !dry_run => out.command(&command).map(|()| 1),
             _ => Ok(0),
         }));
         // A thinking thread that hung and came back must hear that nobody listens to it any more.
-        if let (Some(Some(age_us)), true) = (silent, writer.stopped()) {
+        if !damped
+            && writer.stopped()
+            && let Some(age_us) = writer.age_us(now_us)
+        {
             let _ = broken.try_send(format!("the thinking thread gave no command for {} ms", age_us / 1000));
         }
         let failure = match sent {
