@@ -222,9 +222,17 @@ fn a_policy_that_remembers_learns_in_bfloat16() {
     let config = config(NetworkKind::Lstm, Precision::Bf16);
     let mut learner = Learner::new(2, 2, 1, &config, 1).expect("valid");
     let mut envs: Vec<Box<Recall>> = (0..2).map(|k| Box::new(Recall::new(64, k))).collect();
-    for _ in 0..80 {
-        learner.iterate(&mut envs, 2).expect("fits");
+    let wanted = 0.85 * 5.0 / 6.0;
+    let mut remembered = 0.0;
+    // Plain loops take a second an iteration: no more of them than it needs.
+    for _ in 0..8 {
+        for _ in 0..10 {
+            learner.iterate(&mut envs, 2).expect("fits");
+        }
+        remembered = score(&learner, Recall::new(100, 99), 2);
+        if remembered > wanted {
+            break;
+        }
     }
-    let remembered = score(&learner, Recall::new(100, 99), 2);
-    assert!(remembered > 0.85 * 5.0 / 6.0, "{remembered}");
+    assert!(remembered > wanted, "{remembered}");
 }
