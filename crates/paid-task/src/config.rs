@@ -6,6 +6,7 @@ use paid_robot::mirror::mirrored_names;
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
 use crate::library::{body_index, followed_bodies};
+use crate::lower_legs::LowerLegs;
 use crate::observe::ObservationConfig;
 use crate::preset::ReferenceSource;
 use crate::{MotionFacts, ReferenceLibrary, TaskError, TaskPreset};
@@ -31,6 +32,8 @@ pub(crate) struct TaskConfig {
     pub feet: [usize; 2],
     /// Followed indices of the end effectors.
     pub end_effectors: Vec<usize>,
+    /// Shapes of feet and shins.
+    pub lower_legs: LowerLegs,
     /// Model bodies whose contact is undesired.
     pub undesired: Vec<usize>,
     /// Number of bodies.
@@ -106,6 +109,7 @@ impl TaskConfig {
             let message = "waist_joints: expected at least one, as rewards.waist_rate pays, found none";
             return Err(TaskError::Robot(message.into()));
         }
+        let feet = [place("foot", &spec.feet[0])?, place("foot", &spec.feet[1])?];
         let config = Self {
             layout: preset.observations.layout(spec)?,
             observations: ObservationConfig::new(&preset.observations, Dimensions::of(spec)),
@@ -113,8 +117,9 @@ impl TaskConfig {
             to_model,
             tracked: spec.tracked_bodies.len(),
             anchor: place("anchor body", &spec.anchor_body)?,
-            feet: [place("foot", &spec.feet[0])?, place("foot", &spec.feet[1])?],
+            feet,
             end_effectors,
+            lower_legs: LowerLegs::new(robot, feet.map(|foot| followed[foot])),
             undesired: (0..robot.bodies.len()).filter(|b| !allowed.contains(b)).collect(),
             waist,
             bodies: robot.bodies.len(),

@@ -28,6 +28,7 @@ mod kernels;
 mod kick;
 pub mod layers;
 mod library;
+mod lower_legs;
 mod memory;
 mod metrics;
 mod next_kick;

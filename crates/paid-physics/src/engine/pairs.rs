@@ -6,10 +6,10 @@ use super::group::Work;
 use super::layout::ModelLayout;
 use super::phase::phase;
 use super::rows::{Rows, is_body};
-use super::shapes::Capsule;
 use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
 use super::step::Constants;
+use crate::nearest_points;
 
 /// Contact between two chains.
 #[derive(Clone, Debug)]
@@ -41,30 +41,6 @@ impl<V: Real> PairTouch<V> {
             impulse: z,
         }
     }
-}
-
-/// Nearest points of two segments (Ericson, "Real-Time Collision Detection", 5.1.9).
-#[inline(always)]
-fn nearest<V: Real>(
-    a: &Capsule<V::Scalar>,
-    b: &Capsule<V::Scalar>,
-    ends_a: &[Vec3<V>; 2],
-    ends_b: &[Vec3<V>; 2],
-) -> [Vec3<V>; 2] {
-    let (zero, one) = (V::zero(), V::one());
-    let along_a = ends_a[1] - ends_a[0];
-    let along_b = ends_b[1] - ends_b[0];
-    let apart = ends_a[0] - ends_b[0];
-    let (length_a, length_b) = (V::splat(a.length2), V::splat(b.length2));
-    let mixed = along_a.dot(along_b);
-    let (c, f) = (along_a.dot(apart), along_b.dot(apart));
-    let det = mixed.neg_mul_add(mixed, length_a * length_b);
-    let parallel = det.le(length_a * length_b * V::c(1e-5));
-    let s = mixed.mul_add(f, -(c * length_b)) * V::select(parallel, one, det).recip();
-    let s = V::select(parallel, V::c(0.5), s).clamp(zero, one);
-    let t = (mixed.mul_add(s, f) * V::splat(b.inv_length2)).clamp(zero, one);
-    let s = (mixed.mul_add(t, -c) * V::splat(a.inv_length2)).clamp(zero, one);
-    [along_a.scale_add(s, ends_a[0]), along_b.scale_add(t, ends_b[0])]
 }
 
 phase! {
@@ -105,7 +81,9 @@ fn prepare_touch<V: Real>(
     for p in 0..group.capsules.len() {
         let [i, j] = group.capsules[p];
         let (a, b) = (&layout.capsules[i], &layout.capsules[j]);
-        let [on_a, on_b] = nearest(a, b, &w.ends[i], &w.ends[j]);
+        let length2 = [V::splat(a.length2), V::splat(b.length2)];
+        let inv_length2 = [V::splat(a.inv_length2), V::splat(b.inv_length2)];
+        let [on_a, on_b] = nearest_points(&w.ends[i], &w.ends[j], length2, inv_length2);
         let d = on_a - on_b;
         let (radius_a, radius_b) = (V::splat(a.radius), V::splat(b.radius));
         let this = length(d) - (radius_a + radius_b);

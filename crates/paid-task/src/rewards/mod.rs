@@ -24,6 +24,7 @@ mod hand_pos;
 mod joint_limit;
 mod kick_foot_pos;
 mod kick_foot_vel;
+mod leg_gap;
 mod lin_vel;
 mod side_kick;
 mod speed;
@@ -187,7 +188,7 @@ macro_rules! reward_terms {
     };
 }
 
-// The 19 terms of the paper's table, then five of this project's.
+// The 19 terms of the paper's table, then six of this project's.
 reward_terms! {
     anchor_pos: AnchorPos,
     anchor_ori: AnchorOri,
@@ -213,6 +214,7 @@ reward_terms! {
     kick_foot_pos: KickFootPos,
     hand_pos: HandPos,
     fall: Fall,
+    leg_gap: LegGap,
 }
 
 /// False for a term of weight 0, and for one about the ball in a scene without it.
