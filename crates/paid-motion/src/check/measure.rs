@@ -4,6 +4,7 @@ use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, RobotSpec, SpecError, kinematics};
 use serde::Serialize;
 
+use super::shapes::{deepest, leg_pairs};
 use super::{collision_pairs, deepest_overlap, foot_contacts};
 use crate::generate::BALL_RADIUS;
 use crate::kick::lowest_point_of;
@@ -67,6 +68,8 @@ pub struct Measures {
     pub sliding_m: Worst,
     /// Depth of parts in each other `[m]`; 0 if nothing touches.
     pub overlap_m: Worst,
+    /// Depth of one leg's foot or shin in the other's (negative: apart) `[m]`.
+    pub legs_m: Worst,
     /// Share of frames with the center of pressure inside the standing soles.
     pub pressure_inside: f64,
     /// Share of frames with the center of pressure more than 2 cm outside.
@@ -117,8 +120,10 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
     let [mut penetration_m, mut floating_m, mut base_speed] =
         [Worst::least(), Worst::least(), Worst::least()];
     let mut overlap_m = Worst::default();
+    let mut legs_m = Worst::least();
     let mut end_joint_speed = Worst::least();
     let pairs = collision_pairs(model);
+    let legs = leg_pairs(model, indices.feet);
     let body_name = |i: usize| model.bodies[i].name.clone();
     for t in 0..clip.frames {
         foot_speed.see(Vec3(again.body_lin_vel(t)[foot]).norm(), t, || body_name(foot));
@@ -156,9 +161,12 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         let low = lowest_point(model, clip.body_pos(t), clip.body_quat(t));
         penetration_m.see(-low, t, String::new);
         floating_m.see(low, t, String::new);
+        let both = |[a, b]: [usize; 2]| format!("{} and {}", body_name(a), body_name(b));
         if let Some(overlap) = deepest_overlap(model, &pairs, clip.body_pos(t), clip.body_quat(t)) {
-            let [a, b] = overlap.bodies;
-            overlap_m.see(overlap.depth, t, || format!("{} and {}", body_name(a), body_name(b)));
+            overlap_m.see(overlap.depth, t, || both(overlap.bodies));
+        }
+        if let Some(nearest) = deepest(model, &legs, clip.body_pos(t), clip.body_quat(t)) {
+            legs_m.see(nearest.depth, t, || both(nearest.bodies));
         }
     }
 
@@ -214,6 +222,7 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         floating_m,
         sliding_m,
         overlap_m,
+        legs_m,
         end_joint_speed,
         end_base_speed: Vec3(again.body_lin_vel(last)[0]).norm(),
         end_tilt: up.clamp(-1.0, 1.0).acos(),

@@ -31,8 +31,27 @@ pub fn collision_pairs(model: &RobotModel) -> Vec<(usize, usize)> {
     pairs
 }
 
+/// Pairs of one leg's lower bodies and the other's: each foot and the next body with a `collision` shape above it.
+pub(crate) fn leg_pairs(model: &RobotModel, feet: [usize; 2]) -> Vec<(usize, usize)> {
+    let solid = |i: &usize| model.bodies[*i].geoms.iter().any(|g| g.class == "collision");
+    let [left, right] = feet.map(|foot| -> Vec<usize> {
+        std::iter::successors(Some(foot), |&i| model.bodies[i].parent).filter(solid).take(2).collect()
+    });
+    left.iter().flat_map(|&a| right.iter().map(move |&b| (a, b))).collect()
+}
+
 /// The deepest overlap among `pairs`, if any; poses in model order. A box counts as the largest capsule along its longest side.
 pub fn deepest_overlap(
+    model: &RobotModel,
+    pairs: &[(usize, usize)],
+    pos: &[[f64; 3]],
+    quat: &[[f64; 4]],
+) -> Option<Overlap> {
+    deepest(model, pairs, pos, quat).filter(|overlap| overlap.depth > 0.0)
+}
+
+/// The nearest two bodies among `pairs`, as [`deepest_overlap`] takes them: the depth is negative where they are apart.
+pub(crate) fn deepest(
     model: &RobotModel,
     pairs: &[(usize, usize)],
     pos: &[[f64; 3]],
@@ -59,7 +78,7 @@ pub fn deepest_overlap(
             for &(u, v, s) in &rods[b] {
                 let [x, y] = nearest_points([p, q], [u, v]);
                 let depth = r + s - (x - y).norm();
-                if depth > worst.map_or(0.0, |w| w.depth) {
+                if worst.is_none_or(|w| depth > w.depth) {
                     worst = Some(Overlap { bodies: [a, b], depth });
                 }
             }
@@ -129,5 +148,28 @@ mod tests {
         let beside = [Vec3([0.2, 3.0, 0.0]), Vec3([0.9, 3.0, 0.0])];
         let [p, q] = nearest_points(x, beside);
         assert!(((p - q).norm() - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn feet_beside_each_other_are_as_far_apart_as_their_capsules() {
+        let model = RobotModel::g1();
+        let body = |name: &str| model.body_index(name).expect("a body");
+        let feet = ["left_ankle_roll_link", "right_ankle_roll_link"].map(body);
+        let pairs = leg_pairs(&model, feet);
+        assert_eq!(pairs.len(), 4, "each foot and shin with the other's");
+        assert!(pairs.contains(&(body("left_knee_link"), feet[1])));
+        // All other bodies are meters away.
+        let mut pos: Vec<[f64; 3]> =
+            (0..model.bodies.len()).map(|i| [0.0, 0.0, 3.0 * (i + 1) as f64]).collect();
+        let quat = vec![[1.0, 0.0, 0.0, 0.0]; model.bodies.len()];
+        // Capsules of 3 cm whose middles are 8 cm apart, then 5 cm.
+        (pos[feet[0]], pos[feet[1]]) = ([0.0; 3], [0.0, -0.08, 0.0]);
+        let nearest = deepest(&model, &pairs, &pos, &quat).expect("a pair");
+        assert_eq!(nearest.bodies, feet);
+        assert!((nearest.depth + 0.02).abs() < 1e-12, "{nearest:?}");
+        assert_eq!(deepest_overlap(&model, &pairs, &pos, &quat), None);
+        pos[feet[1]] = [0.0, -0.05, 0.0];
+        let overlap = deepest_overlap(&model, &pairs, &pos, &quat).expect("they touch");
+        assert!((overlap.depth - 0.01).abs() < 1e-12, "{overlap:?}");
     }
 }

@@ -150,6 +150,19 @@ fn natural_kicks_turn_the_hips_through_the_strike_and_hold_the_foot_low() {
 }
 
 #[test]
+fn natural_kicks_pass_the_standing_leg_with_room() {
+    let (model, spec) = robot();
+    for kick in natural() {
+        let measures = crate::check::measure(&kick.clip, &model, &spec).expect("measures");
+        let legs = &measures.legs_m;
+        assert!(legs.value < -0.05, "{}: {} m at frame {}", kick.clip.name, -legs.value, legs.frame);
+        // About the strike, where a correction of the aim needs room.
+        let strike = kick.contact_frame;
+        assert!(legs.value < -0.065 || legs.frame.abs_diff(strike) > 10, "{}: {legs:?}", kick.clip.name);
+    }
+}
+
+#[test]
 fn the_pressure_stays_inside_the_planned_soles_with_room() {
     for kick in library() {
         let margins = kick.margins();

@@ -63,14 +63,14 @@ fn print(reports: &[ClipReport]) {
     let width = reports.iter().map(|r| r.name.len()).max().unwrap_or(4).max(4);
     println!(
         "{:<width$}  verdict  leg    time s  foot m/s  joint speed %  range rad  lowest mm  floats mm  slides mm  \
-         overlap mm  pressure inside %  margin mm",
+         overlap mm  legs apart mm  pressure inside %  margin mm",
         "clip"
     );
     for report in reports {
         let m = &report.measures;
         println!(
             "{:<width$}  {:<7}  {:<5}  {:>6.2}  {:>8.2}  {:>13.0}  {:>9.3}  {:>9.1}  {:>9.1}  {:>9.1}  {:>10.1}  \
-             {:>17.0}  {:>9.1}",
+             {:>13.1}  {:>17.0}  {:>9.1}",
             report.name,
             report.verdict,
             report.kick_leg.to_string(),
@@ -82,6 +82,7 @@ fn print(reports: &[ClipReport]) {
             1e3 * m.floating_m.value,
             1e3 * m.sliding_m.value,
             1e3 * m.overlap_m.value,
+            -1e3 * m.legs_m.value,
             100.0 * m.pressure_inside,
             1e3 * m.pressure_margin_m,
         );
