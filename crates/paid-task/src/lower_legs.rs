@@ -1,10 +1,11 @@
 //! The shapes of feet and shins, for the gap between the legs.
 
 use paid_lanes::{Real, Vec3};
+use paid_motion::check::{lower_leg, rod};
 use paid_physics::{GroupState, nearest_points};
-use paid_robot::{RobotModel, Shape};
+use paid_robot::RobotModel;
 
-/// A capsule (or a sphere) of a body, in the body's frame `[m]`.
+/// A `collision` shape of a body as a segment with a radius, in the body's frame `[m]`.
 #[derive(Clone, Debug)]
 struct LegShape {
     body: usize,
@@ -14,22 +15,18 @@ struct LegShape {
     inv_length2: f64,
 }
 
-/// The `collision` shapes of both feet and of the next body with a shape above each.
+/// The `collision` shapes of both lower legs.
 #[derive(Clone, Debug)]
 pub(crate) struct LowerLegs([Vec<LegShape>; 2]);
 
 impl LowerLegs {
     /// Of the legs that end in these bodies.
     pub(crate) fn new(robot: &RobotModel, feet: [usize; 2]) -> Self {
-        Self(feet.map(|foot| {
-            let above = std::iter::successors(Some(foot), |&body| robot.bodies[body].parent);
-            above
-                .map(|body| shapes(robot, body))
-                .filter(|shapes| !shapes.is_empty())
-                .take(2)
-                .flatten()
-                .collect()
-        }))
+        Self(
+            feet.map(|foot| {
+                lower_leg(robot, foot).into_iter().flat_map(|body| shapes(robot, body)).collect()
+            }),
+        )
     }
 
     /// The least distance of the legs' surfaces `[m]`, negative where they overlap; infinite if one has no shapes.
@@ -53,18 +50,12 @@ impl LowerLegs {
     }
 }
 
-/// Capsules and spheres; a box is none of the shapes that the engine has.
-fn shapes(robot: &RobotModel, body: usize) -> Vec<LegShape> {
+fn shapes(robot: &RobotModel, body: usize) -> impl Iterator<Item = LegShape> {
     let collides = robot.bodies[body].geoms.iter().filter(|geom| geom.class == "collision");
-    let shape = |geom: &paid_robot::Geom| {
-        let (ends, radius) = match geom.shape {
-            Shape::Sphere { center, radius } => ([center; 2], radius),
-            Shape::Capsule { ends, radius } => (ends, radius),
-            Shape::Box { .. } => return None,
-        };
-        let length2 = (Vec3(ends[1]) - Vec3(ends[0])).norm2();
+    collides.map(move |geom| {
+        let (a, b, radius) = rod(&geom.shape);
+        let length2 = (Vec3(b) - Vec3(a)).norm2();
         let inv_length2 = if length2 < 1e-12 { 0.0 } else { 1.0 / length2 };
-        Some(LegShape { body, ends, radius, length2, inv_length2 })
-    };
-    collides.filter_map(shape).collect()
+        LegShape { body, ends: [a, b], radius, length2, inv_length2 }
+    })
 }

@@ -4,8 +4,8 @@ use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, RobotSpec, SpecError, kinematics};
 use serde::Serialize;
 
-use super::shapes::{deepest, leg_pairs};
-use super::{collision_pairs, deepest_overlap, foot_contacts};
+use super::shapes::{deepest, leg_pairs, rods};
+use super::{collision_pairs, foot_contacts};
 use crate::generate::BALL_RADIUS;
 use crate::kick::lowest_point_of;
 use crate::resample::differentiate;
@@ -162,10 +162,11 @@ pub fn measure(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<Meas
         penetration_m.see(-low, t, String::new);
         floating_m.see(low, t, String::new);
         let both = |[a, b]: [usize; 2]| format!("{} and {}", body_name(a), body_name(b));
-        if let Some(overlap) = deepest_overlap(model, &pairs, clip.body_pos(t), clip.body_quat(t)) {
+        let rods = rods(model, clip.body_pos(t), clip.body_quat(t));
+        if let Some(overlap) = deepest(&rods, &pairs) {
             overlap_m.see(overlap.depth, t, || both(overlap.bodies));
         }
-        if let Some(nearest) = deepest(model, &legs, clip.body_pos(t), clip.body_quat(t)) {
+        if let Some(nearest) = deepest(&rods, &legs) {
             legs_m.see(nearest.depth, t, || both(nearest.bodies));
         }
     }

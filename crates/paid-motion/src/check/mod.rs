@@ -14,6 +14,6 @@ mod verdict;
 pub use contact::{FootContact, foot_contacts};
 pub use limits::{CheckLimits, Limit};
 pub use measure::{Measures, Worst, measure};
-pub use shapes::{Overlap, collision_pairs, deepest_overlap};
-pub(crate) use shapes::{nearest_points, rod};
+pub(crate) use shapes::nearest_points;
+pub use shapes::{collision_pairs, lower_leg, rod};
 pub use verdict::{Aspect, ClipReport, Finding, Verdict, check_clip, ends_away, mixed_rates};

@@ -3,22 +3,21 @@
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
 
-/// Two bodies in each other.
+/// How deep two bodies are in each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Overlap {
+pub(crate) struct Overlap {
     /// The bodies.
     pub bodies: [usize; 2],
-    /// Depth `[m]`.
+    /// Depth `[m]`, negative where they are apart.
     pub depth: f64,
 }
 
 /// Two ends and a radius, world `[m]`.
-type Rod = (Vec3<f64>, Vec3<f64>, f64);
+pub(crate) type Rod = (Vec3<f64>, Vec3<f64>, f64);
 
 /// Pairs of bodies whose `collision` shapes may not meet: all but a body with its parent and the model's exclusions.
 pub fn collision_pairs(model: &RobotModel) -> Vec<(usize, usize)> {
-    let solid = |i: usize| model.bodies[i].geoms.iter().any(|g| g.class == "collision");
-    let bodies: Vec<usize> = (0..model.bodies.len()).filter(|&i| solid(i)).collect();
+    let bodies: Vec<usize> = (0..model.bodies.len()).filter(|&i| is_solid(model, i)).collect();
     let mut pairs = Vec::new();
     for (k, &a) in bodies.iter().enumerate() {
         for &b in &bodies[k + 1..] {
@@ -31,34 +30,27 @@ pub fn collision_pairs(model: &RobotModel) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// Pairs of one leg's lower bodies and the other's: each foot and the next body with a `collision` shape above it.
+/// Whether a body has a `collision` shape.
+fn is_solid(model: &RobotModel, body: usize) -> bool {
+    model.bodies[body].geoms.iter().any(|g| g.class == "collision")
+}
+
+/// The end of the leg of this foot: the foot and the next body with a `collision` shape above it, a humanoid's shin.
+pub fn lower_leg(model: &RobotModel, foot: usize) -> Vec<usize> {
+    let above = std::iter::successors(Some(foot), |&i| model.bodies[i].parent);
+    above.filter(|&i| is_solid(model, i)).take(2).collect()
+}
+
+/// Pairs of one lower leg's bodies and the other's.
 pub(crate) fn leg_pairs(model: &RobotModel, feet: [usize; 2]) -> Vec<(usize, usize)> {
-    let solid = |i: &usize| model.bodies[*i].geoms.iter().any(|g| g.class == "collision");
-    let [left, right] = feet.map(|foot| -> Vec<usize> {
-        std::iter::successors(Some(foot), |&i| model.bodies[i].parent).filter(solid).take(2).collect()
-    });
+    let [left, right] = feet.map(|foot| lower_leg(model, foot));
     left.iter().flat_map(|&a| right.iter().map(move |&b| (a, b))).collect()
 }
 
-/// The deepest overlap among `pairs`, if any; poses in model order. A box counts as the largest capsule along its longest side.
-pub fn deepest_overlap(
-    model: &RobotModel,
-    pairs: &[(usize, usize)],
-    pos: &[[f64; 3]],
-    quat: &[[f64; 4]],
-) -> Option<Overlap> {
-    deepest(model, pairs, pos, quat).filter(|overlap| overlap.depth > 0.0)
-}
-
-/// The nearest two bodies among `pairs`, as [`deepest_overlap`] takes them: the depth is negative where they are apart.
-pub(crate) fn deepest(
-    model: &RobotModel,
-    pairs: &[(usize, usize)],
-    pos: &[[f64; 3]],
-    quat: &[[f64; 4]],
-) -> Option<Overlap> {
+/// Every body's `collision` shapes in the world; poses in model order.
+pub(crate) fn rods(model: &RobotModel, pos: &[[f64; 3]], quat: &[[f64; 4]]) -> Vec<Vec<Rod>> {
     let place = |body: usize, p: [f64; 3]| Quat(quat[body]).rotate(Vec3(p)) + Vec3(pos[body]);
-    let rods: Vec<Vec<Rod>> = model
+    model
         .bodies
         .iter()
         .enumerate()
@@ -71,14 +63,18 @@ pub(crate) fn deepest(
                 })
                 .collect()
         })
-        .collect();
+        .collect()
+}
+
+/// The deepest overlap among `pairs`, or the nearest two where none overlap. Distances that are no numbers do not count.
+pub(crate) fn deepest(rods: &[Vec<Rod>], pairs: &[(usize, usize)]) -> Option<Overlap> {
     let mut worst: Option<Overlap> = None;
     for &(a, b) in pairs {
         for &(p, q, r) in &rods[a] {
             for &(u, v, s) in &rods[b] {
                 let [x, y] = nearest_points([p, q], [u, v]);
                 let depth = r + s - (x - y).norm();
-                if worst.is_none_or(|w| depth > w.depth) {
+                if depth > worst.map_or(f64::NEG_INFINITY, |w| w.depth) {
                     worst = Some(Overlap { bodies: [a, b], depth });
                 }
             }
@@ -87,8 +83,8 @@ pub(crate) fn deepest(
     worst
 }
 
-/// A shape as a segment with a radius.
-pub(crate) fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
+/// A shape as a segment with a radius, in the body's frame `[m]`. A box is the largest capsule along its longest side.
+pub fn rod(shape: &Shape) -> ([f64; 3], [f64; 3], f64) {
     match *shape {
         Shape::Sphere { center, radius } => (center, center, radius),
         Shape::Capsule { ends: [a, b], radius } => (a, b, radius),
@@ -164,12 +160,16 @@ mod tests {
         let quat = vec![[1.0, 0.0, 0.0, 0.0]; model.bodies.len()];
         // Capsules of 3 cm whose middles are 8 cm apart, then 5 cm.
         (pos[feet[0]], pos[feet[1]]) = ([0.0; 3], [0.0, -0.08, 0.0]);
-        let nearest = deepest(&model, &pairs, &pos, &quat).expect("a pair");
+        let nearest = deepest(&rods(&model, &pos, &quat), &pairs).expect("a pair");
         assert_eq!(nearest.bodies, feet);
         assert!((nearest.depth + 0.02).abs() < 1e-12, "{nearest:?}");
-        assert_eq!(deepest_overlap(&model, &pairs, &pos, &quat), None);
         pos[feet[1]] = [0.0, -0.05, 0.0];
-        let overlap = deepest_overlap(&model, &pairs, &pos, &quat).expect("they touch");
+        let overlap = deepest(&rods(&model, &pos, &quat), &pairs).expect("they touch");
         assert!((overlap.depth - 0.01).abs() < 1e-12, "{overlap:?}");
+        // A pair before it whose distance is no number hides nothing.
+        let shin = body("left_knee_link");
+        pos[shin] = [f64::NAN; 3];
+        let first = [(shin, feet[1]), (feet[0], feet[1])];
+        assert_eq!(deepest(&rods(&model, &pos, &quat), &first), Some(overlap));
     }
 }
