@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_motion::MotionLibrary;
 use paid_policy::observation::{self, Need};
-use paid_policy::{Policy, Pose, ReferenceView};
+use paid_policy::{Mirrors, Policy, Pose, ReferenceView};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::TrainedPolicy;
@@ -45,6 +45,8 @@ pub struct Player {
     pub to_model: Vec<usize>,
     /// Motor of each model joint.
     pub motors: Vec<usize>,
+    /// How observation and action of a left-footed kick read in a mirror, if that is how the policy plays it.
+    mirrors: Option<Mirrors>,
     /// Place of the anchor among the library's followed bodies.
     anchor: usize,
     /// Joints (model order) from the base to the anchor.
@@ -115,7 +117,18 @@ impl Player {
             .ok_or_else(|| DeployError::Policy(format!("the robot has no body '{}'", spec.anchor_body)))?;
         let anchor = library.followed().iter().position(|&b| b == anchor_body).unwrap_or(0);
         let waist = chain(&model, anchor_body);
-        Ok(Self { model, spec, control, task, library, policy, to_model, motors, anchor, waist })
+        let mirrors = if task.mirror_left_kicks {
+            let terms = &task.observations.policy;
+            Some(paid_task::policy_mirrors(&model, &spec, terms).map_err(DeployError::policy)?)
+        } else {
+            None
+        };
+        Ok(Self { model, spec, control, task, library, policy, to_model, motors, mirrors, anchor, waist })
+    }
+
+    /// How a motion's observations and actions read in a mirror, if it is played in one.
+    pub fn mirrors(&self, motion: usize) -> Option<&Mirrors> {
+        self.mirrors.as_ref().filter(|_| self.library.facts()[motion].kicks_left())
     }
 
     /// Number of joints.

@@ -49,6 +49,8 @@ fn a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range() {
     let limits = Limits { action: 100.0, target_step: 10.0, switch_s: 0.0, ..limits() };
     let beyond = limits.target_beyond;
     let mut step = ready(&player, limits);
+    // For the right foot: a kick of the left one is played in the mirror.
+    step.robot.place_ball([1.2, -0.3], [0.0; 2]);
     assert!(step.run_until(4.0, |s| s.runtime().state() == State::Kick).expect("run"));
     for (j, target) in targets(&step).iter().enumerate() {
         let edge = player.control.soft_range[j][1] + beyond * whole(&player, j);

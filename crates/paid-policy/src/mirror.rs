@@ -112,6 +112,23 @@ impl Mirror {
         self.rows.iter().map(|row| (row.from, row.gain.signum()))
     }
 
+    /// Mirrors the marked columns of `x` `[features, columns]` in place; `room` is for a copy of it.
+    ///
+    /// # Panics
+    /// If `x` has other features.
+    pub fn apply_to_marked(&self, x: &mut [f32], marked: &[bool], room: &mut Vec<f32>) {
+        let n = marked.len();
+        assert_eq!(x.len(), self.len() * n, "{} rows of {n} columns", self.len());
+        room.clear();
+        room.extend_from_slice(x);
+        for (to, row) in x.chunks_exact_mut(n.max(1)).zip(&self.rows) {
+            let from = &room[row.from * n..][..n];
+            for ((to, from), marked) in to.iter_mut().zip(from).zip(marked) {
+                *to = if *marked { from.mul_add(row.gain, row.offset) } else { *to };
+            }
+        }
+    }
+
     /// Mirrors each column of `x` `[features, n]` into `out`.
     ///
     /// # Panics

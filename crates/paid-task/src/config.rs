@@ -169,7 +169,7 @@ impl TaskConfig {
 }
 
 /// Which joints and tracked bodies are each other's image. Joints that rest or act otherwise than their image make a robot lopsided.
-fn sides(
+pub(crate) fn sides(
     robot: &RobotModel,
     spec: &RobotSpec,
     control: &ControlSpec,

@@ -24,6 +24,7 @@ mod eyes;
 #[cfg(test)]
 mod fixture;
 mod group;
+mod image;
 mod kernels;
 mod kick;
 pub mod layers;
@@ -68,6 +69,7 @@ pub use eval_control::{
     BelievedBall, BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick, Shown,
 };
 pub use eyes::first_look;
+pub use image::policy_mirrors;
 pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use parameters::{ParameterInfo, Requirement};

@@ -36,6 +36,10 @@ pub struct TaskPreset {
     /// For how long the robot is to stand in the motion's last pose before an episode ends, drawn for each one `[s]`.
     #[serde(default)]
     pub hold_s: Range,
+    /// True: a kick of the left foot is played as the mirror image of one of the right foot. The policy sees it, and acts, as if in a
+    /// mirror, so it has the right foot's kicks to learn only. For policies without memory.
+    #[serde(default)]
+    pub mirror_left_kicks: bool,
     /// Ground, solver and control period.
     pub scene: SceneConfig,
     /// Nominal surface of the robot.
@@ -160,6 +164,10 @@ impl TaskPreset {
             ("pushes.interval_s", self.pushes.interval_s),
         ];
         check_ranges(&ranges)?;
+        if self.mirror_left_kicks && self.reference == ReferenceSource::None {
+            let expected = "false without a reference, which says which foot kicks";
+            return Err(value_error("mirror_left_kicks", expected, "true".into()));
+        }
         self.observations.check(self.reference)?;
         self.ball.after_strike.check(self.reference)?;
         self.eyes.check().map_err(|error| TaskError::below("eyes", error))?;

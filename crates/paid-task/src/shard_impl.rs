@@ -3,9 +3,10 @@
 use paid_lanes::Real;
 use paid_physics::Simulator;
 use paid_policy::env::STYLE_GROUP;
-use paid_policy::{Mirror, Mirrors, ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
+use paid_policy::{Mirrors, ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use crate::eyes::believed_ball;
+use crate::image;
 use crate::score::Sums;
 use crate::shown::ShownScene;
 use crate::stance::heading_of;
@@ -33,17 +34,23 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
         self.config.joints()
     }
     fn mirrors(&self) -> Result<Mirrors, String> {
-        let sides = self.config.sides.as_ref().map_err(Clone::clone)?;
-        Ok(Mirrors {
-            observation: Mirror::of_observation(&self.config.preset.observations.policy, sides),
-            action: Mirror::of_joints(sides),
-        })
+        image::mirrors(&self.config)
     }
     fn observe(&mut self, groups: &mut [&mut [f32]]) {
         self.observe_all(groups);
+        if let (Some(image), Some(policy)) = (&mut self.image, groups.first_mut()) {
+            image.show(policy, &self.envs, self.library.facts());
+        }
     }
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        // Taken out while the task steps.
+        let mut image = self.image.take();
+        let actions = match &mut image {
+            Some(image) => image.act(actions, &self.envs, self.library.facts()),
+            None => actions,
+        };
         self.step_all(actions, out.reward, out.terminated, out.truncated);
+        self.image = image;
     }
     fn save(&self) -> Vec<u8> {
         self.save_bytes()

@@ -31,11 +31,12 @@ fn seen(shard: &mut dyn TaskShard) -> [Vec<f32>; 2] {
     SIDES.map(|env| (0..rows).map(|row| policy[row * ENVS + env]).collect())
 }
 
-#[test]
-fn what_the_left_foots_kick_sees_is_the_image_of_what_the_right_foots_sees() {
+/// A kick by the right foot, and the image of it by the left one; the task with these overrides.
+fn started(sets: &[&str]) -> Box<dyn TaskShard> {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 50.0).expect("the built-in kicks");
-    let preset = TaskPreset::builtin_with("paper_stage2", &[]).expect("valid");
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    let preset = TaskPreset::builtin_with("paper_stage2", &sets).expect("valid");
     let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset).expect("they fit"));
     let task =
         TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
@@ -52,32 +53,73 @@ fn what_the_left_foots_kick_sees_is_the_image_of_what_the_right_foots_sees() {
         };
         shard.eval().force_start(env, &start).expect("exists");
     }
-    let mirrors = shard.mirrors().expect("a G1 has two sides");
-    let names: Vec<(usize, String)> = {
-        let places = shard.layout().policy.places();
-        places.flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
-    };
+    shard
+}
+
+/// Actions of a step for both: what is done, and `of_left` of it by the left foot's kick.
+fn act(shard: &mut dyn TaskShard, step: usize, of_left: impl Fn(&[f32]) -> Vec<f32>) {
     let joints = shard.action_dim();
     let (mut reward, mut terminated, mut truncated) = (vec![0.0; ENVS], vec![0; ENVS], vec![0; ENVS]);
+    let action: Vec<f32> = (0..joints).map(|j| ((7 * j + 3 * step) % 11) as f32 * 0.06 - 0.3).collect();
+    let actions = [action.clone(), of_left(&action)];
+    let mut all = vec![0.0; joints * ENVS];
+    for (env, action) in SIDES.into_iter().zip(&actions) {
+        for (j, value) in action.iter().enumerate() {
+            all[j * ENVS + env] = *value;
+        }
+    }
+    shard.step(&all, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
+    assert_eq!(SIDES.map(|env| terminated[env] + truncated[env]), [0, 0], "step {step}");
+}
+
+/// Terms of the policy's observation, row by row.
+fn names(shard: &dyn TaskShard) -> Vec<(usize, String)> {
+    let places = shard.layout().policy.places();
+    places.flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
+}
+
+/// The same up to what the robot's parts, which are not quite symmetric, make of it by this step.
+fn agree(names: &[(usize, String)], step: usize, [expected, found]: [&[f32]; 2]) {
+    let allowed = if step == 0 { 1e-4 } else { 0.05 };
+    for (row, name) in names {
+        let apart = (expected[*row] - found[*row]).abs();
+        let speeds = if name.contains("vel") { 10.0 } else { 1.0 };
+        assert!(apart < speeds * allowed, "{step}: {name}: {} {}", expected[*row], found[*row]);
+    }
+}
+
+#[test]
+fn what_the_left_foots_kick_sees_is_the_image_of_what_the_right_foots_sees() {
+    let mut shard = started(&[]);
+    let mirrors = shard.mirrors().expect("a G1 has two sides");
+    let names = names(shard.as_ref());
     for step in 0..6 {
         let [right, left] = seen(shard.as_mut());
-        let image = mirrored(&mirrors.observation, &right);
-        // The robot's parts are not quite symmetric, and differences grow.
-        let allowed = if step == 0 { 1e-4 } else { 0.05 };
-        for (row, name) in &names {
-            let apart = (image[*row] - left[*row]).abs();
-            let speeds = if name.contains("vel") { 10.0 } else { 1.0 };
-            assert!(apart < speeds * allowed, "{step}: {name}: {} {}", image[*row], left[*row]);
-        }
-        let action: Vec<f32> = (0..joints).map(|j| ((7 * j + 3 * step) % 11) as f32 * 0.06 - 0.3).collect();
-        let actions = [action.clone(), mirrored(&mirrors.action, &action)];
-        let mut all = vec![0.0; joints * ENVS];
-        for (env, action) in SIDES.into_iter().zip(&actions) {
-            for (j, value) in action.iter().enumerate() {
-                all[j * ENVS + env] = *value;
-            }
-        }
-        shard.step(&all, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
-        assert_eq!(SIDES.map(|env| terminated[env] + truncated[env]), [0, 0], "step {step}");
+        agree(&names, step, [&mirrored(&mirrors.observation, &right), &left]);
+        act(shard.as_mut(), step, |action| mirrored(&mirrors.action, action));
     }
+}
+
+#[test]
+fn played_in_the_mirror_both_kicks_are_one() {
+    let robot = RobotModel::g1();
+    let mut shard = started(&["mirror_left_kicks=true"]);
+    let names = names(shard.as_ref());
+    for step in 0..6 {
+        let [right, left] = seen(shard.as_mut());
+        agree(&names, step, [&right, &left]);
+        act(shard.as_mut(), step, <[f32]>::to_vec);
+        let knees =
+            ["right_knee_joint", "left_knee_joint"].map(|name| robot.joint_index(name).expect("a joint"));
+        let [right, left] =
+            [0, 1].map(|k| shard.eval().sample(SIDES[k]).expect("exists").joint_pos[knees[k]]);
+        assert!((right - left).abs() < 0.05, "step {step}: knees at {right} and {left} rad");
+    }
+}
+
+#[test]
+fn a_mirror_needs_a_reference() {
+    let sets = ["reference=none".to_owned(), "mirror_left_kicks=true".to_owned()];
+    let error = TaskPreset::builtin_with("paper_stage2", &sets).expect_err("refused").to_string();
+    assert!(error.contains("mirror_left_kicks") && error.contains("reference"), "{error}");
 }

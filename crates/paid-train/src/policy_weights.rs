@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use paid_learn::Checkpoint;
+use paid_task::TaskPreset;
 
 use crate::folder::{Numbered, PRESET_FILE, newest_and_earlier};
 use crate::{RunPreset, TrainError};
@@ -12,7 +13,7 @@ use crate::{RunPreset, TrainError};
 pub const WEIGHTS_FILE: &str = "policy.safetensors";
 
 /// A checkpoint file as it is, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks
-/// ([`crate::RunConfig::average_last`]), with the contacts that were measured of it ([`write_contacts`]).
+/// ([`crate::RunConfig::average_last`]), played as its policy file says ([`write_play`]).
 ///
 /// # Errors
 /// If there is none, or one is damaged or of other networks than the others.
@@ -26,8 +27,7 @@ pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
         let policy = Checkpoint::load(&file)?;
         // One of an earlier end of the run met the ball at other times.
         if policy.meta().iteration == weights.meta().iteration {
-            let contact_s = RunPreset::of_checkpoint(&policy)?.task.ball.contact_s;
-            set_contacts(&mut weights, contact_s)?;
+            set_play(&mut weights, Play::of(&RunPreset::of_checkpoint(&policy)?.task))?;
         }
     }
     Ok(weights)
@@ -84,22 +84,39 @@ pub fn write_weights(weights: &Checkpoint, path: &Path) -> Result<(), TrainError
     Ok(())
 }
 
-/// Writes into a policy file when its foot meets the ball, in seconds from the first frame of each motion
-/// ([`paid_task::preset::BallPlacement::contact_s`]).
+/// How a policy is played, of what its weights do not say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Play {
+    /// When its foot meets the ball ([`paid_task::preset::BallPlacement::contact_s`]).
+    pub contact_s: BTreeMap<String, f64>,
+    /// Whether it plays left-footed kicks in the mirror ([`TaskPreset::mirror_left_kicks`]).
+    pub mirror_left_kicks: bool,
+}
+
+impl Play {
+    /// What a task says.
+    pub fn of(task: &TaskPreset) -> Self {
+        Self { contact_s: task.ball.contact_s.clone(), mirror_left_kicks: task.mirror_left_kicks }
+    }
+}
+
+/// Writes into a policy file how it is played. The weights stay.
 ///
 /// # Errors
-/// If it is no checkpoint with a preset, or cannot be written; the file stays whole then.
-pub fn write_contacts(path: &Path, contact_s: BTreeMap<String, f64>) -> Result<(), TrainError> {
+/// If it is no checkpoint with a preset, has a memory and is to play in the mirror, or cannot be written; the file stays whole then.
+pub fn write_play(path: &Path, play: Play) -> Result<(), TrainError> {
     let mut weights = Checkpoint::load(path)?;
-    set_contacts(&mut weights, contact_s)?;
+    set_play(&mut weights, play)?;
     let preset = weights.blob(PRESET_FILE).unwrap_or_default();
     weights.save_weights(path, &[(PRESET_FILE, preset)])?;
     Ok(())
 }
 
-fn set_contacts(weights: &mut Checkpoint, contact_s: BTreeMap<String, f64>) -> Result<(), TrainError> {
+fn set_play(weights: &mut Checkpoint, play: Play) -> Result<(), TrainError> {
     let mut preset = RunPreset::of_checkpoint(weights)?;
-    preset.task.ball.contact_s = contact_s;
+    preset.task.ball.contact_s = play.contact_s;
+    preset.task.mirror_left_kicks = play.mirror_left_kicks;
+    preset.validate().map_err(|message| TrainError::Preset { place: preset.stage.clone(), message })?;
     weights.set_blob(PRESET_FILE, preset.to_toml()?.as_bytes());
     Ok(())
 }

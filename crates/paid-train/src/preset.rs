@@ -1,7 +1,7 @@
 //! A whole run as one typed preset: robot, task, learner, and the numbers of the run itself.
 
 use paid_lanes::Isa;
-use paid_learn::LearnConfig;
+use paid_learn::{LearnConfig, NetworkKind};
 use paid_task::layers::KeyError;
 use paid_task::{TaskError, TaskPreset};
 use serde::{Deserialize, Serialize};
@@ -113,6 +113,10 @@ impl RunPreset {
             key: format!("learn.{}", error.key),
             message: format!("expected {}, found {}", error.expected, error.found),
         })?;
+        if self.task.mirror_left_kicks && self.learn.actor.kind != NetworkKind::Mlp {
+            let message = "expected false for a policy with memory, found true".to_owned();
+            return wrong("task.mirror_left_kicks", message);
+        }
         self.check_style()?;
         self.check_phases()
     }

@@ -196,3 +196,11 @@ fn a_surface_can_be_chosen_by_name_in_an_override() {
     assert_eq!(task.ball_params.angular_damping, 4.95);
     assert_eq!(task.randomization.surfaces[0].dynamic_friction, 0.07);
 }
+
+#[test]
+fn a_policy_with_memory_does_not_play_in_the_mirror() {
+    let mirror = "task.mirror_left_kicks=true";
+    RunPreset::resolve("stage2", &[mirror.to_owned()]).expect("an MLP may");
+    let error = refused("stage2", &[mirror, "learn.actor.kind=lstm", "learn.ppo.mirror.weight=0"]);
+    assert!(error.contains("task.mirror_left_kicks") && error.contains("memory"), "{error}");
+}

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use paid_learn::{Alone, Checkpoint};
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
-use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_contacts, write_weights};
+use crate::policy_weights::{Play, WEIGHTS_FILE, load_weights, write_play, write_weights};
 use crate::stage::run_stage;
 use crate::toy::Toy;
 use crate::{End, Judge, Limits, Named, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
@@ -244,7 +244,7 @@ fn a_run_starts_from_the_mean_of_the_last_checkpoints_of_another() {
 }
 
 #[test]
-fn measured_contacts_belong_to_the_policy_that_they_were_measured_of() {
+fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     let folder = tempfile::tempdir().expect("folder");
     let out = folder.path().join("run");
     run(&out, &Toy::preset(&[]), false, 4);
@@ -252,20 +252,21 @@ fn measured_contacts_belong_to_the_policy_that_they_were_measured_of() {
     let file = out.join(WEIGHTS_FILE);
     write_weights(&weights, &file).expect("writes");
     let contacts = [("kick".to_owned(), 1.25)];
-    write_contacts(&file, contacts.clone().into()).expect("writes");
+    let play = Play { contact_s: contacts.into(), mirror_left_kicks: true };
+    write_play(&file, play.clone()).expect("writes");
     let of = |path: &Path| {
         let weights = load_weights(path).expect("a policy");
-        RunPreset::of_checkpoint(&weights).expect("a preset").task.ball.contact_s
+        Play::of(&RunPreset::of_checkpoint(&weights).expect("a preset").task)
     };
-    assert_eq!(of(&file), contacts.clone().into());
-    assert_eq!(of(&out), contacts.into());
+    assert_eq!(of(&file), play);
+    assert_eq!(of(&out), play);
     assert_eq!(
         Checkpoint::load(&file).expect("reads").policy().expect("policy").params,
         weights.policy().expect("policy").params
     );
     // Trained further, it meets the ball at other times.
     run(&out, &Toy::preset(&[]), true, u64::MAX);
-    assert!(of(&out).is_empty());
+    assert_eq!(of(&out), Play::default());
 }
 
 #[test]

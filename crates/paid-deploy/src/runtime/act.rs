@@ -72,7 +72,7 @@ impl Runtime {
 
     fn begin_kick(&mut self, now_us: u64, motion: usize) {
         if self.controller != Controller::Policy {
-            self.trace.action.fill(0.0);
+            self.done.fill(0.0);
         }
         self.memory.reset(0);
         self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
@@ -121,7 +121,7 @@ impl Runtime {
         for (j, &m) in player.to_model.iter().enumerate() {
             rel[j] = self.body.joint_pos[m] - player.control.default_pos[m];
             vel[j] = self.body.joint_vel[m];
-            last[j] = f64::from(self.trace.action[j]);
+            last[j] = f64::from(self.done[j]);
         }
         let robot = RobotView {
             base_rot: self.body.base_rot,
@@ -136,10 +136,17 @@ impl Runtime {
         self.joints = joints;
         self.trace.observation.clear();
         self.trace.observation.extend(self.numbers.iter().map(|x| *x as f32));
+        let mirrors = player.mirrors(motion);
+        if let Some(mirrors) = mirrors {
+            mirrors.observation.apply_to_marked(&mut self.trace.observation, &[true], &mut self.image);
+        }
         player.policy.act(&self.trace.observation, &mut self.memory, &mut self.trace.action);
+        self.done.copy_from_slice(&self.trace.action);
+        if let Some(mirrors) = mirrors {
+            mirrors.action.apply_to_marked(&mut self.done, &[true], &mut self.image);
+        }
         let worst = self
-            .trace
-            .action
+            .done
             .iter()
             .fold(0.0_f32, |worst, a| if a.is_finite() { worst.max(a.abs()) } else { f32::INFINITY });
         if f64::from(worst) > self.limits.action {
@@ -147,7 +154,7 @@ impl Runtime {
             return;
         }
         for (j, &m) in player.to_model.iter().enumerate() {
-            let action = limit_action(f64::from(self.trace.action[j]));
+            let action = limit_action(f64::from(self.done[j]));
             let (scale, rest) = (player.control.action_scale[m], player.control.default_pos[m]);
             let target = joint_target(action, scale, rest);
             self.wanted[m] = self.limits.target(player, m, self.wanted[m], target);

@@ -37,9 +37,9 @@ pub const COMMAND_US: u64 = 2_000;
 /// What the policy got and gave in one step.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PolicyTrace {
-    /// The observation, as the contract lists it.
+    /// The observation, as the contract lists it, as the policy sees it: mirrored in a kick that it plays in the mirror.
     pub observation: Vec<f32>,
-    /// The action, policy joint order.
+    /// The action, policy joint order, as the policy gives it.
     pub action: Vec<f32>,
 }
 
@@ -111,9 +111,12 @@ pub struct Runtime {
     playing: Option<Playing>,
     memory: PolicyState,
     trace: PolicyTrace,
+    /// The last action as the world got it: the policy's, out of the mirror.
+    done: Vec<f32>,
     /// Room for the policy's step, which must not allocate.
     joints: Vec<f64>,
     numbers: Vec<f64>,
+    image: Vec<f32>,
     next_policy_us: Option<u64>,
     late: u32,
     still_since_us: Option<u64>,
@@ -139,7 +142,9 @@ impl Runtime {
                 observation: Vec::with_capacity(player.policy.obs_dim()),
                 action: vec![0.0; joints],
             },
+            done: vec![0.0; joints],
             numbers: Vec::with_capacity(player.policy.obs_dim()),
+            image: Vec::with_capacity(player.policy.obs_dim().max(joints)),
             player,
             limits,
             state: State::Passive,

@@ -94,6 +94,11 @@ pub struct MotionFacts {
 }
 
 impl MotionFacts {
+    /// True for a kick by the left foot.
+    pub fn kicks_left(&self) -> bool {
+        self.kick_foot == 0
+    }
+
     /// The facts of a clip of a robot with so many bodies; `anchor` and `foot`, the labeled one, are bodies.
     pub(super) fn of(clip: &ReferenceClip, bodies: usize, anchor: usize, foot: usize) -> Self {
         let speed = |t: usize| clip.body_com_vel[t * bodies + foot].iter().map(|v| v * v).sum::<f64>().sqrt();

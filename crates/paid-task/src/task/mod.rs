@@ -16,6 +16,7 @@ use crate::anchoring::Anchoring;
 use crate::config::TaskConfig;
 use crate::eyes::{begin_lane, start_rng};
 use crate::group::GroupTask;
+use crate::image::Image;
 use crate::kernels::Gather;
 use crate::observe::{RobotBuffer, base_pose, in_base};
 use crate::reset::{Start, StartContext};
@@ -94,6 +95,8 @@ pub struct Task<V: Real, S: Simulator<V>> {
     policy_rows: Vec<f32>,
     critic_rows: Vec<f32>,
     style_rows: Vec<f32>,
+    /// `None` if the policy sees left-footed kicks as they are.
+    pub(crate) image: Option<Image>,
 }
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
@@ -157,6 +160,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
             style_rows: vec![0.0; config.observations.style_dim * BLOCK_GROUPS * V::LANES],
             library: Arc::clone(library),
+            image: Image::new(&config)?,
             config,
             sim,
         };

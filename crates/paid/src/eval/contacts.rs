@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use paid_eval::contacts;
 use paid_eval::results::to_json;
 use paid_eval::subject::Subject;
-use paid_train::policy_weights::write_contacts;
+use paid_train::policy_weights::{Play, write_play};
 
 use super::ended;
 use super::progress::Progress;
@@ -18,7 +18,8 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Write the times into the policy's file (a checkpoint), so that rolling balls are predicted until then.
+    /// Write the times into the policy's file (a checkpoint), so that rolling balls are predicted until then, and whether left-footed kicks
+    /// are played in the mirror (--set mirror_left_kicks=true).
     #[arg(long)]
     keep: bool,
     /// Print one line of JSON.
@@ -45,7 +46,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     progress.finish();
     let code = ended(&subject.setup.monitor);
     if args.keep && code == ExitCode::SUCCESS {
-        keep(&spec.policy, &report)?;
+        let play = Play { contact_s: report.times(), ..Play::of(&subject.setup.preset) };
+        keep(&spec.policy, play)?;
     }
     if args.json {
         println!("{}", to_json(&report)?);
@@ -55,8 +57,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Ok(code)
 }
 
-fn keep(policy: &Path, report: &contacts::ContactReport) -> Result<(), Failure> {
-    write_contacts(policy, report.times()).map_err(Failure::input)?;
+fn keep(policy: &Path, play: Play) -> Result<(), Failure> {
+    write_play(policy, play).map_err(Failure::input)?;
     eprintln!("written into {}", policy.display());
     Ok(())
 }
