@@ -47,6 +47,7 @@
 //!     commands: vec![],
 //!     recurrent: None,
 //!     reference: None,
+//!     play: None,
 //! };
 //! let layer = DenseLayer { inputs: 1, outputs: 1, w: vec![-2.0], b: vec![0.5] };
 //! let weights = PolicyWeights { normalizer: None, lstm: vec![], layers: vec![layer] };
@@ -71,7 +72,9 @@ mod write;
 
 // What files are written from and read as.
 pub use error::OnnxError;
-pub use paid_policy::contract::{Contract, FORMAT, JointContract, ObservationTerm, RecurrentContract};
+pub use paid_policy::contract::{
+    Contract, FORMAT, JointContract, ObservationTerm, PlayContract, RecurrentContract,
+};
 pub use raw::{OnnxFile, RawModel};
 pub use read::{OnnxPolicy, OnnxState};
 pub use reference::Reference;

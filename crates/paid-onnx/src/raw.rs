@@ -5,11 +5,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use paid_policy::Contract;
 use prost::Message;
 use rten::{Model, NodeId, RunOptions, ThreadPool, Value, ValueOrView};
 
 use crate::error::OnnxError;
 use crate::proto::{ModelProto, ValueInfo};
+use crate::read::check_metadata;
 use crate::sizes::oversized;
 
 /// A graph that was read from a file, with its metadata; runs on the calling thread.
@@ -145,6 +147,14 @@ impl OnnxFile {
     /// A metadata entry.
     pub fn metadata(&self, key: &str) -> Option<&str> {
         self.proto.metadata(key)
+    }
+
+    /// What the file says about itself, if it was written by this program.
+    ///
+    /// # Errors
+    /// If its metadata is incomplete, of another format, or contradicts itself.
+    pub fn contract(&self) -> Result<Contract, OnnxError> {
+        check_metadata(&self.proto, &self.path)
     }
 
     /// Names and types of the inputs.

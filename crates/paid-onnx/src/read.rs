@@ -75,7 +75,7 @@ impl OnnxPolicy {
     pub fn from_file(file: OnnxFile) -> Result<Self, OnnxError> {
         let (model, path) = (&file.proto, &file.path);
         check_opset(model, path)?;
-        let contract = check_metadata(model, path)?;
+        let contract = file.contract()?;
         if let Some(graph) = &model.graph {
             check_tensors(graph, path)?;
             check_interface(graph, &contract, path)?;
@@ -189,7 +189,7 @@ fn check_opset(model: &ModelProto, path: &Path) -> Result<(), OnnxError> {
     Err(OnnxError::Opset { path: path.to_owned(), expected: OPSET, found })
 }
 
-fn check_metadata(model: &ModelProto, path: &Path) -> Result<Contract, OnnxError> {
+pub(crate) fn check_metadata(model: &ModelProto, path: &Path) -> Result<Contract, OnnxError> {
     let owned = || path.to_owned();
     let get = |key: &'static str| {
         (model.metadata_props.iter())

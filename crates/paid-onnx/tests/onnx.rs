@@ -60,6 +60,7 @@ fn contract(recurrent: Option<(usize, usize)>) -> Contract {
         commands: vec!["motion".to_owned()],
         recurrent: recurrent.map(|(layers, hidden)| RecurrentContract { layers, hidden }),
         reference: None,
+        play: None,
     }
 }
 

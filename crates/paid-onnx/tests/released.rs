@@ -38,6 +38,7 @@ fn contract() -> Contract {
         commands: vec!["motion".to_owned()],
         recurrent: Some(RecurrentContract { layers: 1, hidden: 3 }),
         reference: None,
+        play: None,
     }
 }
 

@@ -1,5 +1,7 @@
 //! The self-description of a policy file: everything that an executor must agree with.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 /// Version of the contract format written by this program.
@@ -38,6 +40,22 @@ pub struct Contract {
     pub recurrent: Option<RecurrentContract>,
     /// Name of the embedded reference motion, if the file carries one.
     pub reference: Option<String>,
+    /// How the policy is played, of what its network does not say. A file without it is played as its task says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub play: Option<PlayContract>,
+}
+
+/// How a policy is played.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlayContract {
+    /// When its foot meets the ball, by the motion's name, in seconds from its first frame; others count with their strike.
+    #[serde(default)]
+    pub contact_s: BTreeMap<String, f64>,
+    /// Whether kicks of the left foot are played as the mirror image of kicks of the right foot: the observation is mirrored before the
+    /// network, the action after it.
+    #[serde(default)]
+    pub mirror_left_kicks: bool,
 }
 
 /// A joint's control numbers.
@@ -91,7 +109,7 @@ impl Contract {
     }
 
     /// How `found` differs from `self` in anything that changes what the policy sees or does: one sentence per difference, empty if
-    /// the two agree. License and embedded reference do not count.
+    /// the two agree. License, embedded reference and play do not count.
     pub fn differences(&self, found: &Self) -> Vec<String> {
         let mut out = Vec::new();
         let d = &mut out;
@@ -153,6 +171,10 @@ impl Contract {
             if numbers.iter().any(|v| !v.is_finite()) || j.stiffness < 0.0 || j.damping < 0.0 {
                 return Err(format!("joint '{}' has a gain that is negative or not finite", j.name));
             }
+        }
+        let mut times = self.play.iter().flat_map(|play| &play.contact_s);
+        if let Some((name, time_s)) = times.find(|(_, s)| !(0.0..=60.0).contains(*s)) {
+            return Err(format!("play.contact_s of '{name}' is {time_s}, expected 0 to 60 s"));
         }
         match self.observation.iter().find(|t| t.size == 0 || !t.scale.is_finite()) {
             Some(t) => Err(format!("observation '{}' is empty or its scale is not finite", t.name)),

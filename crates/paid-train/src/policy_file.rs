@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 
 use paid_motion::Clip;
 use paid_onnx::{
-    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, PolicyWeights,
+    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, PlayContract, PolicyWeights,
     RecurrentContract, Reference,
 };
 use paid_policy::observation::ObservationId;
 use paid_policy::{Checkpoint, Dimensions, ObservationTerms, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
+use paid_task::TaskPreset;
 
-use crate::policy_weights::load_weights;
+use crate::policy_weights::{Play, load_weights};
 use crate::setup::load_robot;
 use crate::{RunPreset, TrainError};
 
@@ -59,7 +60,15 @@ pub fn task_contract(
         commands: vec![COMMAND.to_owned()],
         recurrent: None,
         reference: None,
+        play: None,
     })
+}
+
+/// How a policy of this task is played; `None` if its task says nothing of it.
+fn play_contract(task: &TaskPreset) -> Option<PlayContract> {
+    let Play { contact_s, mirror_left_kicks } = Play::of(task);
+    let play = PlayContract { contact_s, mirror_left_kicks };
+    (play != PlayContract::default()).then_some(play)
 }
 
 /// A policy and everything that its file says about it.
@@ -118,6 +127,7 @@ impl TrainedPolicy {
         Ok(Contract {
             license: license.to_owned(),
             recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
+            play: play_contract(task),
             ..task_contract(&self.model, &self.spec, task.control_dt_s(), &task.observations.policy)?
         })
     }
@@ -268,6 +278,20 @@ mod tests {
             // No path of this machine leaves with the policy.
             assert_eq!(file.metadata("run_path"), Some("stage1 model_10"));
         }
+    }
+
+    #[test]
+    fn the_contract_says_how_the_policy_is_played() {
+        let mut trained = trained(NetworkKind::Mlp);
+        assert_eq!(trained.contract("none").expect("contract").play, None);
+        trained.preset.task.mirror_left_kicks = true;
+        trained.preset.task.ball.contact_s.insert("kick".to_owned(), 1.25);
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("policy.onnx");
+        trained.write_onnx(&path, "none", None).expect("writes");
+        let contact_s = [("kick".to_owned(), 1.25)].into();
+        let play = PlayContract { contact_s, mirror_left_kicks: true };
+        assert_eq!(OnnxPolicy::load(&path).expect("reads").contract().play, Some(play));
     }
 
     #[test]

@@ -180,6 +180,7 @@ mod tests {
             commands: vec![],
             recurrent: None,
             reference: None,
+            play: None,
         }
     }
 

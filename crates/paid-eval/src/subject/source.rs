@@ -76,10 +76,10 @@ impl PolicySource {
     }
 
     /// The task that it was trained in. For a file that does not say it is the built-in task `fallback`, in which a ball is seen as
-    /// the file's observation names it.
+    /// the file's observation names it, played as its contract says.
     ///
     /// # Errors
-    /// If there is no built-in task `fallback`.
+    /// If there is no built-in task `fallback`, or the file's contract is damaged.
     pub fn task(&self, fallback: &str) -> Result<TaskPreset, EvalError> {
         match self {
             Self::Network(trained) => Ok(trained.preset.task.clone()),
@@ -87,6 +87,12 @@ impl PolicySource {
                 let mut task = TaskPreset::builtin(fallback)?;
                 if let Some(terms) = observed_terms(file) {
                     task.observations.policy = terms;
+                }
+                if let Self::Onnx(file) = self
+                    && let Some(play) = file.contract()?.play
+                {
+                    task.ball.contact_s = play.contact_s;
+                    task.mirror_left_kicks = play.mirror_left_kicks;
                 }
                 Ok(task)
             }
