@@ -128,6 +128,12 @@ fn surfaces(scene: &SceneOptions, preset: &TaskPreset) -> String {
             PdControl::Implicit => "implicit",
         }
     ));
+    let usual = SceneOptions::default();
+    let own = |s: &SceneOptions| [s.self_friction, s.self_contact_time_s];
+    if own(scene) != own(&usual) {
+        let [friction, time] = own(scene);
+        words.push(format!("own bodies: friction {friction} and contact time {time} s"));
+    }
     let flags = [
         (scene.cone == Cone::Elliptic, "elliptic cone"),
         (preset.scene.ball && ball.damped, "ball damped"),

@@ -62,6 +62,10 @@ pub struct SceneSpec {
     pub elliptic_cone: bool,
     /// Bodies of the robot pass through each other.
     pub no_self_collision: bool,
+    /// Sliding friction between the robot's own bodies.
+    pub self_friction: Option<f64>,
+    /// Time constant of contacts between the robot's own bodies `[s]`.
+    pub self_contact_time_s: Option<f64>,
     /// Joints have no dry friction.
     pub no_friction_loss: bool,
 }
@@ -110,6 +114,8 @@ impl SceneSpec {
             scene.cone = Cone::Elliptic;
         }
         scene.self_collision = !self.no_self_collision;
+        scene.self_friction = self.self_friction.unwrap_or(scene.self_friction);
+        scene.self_contact_time_s = self.self_contact_time_s.unwrap_or(scene.self_contact_time_s);
         scene.friction_loss &= !self.no_friction_loss;
         let (dt, control_dt) = (self.physics_dt_s.unwrap_or(scene.physics_dt_s), task.control_dt_s());
         scene.substeps = (control_dt / dt).round() as usize;

@@ -122,14 +122,17 @@ fn write_scene(
     writeln!(out, "</mujoco>")
 }
 
-/// What a shape of the robot may touch.
+/// What a shape of the robot may touch, and its surface.
 fn touch(class: &str, options: &SceneOptions) -> String {
     let (contype, conaffinity) = match (class, options.self_collision) {
         ("sole", _) => (0, bits::FLOOR),
         (_, true) => (bits::ROBOT, bits::FLOOR | bits::ROBOT | bits::BALL),
         (_, false) => (bits::ROBOT, bits::FLOOR | bits::BALL),
     };
-    format!(r#"contype="{contype}" conaffinity="{conaffinity}""#)
+    let (friction, time) = (num(options.self_friction), num(options.self_contact_time_s));
+    format!(
+        r#"contype="{contype}" conaffinity="{conaffinity}" friction="{friction} 0.005 0.0001" solref="{time} 1""#
+    )
 }
 
 fn write_body(

@@ -91,6 +91,10 @@ pub struct SceneOptions {
     pub feet: FootShapes,
     /// Whether the robot's bodies push each other apart.
     pub self_collision: bool,
+    /// Sliding friction between the robot's own bodies.
+    pub self_friction: f64,
+    /// Time constant of contacts between the robot's own bodies `[s]`.
+    pub self_contact_time_s: f64,
     /// Whether the joints' dry friction acts.
     pub friction_loss: bool,
     /// Friction cone.
@@ -140,6 +144,8 @@ impl Default for SceneOptions {
             pd: PdControl::Explicit,
             feet: FootShapes::Referee,
             self_collision: true,
+            self_friction: 1.0,
+            self_contact_time_s: 0.02,
             friction_loss: true,
             cone: Cone::Pyramidal,
             floor: FloorOptions::default(),

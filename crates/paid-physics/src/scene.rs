@@ -121,6 +121,11 @@ impl SceneConfig {
         surface.against(self.ground, self.ground_friction_combine, self.ground_restitution_combine)
     }
 
+    /// The contact of the robot with itself: the average of a surface and its like. It does not bounce.
+    pub fn contact_of_robot_and_itself(robot: Material) -> Material {
+        Material { restitution: 0.0, ..robot }
+    }
+
     /// The contact of the ball with the robot, both of whose rules are `average`.
     pub fn contact_of_ball_and_robot(ball: Material, robot: Material) -> Material {
         ball.against(robot, Combine::Average, Combine::Average)

@@ -4,7 +4,7 @@ mod common;
 
 use common::{biped, lane_at, passive, reset_all};
 use paid_lanes::Vec3;
-use paid_physics::{Engine, EngineSpec, SceneConfig, Simulator};
+use paid_physics::{Engine, EngineSpec, EnvParams, Material, SceneConfig, Simulator};
 use paid_robot::{RobotModel, Shape};
 
 /// Lowest point of any `collision` shape (except of the feet, whose soles carry them) and its body.
@@ -63,8 +63,8 @@ fn a_lying_robot_sinks_less_than_two_centimeters() {
     }
 }
 
-/// Distance between the axes of two capsules given by body and name.
-fn gap(engine: &Engine<f64>, a: &str, b: &str) -> f64 {
+/// From the nearest point of the second capsule's axis to that of the first's, and the sum of the radii.
+fn apart(engine: &Engine<f64>, a: &str, b: &str) -> (Vec3<f64>, f64) {
     let sample = |name: &str| -> (Vec<Vec3<f64>>, f64) {
         let model = engine.model();
         let i = model.body_index(name).unwrap();
@@ -73,11 +73,17 @@ fn gap(engine: &Engine<f64>, a: &str, b: &str) -> f64 {
             panic!("{name} has a capsule");
         };
         let [p, q] = ends.map(|e| state.pos + state.rot.mul_vec(Vec3(e)));
-        ((0..=50).map(|k| (q - p).scale_add(f64::from(k) / 50.0, p)).collect(), radius)
+        ((0..=200).map(|k| (q - p).scale_add(f64::from(k) / 200.0, p)).collect(), radius)
     };
     let ((pa, ra), (pb, rb)) = (sample(a), sample(b));
-    let nearest = pa.iter().flat_map(|p| pb.iter().map(move |q| (*p - *q).norm())).fold(f64::MAX, f64::min);
-    nearest - ra - rb
+    let all = pa.iter().flat_map(|p| pb.iter().map(move |q| *p - *q));
+    (all.min_by(|d, e| d.norm2().total_cmp(&e.norm2())).unwrap(), ra + rb)
+}
+
+/// Gap between two capsules given by their bodies' names.
+fn gap(engine: &Engine<f64>, a: &str, b: &str) -> f64 {
+    let (d, radii) = apart(engine, a, b);
+    d.norm() - radii
 }
 
 #[test]
@@ -164,4 +170,52 @@ fn hands_stay_out_of_the_thighs() {
     }
     assert!(deepest < 0.01, "the hand must reach the thigh, nearest {deepest} m");
     assert!(deepest > -0.015, "the hand enters the thigh by {} m", -deepest);
+}
+
+/// The first blow between the legs of a floating robot that swing at and past each other, at `friction` between the two: force on the left
+/// leg along the contact's normal and across `[N]`.
+fn blow(friction: f64) -> [f64; 2] {
+    let (model, spec) = passive(biped());
+    let scene =
+        SceneConfig { gravity: 0.0, ball: false, physics_dt_s: 0.001, substeps: 1, ..SceneConfig::default() };
+    let mut engine = Engine::<f64>::new(&model, spec, &scene, 1).unwrap();
+    let robot = Material { static_friction: friction, dynamic_friction: friction, restitution: 0.0 };
+    engine.set_params(0, 0, &EnvParams { robot, ..EnvParams::default() });
+    let mut start = lane_at(model.joints.len(), 5.0);
+    for (joint, speed) in
+        [("left_hip_roll", -2.0), ("right_hip_roll", 2.0), ("left_hip_pitch", 2.0), ("right_hip_pitch", -2.0)]
+    {
+        start.joint_vel[model.joint_index(&format!("{joint}_joint")).unwrap()] = speed;
+    }
+    reset_all(&mut engine, &start);
+    let targets = vec![0.0; model.joints.len()];
+    for _ in 0..100 {
+        let nearest =
+            ["shin", "foot"].map(|part| apart(&engine, &format!("left_{part}"), &format!("right_{part}")));
+        engine.step(0, &targets);
+        let left = model
+            .bodies
+            .iter()
+            .zip(&engine.state(0).contact_force)
+            .filter(|(b, _)| b.name.starts_with("left"));
+        let force = left.fold(Vec3::zero(), |sum, (_, f)| sum + *f);
+        if force.norm() > 0.0 {
+            let (d, _) = nearest
+                .into_iter()
+                .min_by(|(a, r), (b, q)| (a.norm() - r).total_cmp(&(b.norm() - q)))
+                .unwrap();
+            let along = force.dot(d.scale(1.0 / d.norm()));
+            return [along, (force.norm2() - along * along).max(0.0).sqrt()];
+        }
+    }
+    panic!("the legs do not meet");
+}
+
+#[test]
+fn limbs_that_slide_on_each_other_rub_with_the_robots_friction() {
+    for friction in [0.0, 0.3, 0.8] {
+        let [along, across] = blow(friction);
+        assert!(along > 100.0, "friction {friction}: a blow of {along} N");
+        assert!((across / along - friction).abs() < 0.01, "friction {friction}: {across} N across {along} N");
+    }
 }

@@ -1,8 +1,9 @@
-//! Robot against itself: the deepest pair of shapes of two chains, pushed apart without friction at velocity level.
+//! Robot against itself: the deepest pair of shapes of two chains, pushed apart at velocity level, with friction.
 
 use paid_lanes::{Mask, Real, Vec3};
 
-use super::group::Work;
+use super::block::{Block, tangents};
+use super::group::{Group, Work};
 use super::layout::ModelLayout;
 use super::phase::phase;
 use super::rows::{Rows, is_body};
@@ -14,16 +15,19 @@ use crate::nearest_points;
 /// Contact between two chains.
 #[derive(Clone, Debug)]
 pub(crate) struct PairTouch<V: Real> {
-    /// Half-solved unit impulses: +n on the first chain, -n on the second (its `base` is unused).
-    rows: [Rows<V, 1>; 2],
+    /// Half-solved unit impulses along the frame on the first chain, against it on the second (its `base` is unused).
+    rows: [Rows<V, 3>; 2],
     pub active: bool,
     bodies: [V; 2],
-    normal: Vec3<V>,
-    inv_mass: V,
+    /// Two tangents, and the normal away from the second chain.
+    frame: [Vec3<V>; 3],
+    block: Block<V>,
     target: V,
     on: V,
-    free: V,
-    impulse: V,
+    /// Velocity of the first surface against the second without contacts, in the frame.
+    free: [V; 3],
+    /// On the first chain, in the frame.
+    impulse: [V; 3],
 }
 
 impl<V: Real> PairTouch<V> {
@@ -33,12 +37,12 @@ impl<V: Real> PairTouch<V> {
             rows: [Rows::new(first), Rows::new(second)],
             active: false,
             bodies: [z; 2],
-            normal: Vec3::zero(),
-            inv_mass: z,
+            frame: [Vec3::zero(); 3],
+            block: Block::zero(),
             target: z,
             on: z,
-            free: z,
-            impulse: z,
+            free: [z; 3],
+            impulse: [z; 3],
         }
     }
 }
@@ -109,37 +113,51 @@ fn prepare_touch<V: Real>(
         return false;
     }
     let n = unit(apart);
-    let speed = (vel[0].at(surface) - vel[1].at(surface)).dot(n);
+    let relative = vel[0].at(surface) - vel[1].at(surface);
+    let speed = relative.dot(n);
     let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(SOLVER.limb_margin_m));
     if !on.any() {
         return false;
     }
+    let [t1, t2] = tangents(n);
     touch.on = V::select(on, V::one(), zero);
     touch.bodies = bodies;
-    touch.normal = n;
-    touch.impulse = zero;
+    touch.frame = [t1, t2, n];
+    touch.impulse = [zero; 3];
     touch.target = constants.approach.target(gap, SOLVER.limb_slop_m, zero, zero, SOLVER.limb_max_push);
     let [first, second] = &mut touch.rows;
     let paths = [&layout.paths[group.chains[0]][..], &layout.paths[group.chains[1]][..]];
-    first.carry_to_base(w, paths[0], bodies[0], surface, &[n]);
-    second.carry_to_base(w, paths[1], bodies[1], surface, &[-n]);
+    first.carry_to_base(w, paths[0], bodies[0], surface, &touch.frame);
+    second.carry_to_base(w, paths[1], bodies[1], surface, &touch.frame.map(|d| -d));
     for r in 0..6 {
-        first.base[r][0] += second.base[r][0];
+        for c in 0..3 {
+            first.base[r][c] += second.base[r][c];
+        }
     }
     first.solve_base(w);
-    let k = first.coupling(w, paths[0], 0, 0) + second.joint_coupling(w, paths[1], 0, 0);
-    touch.inv_mass = k.mul_add(V::c(SOLVER.inverse_mass_factor), V::c(1e-6)).recip();
-    let mut free = [speed];
+    let coupling = |r, c| first.coupling(w, paths[0], r, c) + second.joint_coupling(w, paths[1], r, c);
+    // Lanes that do not touch have nothing there.
+    let least = V::c(1e-6);
+    touch.block = Block::new([
+        coupling(0, 0) + least,
+        coupling(1, 1) + least,
+        coupling(2, 2) + least,
+        coupling(0, 1),
+        coupling(0, 2),
+        coupling(1, 2),
+    ]);
+    let mut free = [relative.dot(t1), relative.dot(t2), speed];
     first.free_joints(w, paths[0], constants.dt, &mut free);
     second.free_joints(w, paths[1], constants.dt, &mut free);
     first.free_base(w, &mut free);
-    touch.free = free[0];
+    touch.free = free;
     true
 }
 
 /// One improvement of every contact.
 #[inline(always)]
-pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, w: &mut Work<V>) {
+pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) {
+    let friction = g.params.robot.friction();
     let mut touches = core::mem::take(&mut w.pairs);
     for i in 0..touches.len() {
         let touch = &mut touches[i];
@@ -149,17 +167,14 @@ pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, w: &mut Work<V>) {
         let [a, b] = layout.pairs[i].chains;
         let paths = [&layout.paths[a][..], &layout.paths[b][..]];
         let [first, second] = &touch.rows;
-        let mut v = [touch.free];
+        let mut v = touch.free;
         first.pushed_joints(w, paths[0], &mut v);
         second.pushed_joints(w, paths[1], &mut v);
         first.pushed_base(w, &mut v);
-        let before = touch.impulse;
-        let after = (touch.target - v[0]).mul_add(touch.inv_mass, before).max(V::zero()) * touch.on;
-        let change = [after - before];
+        let change = touch.block.solve(v, touch.target, touch.on, friction, &mut touch.impulse).change;
         first.push_joints(w, paths[0], &change);
         second.push_joints(w, paths[1], &change);
         first.push_base(w, &change);
-        touch.impulse = after;
     }
     w.pairs = touches;
 }
@@ -172,7 +187,9 @@ pub(crate) fn finish<V: Real>(layout: &ModelLayout<V::Scalar>, constants: &Const
         if !touch.active {
             continue;
         }
-        let force = touch.normal.scale(touch.impulse * constants.inv_dt);
+        let [x, y, z] = touch.impulse.map(|f| f * constants.inv_dt);
+        let [t1, t2, n] = touch.frame;
+        let force = t1.scale_add(x, t2.scale_add(y, n.scale(z)));
         for side in 0..2 {
             let chain = layout.chains[layout.pairs[i].chains[side]];
             let f = if side == 0 { force } else { -force };

@@ -65,6 +65,8 @@ pub(crate) struct GroupParams<V> {
     pub gain_scale: [V; 2],
     pub terrain_offset: [V; 2],
     pub ball: BallLanes<V>,
+    /// The robot's surface against itself.
+    pub robot: ContactLanes<V>,
     pub robot_ground: ContactLanes<V>,
     pub ball_ground: ContactLanes<V>,
     pub ball_robot: ContactLanes<V>,
@@ -100,6 +102,7 @@ impl<V: Real> GroupParams<V> {
             gain_scale: [V::one(); 2],
             terrain_offset: [z; 2],
             ball,
+            robot: ContactLanes::new(zero),
             robot_ground: ContactLanes::new(zero),
             ball_ground: ContactLanes::new(zero),
             ball_robot: ContactLanes::new(zero),
@@ -146,6 +149,7 @@ impl<V: Real> GroupParams<V> {
             }
         }
         self.set_ball(lane, &p.ball, scene.physics_dt_s);
+        self.robot.set_lane(lane, SceneConfig::contact_of_robot_and_itself(p.robot));
         self.robot_ground.set_lane(lane, scene.contact_with_ground(p.robot));
         self.ball_ground.set_lane(lane, scene.contact_with_ground(p.ball.material));
         self.ball_robot.set_lane(lane, SceneConfig::contact_of_ball_and_robot(p.ball.material, p.robot));

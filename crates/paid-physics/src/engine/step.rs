@@ -89,7 +89,7 @@ phase! {
 /// One improvement of all contacts but the soles', and of the feet's velocities after it.
 fn sweep_others<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>) -> () {
     rows::spread_soles(layout, w);
-    pairs::sweep(layout, w);
+    pairs::sweep(layout, g, w);
     touch::sweep(layout, g, w);
     rows::push_feet(layout, w);
 }

@@ -97,6 +97,12 @@ pub struct SceneOptionsArgs {
     /// Let the robot's bodies pass through each other.
     #[arg(long)]
     no_self_collision: bool,
+    /// Sliding friction between the robot's own bodies [default: 1].
+    #[arg(long, value_name = "MU", value_parser = not_negative)]
+    self_friction: Option<f64>,
+    /// Time constant of contacts between the robot's own bodies [s]; larger is softer [default: 0.02].
+    #[arg(long, value_name = "S", value_parser = positive)]
+    self_contact_time: Option<f64>,
     /// Remove the joints' dry friction.
     #[arg(long)]
     no_friction_loss: bool,
@@ -120,6 +126,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number that is not negative, and finite.
+fn not_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x >= 0.0 && x.is_finite() => Ok(x),
+        _ => Err(format!("expected a number that is not negative, found '{text}'")),
+    }
+}
+
 impl EngineArgs {
     /// The scene that was asked for.
     pub fn spec(&self) -> SceneSpec {
@@ -139,6 +153,8 @@ impl EngineArgs {
             implicit_pd: args.implicit_pd,
             elliptic_cone: args.elliptic_cone,
             no_self_collision: args.no_self_collision,
+            self_friction: args.self_friction,
+            self_contact_time_s: args.self_contact_time,
             no_friction_loss: args.no_friction_loss,
         }
     }
