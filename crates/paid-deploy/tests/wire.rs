@@ -36,15 +36,19 @@ fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
         let robot = scope.spawn(|| {
             // What holds the robot: the vendor's command as long as it is in command, then once the one that lets go.
             let mut held = None;
-            while !stop.load(Ordering::Relaxed) {
+            loop {
+                // A release that comes within a round is seen in the next one: once told to stop, one whole round is left.
+                let last = stop.load(Ordering::Relaxed);
                 while let Ok(Some(packet)) = robot.receive() {
                     if let Packet::LowCmd(bytes) = packet {
                         held = LowCmd::from_cdr(&bytes).ok().map(|command| command.motors[0].mode);
                     }
                 }
+                if last {
+                    return held;
+                }
                 std::thread::sleep(PAUSE);
             }
-            held
         });
         let refused = await_release(&mut client, false, patience, |_| {});
         let mut told = Vec::new();
