@@ -132,14 +132,25 @@ impl Course {
             let [mx, my] = [f64::midpoint(x[0], x[1]), f64::midpoint(y[0], y[1])];
             [0.5 * MAP[0] as f64 + (p[0] - mx) * meter, 0.5 * MAP[1] as f64 - (p[1] - my) * meter]
         };
-        let lines = |range: [f64; 2]| (range[0].floor() as i64..=range[1].ceil() as i64).map(|v| v as f64);
+        let every = spacing(meter);
+        let lines = |range: [f64; 2]| {
+            let [first, last] = [range[0] / every, range[1] / every];
+            (first.floor() as i64..=last.ceil() as i64).map(move |v| v as f64 * every)
+        };
+        let within = |pixel: f64, size: i64| (MARGIN..=size as f64 - MARGIN).contains(&pixel);
         for v in lines(x) {
             let [px, _] = place([v, 0.0]);
+            if !within(px, MAP[0]) {
+                continue;
+            }
             figure.line(vec![[px, MARGIN], [px, MAP[1] as f64 - MARGIN]], 1, GRID);
             figure.text([px as i64, MAP[1] - 36], 14, Anchor::Middle, &format!("{v:.0}"));
         }
         for v in lines(y) {
             let [_, py] = place([0.0, v]);
+            if !within(py, MAP[1]) {
+                continue;
+            }
             figure.line(vec![[MARGIN, py], [MAP[0] as f64 - MARGIN, py]], 1, GRID);
             figure.text([50, py as i64 + 5], 14, Anchor::End, &format!("{v:.0}"));
         }
@@ -194,9 +205,22 @@ impl Course {
     }
 }
 
+/// Meters from one line of the map to the next, so that their numbers have room; `meter`: the pixels of a meter.
+fn spacing(meter: f64) -> f64 {
+    /// Pixels of a number like -100 and of the gap to the next.
+    const ROOM: f64 = 42.0;
+    [1.0, 2.0, 5.0, 10.0, 20.0, 50.0].into_iter().find(|every| every * meter >= ROOM).unwrap_or(100.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_the_map_have_room() {
+        // A match of 11 stays within 13 m, one of 50 goes 32 m, on a map of 780 pixels.
+        assert_eq!([60.0, 24.0, 17.0, 3.0, 0.5].map(spacing), [1.0, 2.0, 5.0, 20.0, 100.0]);
+    }
 
     #[test]
     fn a_moment_is_due_every_twentieth_of_a_second() {
