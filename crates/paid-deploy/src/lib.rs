@@ -34,6 +34,7 @@ pub mod log;
 mod mailbox;
 mod message;
 mod motors;
+mod pause;
 mod player;
 #[cfg(feature = "dds")]
 mod raw;

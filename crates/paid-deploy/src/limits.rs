@@ -51,6 +51,10 @@ pub struct Limits {
     pub late_steps: u32,
     /// The writer damps if the runtime has given no command for so long `[s]`. Default 0.02: it then hangs or is dead.
     pub command_age_s: f64,
+    /// While the computer does not run the writer or the thinking thread for a moment, that thread hears nothing. Up to this long such a pause
+    /// is not taken for silence of the other thread or of the robot `[s]`; 0: it is. Default 0.05: the robot holds its last targets meanwhile,
+    /// and with such a pause every 1.3 s no match of 50 kicks in lockstep ends in a fall (`paid robot sim --pause-ms 50`; with 100 ms all do).
+    pub forgiven_pause_s: f64,
     /// Damps if the writer has sent nothing for so long while the joints are under control `[s]`: it hangs or is dead. Default 0.05: a command
     /// was 26 ms late once in an hour without real-time priority.
     pub writer_age_s: f64,
@@ -139,6 +143,7 @@ impl Default for Limits {
             late_s: 0.01,
             late_steps: 2,
             command_age_s: 0.02,
+            forgiven_pause_s: 0.05,
             writer_age_s: 0.05,
             remote_s: 0.5,
             remote_required: true,
@@ -237,6 +242,7 @@ impl Limits {
         }
         let from_zero = [
             ("range_margin_rad", self.range_margin_rad, 0.5),
+            ("forgiven_pause_s", self.forgiven_pause_s, 0.1),
             ("switch_s", self.switch_s, 5.0),
             ("listen_s", self.listen_s, 60.0),
             ("target_beyond", self.target_beyond, 10.0),

@@ -122,6 +122,18 @@ fn a_gap_of_eighteen_milliseconds_is_forgiven_and_one_of_twenty_is_not() {
 }
 
 #[test]
+fn a_short_pause_of_the_computer_is_no_gap() {
+    let player = player();
+    // Nothing is run for a time, and in the first step after it no state is there yet.
+    let paused = |pause_us: u64| {
+        let at = move |k: u64| 2000 * k + if k >= BEGIN { pause_us } else { 0 };
+        stand(&player, at, &|k, state| (k != BEGIN).then(|| state.sealed()))
+    };
+    assert_eq!(paused(25_000), (State::Ready, String::new()));
+    assert_eq!(paused(60_000), (State::Damping, "no new state for 62 ms".to_owned()));
+}
+
+#[test]
 fn one_late_policy_step_is_forgiven_and_two_are_not() {
     let player = player();
     // Every tenth step of 2 ms is a policy step, the 51st among them. Starting with it, so many policy steps in a row come late.

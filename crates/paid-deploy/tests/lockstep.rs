@@ -4,6 +4,7 @@ mod common;
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use common::player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter, replay};
@@ -117,6 +118,25 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     let cut = replay(&mut LogReader::open(&file).expect("log"), &player).expect("replay");
     assert_eq!(cut.difference, None);
     assert!((1000..again.frames - 1000).contains(&cut.frames), "{} of {} frames", cut.frames, again.frames);
+}
+
+#[test]
+fn a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log() {
+    let player = player();
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("match.mcap");
+    let options = MatchOptions::default();
+    let limits = options.lockstep.limits.clone();
+    let log = LogWriter::create(&file, &LogHeader { player: spec(), limits }).expect("log");
+    let stop = Arc::clone(&options.lockstep.stop);
+    let result = play_match(&player, &options, Some(log), None, |_| stop.store(true, Ordering::Relaxed));
+    let result = result.expect("match");
+    assert_eq!(result.kicks.len(), 1, "the second kick was not played: {:?}", result.kicks);
+    assert_eq!(result.stopped.as_deref(), Some("stop signal"));
+    let again = replay(&mut LogReader::open(&file).expect("log"), &player).expect("replay");
+    assert_eq!(again.difference, None);
+    let end = again.frames as f64 * 0.002;
+    assert!((end - result.seconds).abs() < 0.01, "the log has {end} s of {} s", result.seconds);
 }
 
 #[test]

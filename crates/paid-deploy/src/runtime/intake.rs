@@ -2,16 +2,19 @@
 
 use super::{Reason, Runtime};
 use crate::eyes::DeviceClock;
+use crate::limits::Limits;
 use crate::message::{OdometryPose, Packet, Sighting};
+use crate::pause::Silence;
 use crate::wire::{LowState, Remote};
 
 /// What the last packets said beside the body.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Intake {
     pub mode_machine: u8,
     /// When the last state came whose tick was new.
     pub state_us: Option<u64>,
     pub tick: Option<u32>,
+    pub silence: Silence,
     /// States so far whose tick was new.
     pub states: u64,
     pub crc_errors: u32,
@@ -35,6 +38,29 @@ pub(super) struct Intake {
 }
 
 impl Intake {
+    /// Nothing was heard yet.
+    pub fn new(limits: &Limits) -> Self {
+        Self {
+            mode_machine: 0,
+            state_us: None,
+            tick: None,
+            silence: Silence::new(limits),
+            states: 0,
+            crc_errors: 0,
+            not_finite: false,
+            remote: Remote::default(),
+            remote_before: Remote::default(),
+            typed: Remote::default(),
+            remote_us: 0,
+            others: false,
+            broken: None,
+            battery: None,
+            master: None,
+            picture_us: None,
+            senses: DeviceClock::default(),
+        }
+    }
+
     /// The vendor's controller, if it is in command.
     pub fn vendor(&self) -> Option<&str> {
         self.master.as_deref().filter(|name| !name.is_empty())
@@ -45,9 +71,9 @@ impl Intake {
         self.senses.local_ns(1000 * stamp_us, 1000 * now_us) / 1000
     }
 
-    /// Time since the last new state `[s]`; infinite before the first.
+    /// Time since the last new state, without a pause of this program `[s]`; infinite before the first.
     pub fn state_age(&self, now_us: u64) -> f64 {
-        self.state_us.map_or(f64::INFINITY, |at| now_us.saturating_sub(at) as f64 * 1e-6)
+        self.state_us.map_or(f64::INFINITY, |at| self.silence.since_us(at, now_us) as f64 * 1e-6)
     }
 }
 
@@ -100,6 +126,7 @@ impl Runtime {
             intake.tick = Some(state.tick);
             intake.states += 1;
             intake.state_us = Some(now_us);
+            intake.silence.heard();
         }
         intake.remote = Remote::new(&state.wireless_remote);
         if intake.remote.present {

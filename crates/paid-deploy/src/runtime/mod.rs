@@ -135,7 +135,7 @@ impl Runtime {
         let zeros = vec![0.0; joints];
         Self {
             body: Body::new(joints),
-            intake: Intake::default(),
+            intake: Intake::new(&limits),
             sight: Sight::new(&player),
             memory: player.policy.start(1),
             trace: PolicyTrace {
@@ -220,6 +220,7 @@ impl Runtime {
 
     /// A step at `now_us` `[us]`, with what has come since the last one. `stop` is true once the operator has asked the program to end.
     pub fn step(&mut self, now_us: u64, packets: &[Packet], stop: bool) -> Output {
+        self.intake.silence.step(now_us);
         // The body first: a pose of odometry is held against the inertial sensor's heading of the same time.
         let of_body = |packet: &&Packet| matches!(packet, Packet::LowState(_));
         for packet in packets.iter().filter(of_body) {

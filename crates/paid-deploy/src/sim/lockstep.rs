@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::faults::Fault;
 use super::own_eyes::{OwnEyes, OwnEyesOptions};
@@ -18,6 +19,9 @@ use crate::runtime::{Event, POLICY_US, Runtime, State};
 use crate::wire::{DAMPING_KEYS, Key, Remote};
 use crate::writer::Writer;
 
+/// Time from one pause of the computer to the next ([`LockstepOptions::pause_us`]): two or more in every kick.
+const PAUSE_EVERY_US: u64 = 1_300_000;
+
 /// How to set it up.
 #[derive(Clone, Debug, Default)]
 pub struct LockstepOptions {
@@ -27,8 +31,12 @@ pub struct LockstepOptions {
     pub seed: u64,
     /// A command takes so long to the robot `[us]`. Default 0; over a network some milliseconds.
     pub command_delay_us: u64,
+    /// For so long neither runtime nor writer is run, every 1.3 s, as on a computer that stands still for a moment `[us]`. Default 0.
+    pub pause_us: u64,
     /// The robot's own eyes in the place of the virtual senses, which know the truth and err by chance.
     pub eyes: Option<OwnEyesOptions>,
+    /// Once true, the runtime is told to stop, as by Ctrl-C.
+    pub stop: Arc<AtomicBool>,
 }
 
 /// A virtual robot and its runtime.
@@ -45,9 +53,11 @@ pub struct Lockstep {
     /// Commands on their way, and when they arrive `[us]`.
     on_the_way: VecDeque<(u64, Packet)>,
     command_delay_us: u64,
+    pause_us: u64,
     packets: Vec<Packet>,
     events: Vec<Event>,
     fault: Option<Fault>,
+    stop: Arc<AtomicBool>,
     begun_us: u64,
     log: Option<LogWriter>,
     peak: [f64; 4],
@@ -73,9 +83,11 @@ impl Lockstep {
             ends: ChannelLink::pair(),
             on_the_way: VecDeque::new(),
             command_delay_us: options.command_delay_us,
+            pause_us: options.pause_us,
             packets: Vec::new(),
             events: Vec::new(),
             fault: None,
+            stop: Arc::clone(&options.stop),
             // The runtime's first step, from which policy steps count.
             begun_us: 2_000,
             log: None,
@@ -193,6 +205,18 @@ impl Lockstep {
         if self.fault == Some(Fault::Kill) {
             return Ok(());
         }
+        if now_us % PAUSE_EVERY_US >= self.pause_us {
+            self.compute(now_us)?;
+        }
+        while let Some((_, command)) = self.on_the_way.pop_front_if(|(at_us, _)| *at_us <= now_us) {
+            self.ends.1.send(command)?;
+        }
+        self.show();
+        Ok(())
+    }
+
+    /// A period of runtime and writer.
+    fn compute(&mut self, now_us: u64) -> Result<(), DeployError> {
         while let Some(packet) = self.ends.1.receive()? {
             self.packets.push(packet);
         }
@@ -203,7 +227,7 @@ impl Lockstep {
             _ => false,
         };
         if !stalled {
-            let stop = self.fault == Some(Fault::StopSignal);
+            let stop = self.fault == Some(Fault::StopSignal) || self.stop.load(Ordering::Relaxed);
             let output = self.runtime.step(now_us, &self.packets, stop);
             if let Some(log) = &mut self.log {
                 log.step(now_us, &self.packets, stop, &output, &self.runtime);
@@ -216,10 +240,6 @@ impl Lockstep {
         if let Some(command) = self.writer.write(now_us) {
             self.on_the_way.push_back((now_us + self.command_delay_us, Packet::LowCmd(command.to_cdr())));
         }
-        while let Some((_, command)) = self.on_the_way.pop_front_if(|(at_us, _)| *at_us <= now_us) {
-            self.ends.1.send(command)?;
-        }
-        self.show();
         Ok(())
     }
 

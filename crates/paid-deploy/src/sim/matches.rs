@@ -1,6 +1,7 @@
 //! A match over the link: kick after kick, and nobody touches the robot.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use paid_eval::matches::{MatchBall, MatchOptions as Field};
 use paid_eval::metrics::shooting::Goal;
@@ -65,7 +66,8 @@ impl MatchResult {
     }
 }
 
-/// Plays a match in lockstep: gantry, stand up, let go, and then ball after ball. `watcher` looks on.
+/// Plays a match in lockstep: gantry, stand up, let go, and then ball after ball. `watcher` looks on. A match that is told to stop
+/// ([`LockstepOptions::stop`]) has the kicks before that; the log is finished.
 ///
 /// # Errors
 /// If MuJoCo is missing, or the robot cannot be made ready.
@@ -92,6 +94,7 @@ pub fn play_match(
         events: Vec::new(),
         latency: Latency::default(),
     };
+    let told_to_stop = || options.lockstep.stop.load(Ordering::Relaxed);
     let ready = step.make_ready(true);
     let (mut unseen, mut in_vain) = (0, 0);
     while ready.is_ok() && result.kicks.len() < options.field.kicks {
@@ -104,6 +107,10 @@ pub fn play_match(
         unseen += out_of_view;
         let mut kick = one_kick(&mut step, &options.field, &ball)?;
         let stopped = step.runtime().state() == State::Damping;
+        if told_to_stop() && !kick.goal {
+            // It was not played to its end.
+            break;
+        }
         if kick.motion == NOT_SEEN && !stopped && in_vain < IN_VAIN {
             // It sways: a ball at the picture's edge may be out of it again.
             (unseen, in_vain) = (unseen + 1, in_vain + 1);
@@ -125,7 +132,7 @@ pub fn play_match(
     if let Some(log) = step.take_log() {
         log.finish()?;
     }
-    ready.map(|()| result)
+    if told_to_stop() { Ok(result) } else { ready.map(|()| result) }
 }
 
 /// The camera that has to see a ball: that of training's senses, or the one of own eyes, which tell a ball from other things by its color.

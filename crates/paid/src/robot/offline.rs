@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use paid_deploy::Player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter};
@@ -16,6 +17,7 @@ use super::watch::Watching;
 use super::{PlayerArgs, print_event, print_latency};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
+use crate::stop::{self, STOPPED};
 
 /// Arguments of `paid robot sim`.
 #[derive(Debug, clap::Args)]
@@ -72,6 +74,9 @@ pub struct SimArgs {
     /// In lockstep: commands take so long to the robot, as over a network, 0 to 20.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = delay, requires = "lockstep")]
     delay_ms: f64,
+    /// In lockstep: every 1.3 s neither runtime nor writer is run for so long, as on a computer that stands still for a moment, 0 to 200.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = pause, requires = "lockstep")]
+    pause_ms: f64,
     /// With --eyes: what follows the torso. The LiDAR's odometry, or the true pose with training's drift.
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = TorsoChoice::Lidar, requires = "eyes")]
     odometry: TorsoChoice,
@@ -93,8 +98,16 @@ pub struct SimArgs {
 }
 
 fn delay(text: &str) -> Result<f64, String> {
-    let found = text.parse().ok().filter(|x| (0.0..=20.0).contains(x));
-    found.ok_or_else(|| format!("expected a number of milliseconds from 0 to 20, found '{text}'"))
+    milliseconds(text, 20.0)
+}
+
+fn pause(text: &str) -> Result<f64, String> {
+    milliseconds(text, 200.0)
+}
+
+fn milliseconds(text: &str, most: f64) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|x| (0.0..=most).contains(x));
+    found.ok_or_else(|| format!("expected a number of milliseconds from 0 to {most}, found '{text}'"))
 }
 
 /// What follows the torso.
@@ -131,6 +144,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         return Err(Failure::input("--record: in lockstep there are pictures with --eyes only"));
     }
     let page = Watching::open(&args.live, &args.player, &player)?;
+    let stop = stop::flag()?;
     print_head();
     let mut results = Vec::new();
     for seed in args.seed..args.seed + args.matches {
@@ -142,11 +156,21 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
             None => None,
         };
         let eyes = args.eyes.then(|| own_eyes(args));
-        let command_delay_us = (args.delay_ms * 1e3) as u64;
-        let lockstep = LockstepOptions { limits: limits.clone(), seed, command_delay_us, eyes };
+        let [command_delay_us, pause_us] = [args.delay_ms, args.pause_ms].map(|ms| (ms * 1e3) as u64);
+        let lockstep = LockstepOptions {
+            limits: limits.clone(),
+            seed,
+            command_delay_us,
+            pause_us,
+            eyes,
+            stop: Arc::clone(&stop),
+        };
         let mut options = MatchOptions { lockstep, ..MatchOptions::default() };
         options.field.kicks = args.kicks.unwrap_or(11);
         results.push(one_match(&player, &options, log, page.as_ref())?);
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
     }
     if results.len() > 1 {
         let sum = |of: &dyn Fn(&MatchResult) -> usize| results.iter().map(of).sum::<usize>();
@@ -158,7 +182,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
             sum(&|r| usize::from(r.stopped.is_some()))
         );
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(if stop.load(Ordering::Relaxed) { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS })
 }
 
 /// Heads of the table's columns.
