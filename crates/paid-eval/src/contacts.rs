@@ -6,9 +6,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use paid_policy::PlayContract;
 use paid_task::preset::KnowledgeMode;
 use paid_train::RunPreset;
-use paid_train::policy_weights::{Play, WEIGHTS_FILE, write_play};
+use paid_train::policy_weights::{WEIGHTS_FILE, write_play};
 use serde::Serialize;
 
 use crate::EvalError;
@@ -128,7 +129,7 @@ pub fn keep_of_run(run: &Path, threads: usize) -> Result<Option<ContactReport>, 
         SubjectSpec { threads, knowledge: Some(KnowledgeMode::Truth), ..SubjectSpec::new(run.to_owned()) };
     let subject = Subject::load(&spec)?;
     let report = measure(&subject.setup, &*subject.maker)?;
-    let play = Play { contact_s: report.times(), ..Play::of(&task) };
+    let play = PlayContract { contact_s: report.times(), ..task.play() };
     write_play(&run.join(WEIGHTS_FILE), play)?;
     Ok(Some(report))
 }

@@ -58,6 +58,14 @@ pub struct PlayContract {
     pub mirror_left_kicks: bool,
 }
 
+impl PlayContract {
+    /// The first motion whose time of contact is not from 0 to 60 s, and that time `[s]`.
+    pub fn wrong_time(&self) -> Option<(&str, f64)> {
+        let mut times = self.contact_s.iter().map(|(name, time_s)| (name.as_str(), *time_s));
+        times.find(|(_, time_s)| !(0.0..=60.0).contains(time_s))
+    }
+}
+
 /// A joint's control numbers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -172,8 +180,7 @@ impl Contract {
                 return Err(format!("joint '{}' has a gain that is negative or not finite", j.name));
             }
         }
-        let mut times = self.play.iter().flat_map(|play| &play.contact_s);
-        if let Some((name, time_s)) = times.find(|(_, s)| !(0.0..=60.0).contains(*s)) {
+        if let Some((name, time_s)) = self.play.iter().find_map(PlayContract::wrong_time) {
             return Err(format!("play.contact_s of '{name}' is {time_s}, expected 0 to 60 s"));
         }
         match self.observation.iter().find(|t| t.size == 0 || !t.scale.is_finite()) {

@@ -69,12 +69,13 @@ impl Image {
     }
 
     /// What is to be done in the world, from the policy's actions `[joints, envs]`.
-    pub fn act(&mut self, actions: &[f32], envs: &[EnvTask], facts: &[MotionFacts]) -> &[f32] {
+    pub fn act<'a>(&'a mut self, actions: &'a [f32], envs: &[EnvTask], facts: &[MotionFacts]) -> &'a [f32] {
+        if !self.mark(envs, facts) {
+            return actions;
+        }
         self.actions.clear();
         self.actions.extend_from_slice(actions);
-        if self.mark(envs, facts) {
-            self.mirrors.action.apply_to_marked(&mut self.actions, &self.left, &mut self.room);
-        }
+        self.mirrors.action.apply_to_marked(&mut self.actions, &self.left, &mut self.room);
         &self.actions
     }
 }

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
+use paid_policy::PlayContract;
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
 
@@ -152,6 +153,17 @@ impl TaskPreset {
         Ok(preset)
     }
 
+    /// How a policy of this task is played, of what its network does not say.
+    pub fn play(&self) -> PlayContract {
+        PlayContract { contact_s: self.ball.contact_s.clone(), mirror_left_kicks: self.mirror_left_kicks }
+    }
+
+    /// Lets a policy be played so.
+    pub fn set_play(&mut self, play: PlayContract) {
+        self.ball.contact_s = play.contact_s;
+        self.mirror_left_kicks = play.mirror_left_kicks;
+    }
+
     /// Checks that every value is in its range.
     ///
     /// # Errors
@@ -208,7 +220,7 @@ impl TaskPreset {
                 return Err(value_error(key, "a share between 0 and 1", value.to_string()));
             }
         }
-        if let Some((name, time_s)) = self.ball.contact_s.iter().find(|(_, s)| !(0.0..=60.0).contains(*s)) {
+        if let Some((name, time_s)) = self.play().wrong_time() {
             return Err(value_error(
                 &format!("ball.contact_s.{name}"),
                 "a time from 0 to 60 s",

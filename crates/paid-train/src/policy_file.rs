@@ -10,9 +10,8 @@ use paid_onnx::{
 use paid_policy::observation::ObservationId;
 use paid_policy::{Checkpoint, Dimensions, ObservationTerms, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::TaskPreset;
 
-use crate::policy_weights::{Play, load_weights};
+use crate::policy_weights::load_weights;
 use crate::setup::load_robot;
 use crate::{RunPreset, TrainError};
 
@@ -62,13 +61,6 @@ pub fn task_contract(
         reference: None,
         play: None,
     })
-}
-
-/// How a policy of this task is played; `None` if its task says nothing of it.
-fn play_contract(task: &TaskPreset) -> Option<PlayContract> {
-    let Play { contact_s, mirror_left_kicks } = Play::of(task);
-    let play = PlayContract { contact_s, mirror_left_kicks };
-    (play != PlayContract::default()).then_some(play)
 }
 
 /// A policy and everything that its file says about it.
@@ -127,7 +119,7 @@ impl TrainedPolicy {
         Ok(Contract {
             license: license.to_owned(),
             recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
-            play: play_contract(task),
+            play: Some(task.play()).filter(|play| *play != PlayContract::default()),
             ..task_contract(&self.model, &self.spec, task.control_dt_s(), &task.observations.policy)?
         })
     }

@@ -1,10 +1,9 @@
 //! The weights of a run's policy: those of one checkpoint, or the mean of the last ones.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use paid_learn::Checkpoint;
-use paid_task::TaskPreset;
+use paid_policy::PlayContract;
 
 use crate::folder::{Numbered, PRESET_FILE, newest_and_earlier};
 use crate::{RunPreset, TrainError};
@@ -27,7 +26,7 @@ pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
         let policy = Checkpoint::load(&file)?;
         // One of an earlier end of the run met the ball at other times.
         if policy.meta().iteration == weights.meta().iteration {
-            set_play(&mut weights, Play::of(&RunPreset::of_checkpoint(&policy)?.task))?;
+            set_play(&mut weights, RunPreset::of_checkpoint(&policy)?.task.play())?;
         }
     }
     Ok(weights)
@@ -84,27 +83,11 @@ pub fn write_weights(weights: &Checkpoint, path: &Path) -> Result<(), TrainError
     Ok(())
 }
 
-/// How a policy is played, of what its weights do not say.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Play {
-    /// When its foot meets the ball ([`paid_task::preset::BallPlacement::contact_s`]).
-    pub contact_s: BTreeMap<String, f64>,
-    /// Whether it plays left-footed kicks in the mirror ([`TaskPreset::mirror_left_kicks`]).
-    pub mirror_left_kicks: bool,
-}
-
-impl Play {
-    /// What a task says.
-    pub fn of(task: &TaskPreset) -> Self {
-        Self { contact_s: task.ball.contact_s.clone(), mirror_left_kicks: task.mirror_left_kicks }
-    }
-}
-
 /// Writes into a policy file how it is played. The weights stay.
 ///
 /// # Errors
 /// If it is no checkpoint with a preset, has a memory and is to play in the mirror, or cannot be written; the file stays whole then.
-pub fn write_play(path: &Path, play: Play) -> Result<(), TrainError> {
+pub fn write_play(path: &Path, play: PlayContract) -> Result<(), TrainError> {
     let mut weights = Checkpoint::load(path)?;
     set_play(&mut weights, play)?;
     let preset = weights.blob(PRESET_FILE).unwrap_or_default();
@@ -112,10 +95,9 @@ pub fn write_play(path: &Path, play: Play) -> Result<(), TrainError> {
     Ok(())
 }
 
-fn set_play(weights: &mut Checkpoint, play: Play) -> Result<(), TrainError> {
+fn set_play(weights: &mut Checkpoint, play: PlayContract) -> Result<(), TrainError> {
     let mut preset = RunPreset::of_checkpoint(weights)?;
-    preset.task.ball.contact_s = play.contact_s;
-    preset.task.mirror_left_kicks = play.mirror_left_kicks;
+    preset.task.set_play(play);
     preset.validate().map_err(|message| TrainError::Preset { place: preset.stage.clone(), message })?;
     weights.set_blob(PRESET_FILE, preset.to_toml()?.as_bytes());
     Ok(())

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use paid_learn::{Alone, Checkpoint};
+use paid_policy::PlayContract;
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
-use crate::policy_weights::{Play, WEIGHTS_FILE, load_weights, write_play, write_weights};
+use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_play, write_weights};
 use crate::stage::run_stage;
 use crate::toy::Toy;
 use crate::{End, Judge, Limits, Named, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
@@ -252,11 +253,11 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     let file = out.join(WEIGHTS_FILE);
     write_weights(&weights, &file).expect("writes");
     let contacts = [("kick".to_owned(), 1.25)];
-    let play = Play { contact_s: contacts.into(), mirror_left_kicks: true };
+    let play = PlayContract { contact_s: contacts.into(), mirror_left_kicks: true };
     write_play(&file, play.clone()).expect("writes");
     let of = |path: &Path| {
         let weights = load_weights(path).expect("a policy");
-        Play::of(&RunPreset::of_checkpoint(&weights).expect("a preset").task)
+        RunPreset::of_checkpoint(&weights).expect("a preset").task.play()
     };
     assert_eq!(of(&file), play);
     assert_eq!(of(&out), play);
@@ -266,7 +267,7 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     );
     // Trained further, it meets the ball at other times.
     run(&out, &Toy::preset(&[]), true, u64::MAX);
-    assert_eq!(of(&out), Play::default());
+    assert_eq!(of(&out), PlayContract::default());
 }
 
 #[test]

@@ -91,8 +91,7 @@ impl PolicySource {
                 if let Self::Onnx(file) = self
                     && let Some(play) = file.contract()?.play
                 {
-                    task.ball.contact_s = play.contact_s;
-                    task.mirror_left_kicks = play.mirror_left_kicks;
+                    task.set_play(play);
                 }
                 Ok(task)
             }

@@ -1,12 +1,11 @@
 //! `paid eval contacts`.
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use paid_eval::contacts;
 use paid_eval::results::to_json;
 use paid_eval::subject::Subject;
-use paid_train::policy_weights::{Play, write_play};
+use paid_train::policy_weights::write_play;
 
 use super::ended;
 use super::progress::Progress;
@@ -46,8 +45,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     progress.finish();
     let code = ended(&subject.setup.monitor);
     if args.keep && code == ExitCode::SUCCESS {
-        let play = Play { contact_s: report.times(), ..Play::of(&subject.setup.preset) };
-        keep(&spec.policy, play)?;
+        let mut play = subject.setup.preset.play();
+        play.contact_s = report.times();
+        write_play(&spec.policy, play).map_err(Failure::input)?;
+        eprintln!("written into {}", spec.policy.display());
     }
     if args.json {
         println!("{}", to_json(&report)?);
@@ -55,10 +56,4 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         print!("{}", report.table());
     }
     Ok(code)
-}
-
-fn keep(policy: &Path, play: Play) -> Result<(), Failure> {
-    write_play(policy, play).map_err(Failure::input)?;
-    eprintln!("written into {}", policy.display());
-    Ok(())
 }
