@@ -273,9 +273,13 @@ mod tests {
     #[test]
     fn the_shipped_plans_fit() {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
-        for (name, rows) in
-            [("paper.toml", 8), ("short.toml", 7), ("ablations.toml", 32), ("fewer_samples.toml", 10)]
-        {
+        for (name, rows) in [
+            ("paper.toml", 8),
+            ("short.toml", 7),
+            ("ablations.toml", 32),
+            ("fewer_samples.toml", 10),
+            ("environments.toml", 5),
+        ] {
             let plan = Plan::read(&folder.join(name)).expect(name);
             assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
         }
