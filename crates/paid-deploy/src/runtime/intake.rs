@@ -71,8 +71,13 @@ impl Intake {
         self.senses.local_ns(1000 * stamp_us, 1000 * now_us) / 1000
     }
 
-    /// Time since the last new state, without a pause of this program `[s]`; infinite before the first.
+    /// Time since the last new state `[s]`; infinite before the first.
     pub fn state_age(&self, now_us: u64) -> f64 {
+        self.state_us.map_or(f64::INFINITY, |at| now_us.saturating_sub(at) as f64 * 1e-6)
+    }
+
+    /// For how long the robot has been silent: the last state's age without a pause of this program `[s]`.
+    pub fn silent_s(&self, now_us: u64) -> f64 {
         self.state_us.map_or(f64::INFINITY, |at| self.silence.since_us(at, now_us) as f64 * 1e-6)
     }
 }

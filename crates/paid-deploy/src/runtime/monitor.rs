@@ -27,9 +27,9 @@ impl Runtime {
         if intake.crc_errors >= limits.crc_errors {
             return Some(Reason::Checksum(intake.crc_errors));
         }
-        let age = intake.state_age(now_us);
-        if age >= limits.state_gap_s {
-            return Some(Reason::StateGap(age));
+        let silent_s = intake.silent_s(now_us);
+        if silent_s >= limits.state_gap_s {
+            return Some(Reason::StateGap(silent_s));
         }
         if intake.not_finite {
             return Some(Reason::StateNotFinite);
