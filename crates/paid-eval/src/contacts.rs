@@ -8,8 +8,9 @@ use std::path::Path;
 
 use paid_policy::PlayContract;
 use paid_task::preset::KnowledgeMode;
-use paid_train::RunPreset;
+use paid_train::policy_file::{LICENSE, POLICY_FILE};
 use paid_train::policy_weights::{WEIGHTS_FILE, write_play};
+use paid_train::{RunPreset, TrainedPolicy};
 use serde::Serialize;
 
 use crate::EvalError;
@@ -115,8 +116,8 @@ pub fn measure(setup: &EvalSetup, policy: &DriverMaker) -> Result<ContactReport,
     Ok(ContactReport { rows: rows.collect() })
 }
 
-/// Measures the contacts of a run's policy, in the built-in engine and with `truth`, and writes them into its policy file. `None` where its
-/// task has no strike or does not predict the ball.
+/// Measures the contacts of a run's policy, in the built-in engine and with `truth`, and writes them into both of its policy files, the
+/// checkpoint and the ONNX file. `None` where its task has no strike or does not predict the ball.
 ///
 /// # Errors
 /// As [`Subject::load`] and [`measure`], or if the file cannot be written.
@@ -131,5 +132,6 @@ pub fn keep_of_run(run: &Path, threads: usize) -> Result<Option<ContactReport>, 
     let report = measure(&subject.setup, &*subject.maker)?;
     let play = PlayContract { contact_s: report.times(), ..task.play() };
     write_play(&run.join(WEIGHTS_FILE), play)?;
+    TrainedPolicy::load(run)?.write_onnx(&run.join(POLICY_FILE), LICENSE, None)?;
     Ok(Some(report))
 }

@@ -144,6 +144,21 @@ fn stage_two_starts_from_stage_one_and_a_run_resumes() {
 }
 
 #[test]
+fn a_training_keeps_the_measured_contacts_in_both_of_its_policy_files() {
+    let folder = tempfile::tempdir().expect("folder");
+    // It kicks already, and one iteration does not change that.
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../policies/demo/stage2.safetensors");
+    let few = ["--set", "run.envs=32", "--set", "run.shards=2"];
+    let train = ["train", "stage2", "--from", demo, "--iterations", "1", "--out", "run", "--quiet"];
+    succeeds(&paid(folder.path(), &[&train[..], &few].concat()));
+    let kept = Checkpoint::load(&folder.path().join("run/policy.safetensors")).expect("a checkpoint");
+    let play = paid_train::RunPreset::of_checkpoint(&kept).expect("a preset").task.play();
+    assert!(play.contact_s.len() > 6, "{play:?}");
+    let exported = OnnxPolicy::load(&folder.path().join("run/policy.onnx")).expect("a policy");
+    assert_eq!(exported.contract().play, Some(play));
+}
+
+#[test]
 fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_second() {
     let folder = tempfile::tempdir().expect("folder");
     write_motions(folder.path());
