@@ -39,6 +39,16 @@ fn the_demo_scores_in_mujoco() {
 }
 
 #[test]
+fn paid13_hour_scores_in_mujoco_by_its_own_eyes() {
+    let test = "paid13_hour_scores_in_mujoco_by_its_own_eyes";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let Some(motions) = paid_testing::shared_data(test, "data/motions/paid") else { return };
+    let [at_rest, rolling] = goals("paid13_hour/stage2.safetensors", Some(&motions));
+    assert!(at_rest >= 56, "{at_rest} goals of 63; 97.5% of 630 are on the policy's page");
+    assert!(rolling >= 46, "{rolling} goals of 63; 89.4% of 630 are on the policy's page");
+}
+
+#[test]
 fn paid13_eyes_scores_in_mujoco_by_its_own_eyes() {
     let test = "paid13_eyes_scores_in_mujoco_by_its_own_eyes";
     let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
