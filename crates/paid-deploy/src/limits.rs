@@ -53,7 +53,7 @@ pub struct Limits {
     pub command_age_s: f64,
     /// While the computer does not run the writer or the thinking thread for a moment, that thread hears nothing. Up to this long such a pause
     /// is not taken for silence of the other thread or of the robot `[s]`; 0: it is. Default 0.05: the robot holds its last targets meanwhile,
-    /// and with such a pause every 1.3 s no match of 50 kicks in lockstep ends in a fall (`paid robot sim --pause-ms 50`; with 100 ms all do).
+    /// and with such a pause every 1.3 s no match of 50 kicks in lockstep is stopped (`paid robot sim --pause-ms 50`; with 100 ms all are).
     pub forgiven_pause_s: f64,
     /// Damps if the writer has sent nothing for so long while the joints are under control `[s]`: it hangs or is dead. Default 0.05: a command
     /// was 26 ms late once in an hour without real-time priority.
