@@ -7,7 +7,8 @@ use crate::runtime::COMMAND_US;
 const PAUSE_US: u64 = 2 * COMMAND_US;
 
 /// Counts the silence of a peer. While this thread is not run, it hears nothing, so a short pause of its own says nothing about the peer.
-#[derive(Clone, Debug)]
+/// The default forgives none.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Silence {
     /// Pauses between two words of the peer that are forgiven in all `[us]`.
     limit_us: u64,

@@ -8,7 +8,7 @@ use crate::pause::Silence;
 use crate::wire::{LowState, Remote};
 
 /// What the last packets said beside the body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Intake {
     pub mode_machine: u8,
     /// When the last state came whose tick was new.
@@ -40,25 +40,7 @@ pub(super) struct Intake {
 impl Intake {
     /// Nothing was heard yet.
     pub fn new(limits: &Limits) -> Self {
-        Self {
-            mode_machine: 0,
-            state_us: None,
-            tick: None,
-            silence: Silence::new(limits),
-            states: 0,
-            crc_errors: 0,
-            not_finite: false,
-            remote: Remote::default(),
-            remote_before: Remote::default(),
-            typed: Remote::default(),
-            remote_us: 0,
-            others: false,
-            broken: None,
-            battery: None,
-            master: None,
-            picture_us: None,
-            senses: DeviceClock::default(),
-        }
+        Self { silence: Silence::new(limits), ..Self::default() }
     }
 
     /// The vendor's controller, if it is in command.
