@@ -277,8 +277,9 @@ mod tests {
             ("paper.toml", 8),
             ("short.toml", 7),
             ("ablations.toml", 32),
-            ("fewer_samples.toml", 10),
+            ("fewer_samples.toml", 11),
             ("environments.toml", 5),
+            ("mirror.toml", 2),
         ] {
             let plan = Plan::read(&folder.join(name)).expect(name);
             assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
