@@ -33,9 +33,12 @@ fn of_sides(sides: &Sides, terms: &[ObservationId]) -> Mirrors {
     Mirrors { observation: Mirror::of_observation(terms, sides), action: Mirror::of_joints(sides) }
 }
 
-/// Between the world and the policy, which does not know of left-footed kicks.
+/// Between the world and the policy, which does not know of left-footed kicks. The critic does not either: what the policy can do
+/// depends on the image alone, and so does its value.
 pub(crate) struct Image {
     mirrors: Mirrors,
+    /// Of the critic's observation.
+    critic: Mirror,
     /// Whether each environment's motion is mirrored.
     left: Vec<bool>,
     actions: Vec<f32>,
@@ -51,8 +54,16 @@ impl Image {
         if !config.preset.mirror_left_kicks {
             return Ok(None);
         }
-        let mirrors = mirrors(config).map_err(|why| TaskError::Robot(format!("mirror_left_kicks: {why}")))?;
-        Ok(Some(Self { mirrors, left: Vec::new(), actions: Vec::new(), room: Vec::new() }))
+        let sides =
+            config.sides.as_ref().map_err(|why| TaskError::Robot(format!("mirror_left_kicks: {why}")))?;
+        let terms = &config.preset.observations;
+        Ok(Some(Self {
+            mirrors: of_sides(sides, &terms.policy),
+            critic: Mirror::of_observation(&terms.critic, sides),
+            left: Vec::new(),
+            actions: Vec::new(),
+            room: Vec::new(),
+        }))
     }
 
     fn mark(&mut self, envs: &[EnvTask], facts: &[MotionFacts]) -> bool {
@@ -61,10 +72,12 @@ impl Image {
         self.left.contains(&true)
     }
 
-    /// What the policy is shown, from what there is to be seen `[features, envs]`.
-    pub fn show(&mut self, observations: &mut [f32], envs: &[EnvTask], facts: &[MotionFacts]) {
+    /// What policy and critic are shown, from what there is to be seen `[features, envs]` each. Further groups stay as they are.
+    pub fn show(&mut self, groups: &mut [&mut [f32]], envs: &[EnvTask], facts: &[MotionFacts]) {
         if self.mark(envs, facts) {
-            self.mirrors.observation.apply_to_marked(observations, &self.left, &mut self.room);
+            for (group, mirror) in groups.iter_mut().zip([&self.mirrors.observation, &self.critic]) {
+                mirror.apply_to_marked(group, &self.left, &mut self.room);
+            }
         }
     }
 

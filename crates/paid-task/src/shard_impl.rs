@@ -38,8 +38,8 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
     }
     fn observe(&mut self, groups: &mut [&mut [f32]]) {
         self.observe_all(groups);
-        if let (Some(image), Some(policy)) = (&mut self.image, groups.first_mut()) {
-            image.show(policy, &self.envs, self.library.facts());
+        if let Some(image) = &mut self.image {
+            image.show(groups, &self.envs, self.library.facts());
         }
     }
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {

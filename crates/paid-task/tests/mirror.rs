@@ -6,7 +6,7 @@ use std::sync::Arc;
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_policy::matrix::{Mat, MatMut};
-use paid_policy::{Mirror, StepBuffers};
+use paid_policy::{Mirror, ObservationTerms, StepBuffers};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard,
@@ -23,12 +23,18 @@ fn mirrored(mirror: &Mirror, x: &[f32]) -> Vec<f32> {
     out
 }
 
-/// What the policy of an environment sees.
-fn seen(shard: &mut dyn TaskShard) -> [Vec<f32>; 2] {
-    let rows = shard.policy_obs_dim();
-    let (mut policy, mut critic) = (vec![0.0; rows * ENVS], vec![0.0; shard.critic_obs_dim() * ENVS]);
+/// What the policy of either environment sees, and what the critic does.
+fn seen_by_both(shard: &mut dyn TaskShard) -> [[Vec<f32>; 2]; 2] {
+    let dims = [shard.policy_obs_dim(), shard.critic_obs_dim()];
+    let [mut policy, mut critic] = dims.map(|rows| vec![0.0; rows * ENVS]);
     shard.observe(&mut [&mut policy, &mut critic]);
-    SIDES.map(|env| (0..rows).map(|row| policy[row * ENVS + env]).collect())
+    [policy, critic].map(|group| SIDES.map(|env| group.iter().skip(env).step_by(ENVS).copied().collect()))
+}
+
+/// What the policy of either environment sees.
+fn seen(shard: &mut dyn TaskShard) -> [Vec<f32>; 2] {
+    let [policy, _] = seen_by_both(shard);
+    policy
 }
 
 /// A kick by the right foot, and the image of it by the left one; the task with these overrides.
@@ -72,10 +78,14 @@ fn act(shard: &mut dyn TaskShard, step: usize, of_left: impl Fn(&[f32]) -> Vec<f
     assert_eq!(SIDES.map(|env| terminated[env] + truncated[env]), [0, 0], "step {step}");
 }
 
+/// Terms of a group, row by row.
+fn rows(group: &ObservationTerms) -> Vec<(usize, String)> {
+    group.places().flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
+}
+
 /// Terms of the policy's observation, row by row.
 fn names(shard: &dyn TaskShard) -> Vec<(usize, String)> {
-    let places = shard.layout().policy.places();
-    places.flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
+    rows(&shard.layout().policy)
 }
 
 /// The same up to what the robot's parts, which are not quite symmetric, make of it by this step.
@@ -104,10 +114,11 @@ fn what_the_left_foots_kick_sees_is_the_image_of_what_the_right_foots_sees() {
 fn played_in_the_mirror_both_kicks_are_one() {
     let robot = RobotModel::g1();
     let mut shard = started(&["mirror_left_kicks=true"]);
-    let names = names(shard.as_ref());
+    let names = [rows(&shard.layout().policy), rows(&shard.layout().critic)];
     for step in 0..6 {
-        let [right, left] = seen(shard.as_mut());
-        agree(&names, step, [&right, &left]);
+        for (names, [right, left]) in names.iter().zip(seen_by_both(shard.as_mut())) {
+            agree(names, step, [&right, &left]);
+        }
         act(shard.as_mut(), step, <[f32]>::to_vec);
         let knees =
             ["right_knee_joint", "left_knee_joint"].map(|name| robot.joint_index(name).expect("a joint"));
