@@ -56,6 +56,19 @@ pub struct PlayContract {
     /// network, the action after it.
     #[serde(default)]
     pub mirror_left_kicks: bool,
+    /// The ball is shown where it lay once it is struck; without it, wherever it flies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub where_it_lay: Option<WhereItLay>,
+}
+
+/// Between which times of the reference a struck ball turns into the place where it lay.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WhereItLay {
+    /// So long before the strike its place is taken as known `[s]`, 0 to 5.
+    pub captured_s: f64,
+    /// From so long after the strike on that place is shown `[s]`, 0 to 5.
+    pub from_s: f64,
 }
 
 impl PlayContract {
@@ -63,6 +76,17 @@ impl PlayContract {
     pub fn wrong_time(&self) -> Option<(&str, f64)> {
         let mut times = self.contact_s.iter().map(|(name, time_s)| (name.as_str(), *time_s));
         times.find(|(_, time_s)| !(0.0..=60.0).contains(time_s))
+    }
+
+    fn check(&self) -> Result<(), String> {
+        if let Some((name, time_s)) = self.wrong_time() {
+            return Err(format!("play.contact_s of '{name}' is {time_s}, expected 0 to 60 s"));
+        }
+        let times = self.where_it_lay.map(|lay| [("captured_s", lay.captured_s), ("from_s", lay.from_s)]);
+        match times.into_iter().flatten().find(|(_, time_s)| !(0.0..=5.0).contains(time_s)) {
+            Some((key, time_s)) => Err(format!("play.where_it_lay.{key} is {time_s}, expected 0 to 5 s")),
+            None => Ok(()),
+        }
     }
 }
 
@@ -180,9 +204,7 @@ impl Contract {
                 return Err(format!("joint '{}' has a gain that is negative or not finite", j.name));
             }
         }
-        if let Some((name, time_s)) = self.play.iter().find_map(PlayContract::wrong_time) {
-            return Err(format!("play.contact_s of '{name}' is {time_s}, expected 0 to 60 s"));
-        }
+        self.play.iter().try_for_each(PlayContract::check)?;
         match self.observation.iter().find(|t| t.size == 0 || !t.scale.is_finite()) {
             Some(t) => Err(format!("observation '{}' is empty or its scale is not finite", t.name)),
             None if !(self.control_period_s.is_finite() && self.control_period_s > 0.0) => {

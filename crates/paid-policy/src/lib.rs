@@ -58,7 +58,7 @@ mod views;
 
 pub use checkpoint::{Checkpoint, CheckpointError};
 pub use config::{Activation, LstmConfig, NetworkConfig, NetworkKind};
-pub use contract::{Contract, ObservationTerm, PlayContract};
+pub use contract::{Contract, ObservationTerm, PlayContract, WhereItLay};
 pub use env::{ObservationGroup, StepBuffers, VecEnv};
 pub use layout::{Dimensions, ObservationLayout, ObservationTerms};
 pub use mirror::{Mirror, Mirrors, Sides};

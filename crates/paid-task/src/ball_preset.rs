@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use paid_perceive::AfterStrikeTimes;
+use paid_policy::WhereItLay;
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
@@ -115,6 +116,19 @@ impl AfterStrikePreset {
             .then_some(AfterStrikeTimes { captured_s: self.captured_s, from_s: self.from_s })
     }
 
+    pub(crate) fn contract(&self) -> Option<WhereItLay> {
+        self.times().map(|AfterStrikeTimes { captured_s, from_s }| WhereItLay { captured_s, from_s })
+    }
+
+    pub(crate) fn set_contract(&mut self, lay: Option<WhereItLay>) {
+        match lay {
+            Some(WhereItLay { captured_s, from_s }) => {
+                *self = Self { show: ShownAfterStrike::WhereItLay, from_s, captured_s };
+            }
+            None => self.show = ShownAfterStrike::Ball,
+        }
+    }
+
     pub(crate) fn check(&self, reference: ReferenceSource) -> Result<(), TaskError> {
         for (key, value) in
             [("ball.after_strike.from_s", self.from_s), ("ball.after_strike.captured_s", self.captured_s)]
@@ -148,6 +162,20 @@ pub struct GoalPreset {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_contract_sets_the_rule_that_it_was_made_of() {
+        let mut rule = AfterStrikePreset::default();
+        assert_eq!(rule.contract(), None);
+        rule.set_contract(Some(WhereItLay { captured_s: 0.1, from_s: 0.4 }));
+        assert_eq!(
+            rule,
+            AfterStrikePreset { show: ShownAfterStrike::WhereItLay, from_s: 0.4, captured_s: 0.1 }
+        );
+        assert_eq!(rule.contract(), Some(WhereItLay { captured_s: 0.1, from_s: 0.4 }));
+        rule.set_contract(None);
+        assert_eq!(rule, AfterStrikePreset { show: ShownAfterStrike::Ball, from_s: 0.4, captured_s: 0.1 });
+    }
 
     #[test]
     fn a_rule_without_a_strike_or_with_a_negative_time_is_refused() {

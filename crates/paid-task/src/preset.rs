@@ -155,13 +155,18 @@ impl TaskPreset {
 
     /// How a policy of this task is played, of what its network does not say.
     pub fn play(&self) -> PlayContract {
-        PlayContract { contact_s: self.ball.contact_s.clone(), mirror_left_kicks: self.mirror_left_kicks }
+        PlayContract {
+            contact_s: self.ball.contact_s.clone(),
+            mirror_left_kicks: self.mirror_left_kicks,
+            where_it_lay: self.ball.after_strike.contract(),
+        }
     }
 
     /// Lets a policy be played so.
     pub fn set_play(&mut self, play: PlayContract) {
         self.ball.contact_s = play.contact_s;
         self.mirror_left_kicks = play.mirror_left_kicks;
+        self.ball.after_strike.set_contract(play.where_it_lay);
     }
 
     /// Checks that every value is in its range.

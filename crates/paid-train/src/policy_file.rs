@@ -212,7 +212,8 @@ mod tests {
     use paid_onnx::OnnxPolicy;
     use paid_policy::net::Network;
     use paid_policy::normalizer::{Moments, Normalizer};
-    use paid_policy::{LstmConfig, NetworkConfig, NetworkKind};
+    use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, WhereItLay};
+    use paid_task::preset::ShownAfterStrike;
 
     use super::*;
 
@@ -278,12 +279,18 @@ mod tests {
         assert_eq!(trained.contract("none").expect("contract").play, None);
         trained.preset.task.mirror_left_kicks = true;
         trained.preset.task.ball.contact_s.insert("kick".to_owned(), 1.25);
+        let rule = &mut trained.preset.task.ball.after_strike;
+        (rule.show, rule.from_s, rule.captured_s) = (ShownAfterStrike::WhereItLay, 0.3, 0.2);
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("policy.onnx");
         trained.write_onnx(&path, "none", None).expect("writes");
         let contact_s = [("kick".to_owned(), 1.25)].into();
-        let play = PlayContract { contact_s, mirror_left_kicks: true };
+        let where_it_lay = Some(WhereItLay { captured_s: 0.2, from_s: 0.3 });
+        let play = PlayContract { contact_s, mirror_left_kicks: true, where_it_lay };
         assert_eq!(OnnxPolicy::load(&path).expect("reads").contract().play, Some(play));
+        trained.preset.task.ball.after_strike.from_s = 9.0;
+        let error = trained.write_onnx(&path, "none", None).expect_err("no time").to_string();
+        assert!(error.contains("play.where_it_lay.from_s is 9, expected 0 to 5 s"), "{error}");
     }
 
     #[test]

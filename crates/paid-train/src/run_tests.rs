@@ -253,7 +253,7 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     let file = out.join(WEIGHTS_FILE);
     write_weights(&weights, &file).expect("writes");
     let contacts = [("kick".to_owned(), 1.25)];
-    let play = PlayContract { contact_s: contacts.into(), mirror_left_kicks: true };
+    let play = PlayContract { contact_s: contacts.into(), mirror_left_kicks: true, where_it_lay: None };
     write_play(&file, play.clone()).expect("writes");
     let of = |path: &Path| {
         let weights = load_weights(path).expect("a policy");

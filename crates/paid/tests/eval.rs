@@ -344,6 +344,10 @@ fn a_policys_contacts_are_measured_and_kept_in_its_file() {
     let contract = &json(&succeeds(&paid(folder.path(), &args)))["contract"];
     assert_eq!(contract["play"]["mirror_left_kicks"], true, "{contract}");
     assert_eq!(contract["play"]["contact_s"][first], rows[0]["contact_s"], "{contract}");
+    assert_eq!(
+        contract["play"]["where_it_lay"]["from_s"], 0.3,
+        "a ball that flies off makes it fall: {contract}"
+    );
     let args = ["eval", "contacts", "--policy", "policy.onnx", "--json"];
     let exported = json(&succeeds(&paid(folder.path(), &args)));
     for (a, b) in rows.iter().zip(exported["rows"].as_array().expect("rows")) {
