@@ -89,7 +89,7 @@ fn a_kick(player: &Arc<Player>, limits: &Limits) -> Vec<(u64, Vec<Packet>)> {
     sim.make_ready(false).expect("ready");
     sim.robot.place_ball([1.2, 0.0], [0.0; 2]);
     let settled = sim.run_until(8.0, |sim| sim.runtime().state() == State::Settle).expect("run");
-    assert!(settled, "{:?} {}", sim.runtime().state(), sim.runtime().waiting());
+    assert!(settled, "{:?}", sim.events().last().map(|event| (event.to, &event.reason)));
     sim.take_log().expect("log").finish().expect("log");
     let mut reader = LogReader::open(&file).expect("log");
     let mut steps = Vec::new();
