@@ -38,6 +38,17 @@ fn the_demo_scores_in_mujoco() {
     assert!(rolling >= 48, "{rolling} goals of 63; 92.4% of 630 are on the policy's page");
 }
 
+#[test]
+fn the_natural_demo_scores_in_mujoco_on_the_kicks_that_it_learned() {
+    let test = "the_natural_demo_scores_in_mujoco_on_the_kicks_that_it_learned";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    succeeds(&paid(folder.path(), &["motion", "generate", "--look", "natural", "--out", "natural"]));
+    let [at_rest, rolling] = goals("demo_natural/stage2.safetensors", Some(&folder.path().join("natural")));
+    assert!(at_rest >= 58, "{at_rest} goals of 63; 98.3% of 630 are on the policy's page");
+    assert!(rolling >= 47, "{rolling} goals of 63; 90.8% of 630 are on the policy's page");
+}
+
 /// Fails unless a policy of the paper's clips makes so many goals of 63: balls at rest, rolling balls.
 fn scores(test: &str, policy: &str, least: [u64; 2]) {
     let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
