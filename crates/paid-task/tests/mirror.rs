@@ -24,17 +24,11 @@ fn mirrored(mirror: &Mirror, x: &[f32]) -> Vec<f32> {
 }
 
 /// What the policy of either environment sees, and what the critic does.
-fn seen_by_both(shard: &mut dyn TaskShard) -> [[Vec<f32>; 2]; 2] {
+fn seen(shard: &mut dyn TaskShard) -> [[Vec<f32>; 2]; 2] {
     let dims = [shard.policy_obs_dim(), shard.critic_obs_dim()];
     let [mut policy, mut critic] = dims.map(|rows| vec![0.0; rows * ENVS]);
     shard.observe(&mut [&mut policy, &mut critic]);
     [policy, critic].map(|group| SIDES.map(|env| group.iter().skip(env).step_by(ENVS).copied().collect()))
-}
-
-/// What the policy of either environment sees.
-fn seen(shard: &mut dyn TaskShard) -> [Vec<f32>; 2] {
-    let [policy, _] = seen_by_both(shard);
-    policy
 }
 
 /// A kick by the right foot, and the image of it by the left one; the task with these overrides.
@@ -83,11 +77,6 @@ fn rows(group: &ObservationTerms) -> Vec<(usize, String)> {
     group.places().flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
 }
 
-/// Terms of the policy's observation, row by row.
-fn names(shard: &dyn TaskShard) -> Vec<(usize, String)> {
-    rows(&shard.layout().policy)
-}
-
 /// The same up to what the robot's parts, which are not quite symmetric, make of it by this step.
 fn agree(names: &[(usize, String)], step: usize, [expected, found]: [&[f32]; 2]) {
     let allowed = if step == 0 { 1e-4 } else { 0.05 };
@@ -102,9 +91,9 @@ fn agree(names: &[(usize, String)], step: usize, [expected, found]: [&[f32]; 2])
 fn what_the_left_foots_kick_sees_is_the_image_of_what_the_right_foots_sees() {
     let mut shard = started(&[]);
     let mirrors = shard.mirrors().expect("a G1 has two sides");
-    let names = names(shard.as_ref());
+    let names = rows(&shard.layout().policy);
     for step in 0..6 {
-        let [right, left] = seen(shard.as_mut());
+        let [[right, left], _] = seen(shard.as_mut());
         agree(&names, step, [&mirrored(&mirrors.observation, &right), &left]);
         act(shard.as_mut(), step, |action| mirrored(&mirrors.action, action));
     }
@@ -116,7 +105,7 @@ fn played_in_the_mirror_both_kicks_are_one() {
     let mut shard = started(&["mirror_left_kicks=true"]);
     let names = [rows(&shard.layout().policy), rows(&shard.layout().critic)];
     for step in 0..6 {
-        for (names, [right, left]) in names.iter().zip(seen_by_both(shard.as_mut())) {
+        for (names, [right, left]) in names.iter().zip(seen(shard.as_mut())) {
             agree(names, step, [&right, &left]);
         }
         act(shard.as_mut(), step, <[f32]>::to_vec);

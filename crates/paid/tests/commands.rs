@@ -157,6 +157,8 @@ fn a_training_keeps_the_measured_contacts_in_both_of_its_policy_files() {
     let exported = OnnxPolicy::load(&folder.path().join("run/policy.onnx")).expect("a policy");
     let found = exported.contract().play.clone().expect("how it is played");
     assert!(found.contact_s.keys().eq(play.contact_s.keys()), "{found:?}");
+    assert_eq!(found.mirror_left_kicks, play.mirror_left_kicks);
+    assert_eq!(found.where_it_lay, play.where_it_lay);
     // Their decimals may be rounded.
     assert!(
         found.contact_s.iter().all(|(name, time)| (time - play.contact_s[name]).abs() < 1e-9),
