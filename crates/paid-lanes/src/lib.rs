@@ -6,6 +6,7 @@
 //!
 //! Kernels are fast only if everything below their `run` carries `#[inline(always)]` and uses plain loops:
 //! closures and `array::map` may stay outlined without the CPU feature and cost a factor of two.
+//! `benches/outlined.sh` lists what a release build has of them.
 //!
 //! ```
 //! use paid_lanes::{F32Array, Real};

@@ -3,6 +3,9 @@
 //! A robot whose left and right are alike can do everything mirrored. In the mirror image of a state (in the x-z plane of the world)
 //! each number of the observation is one of the numbers of the state's observation, up to its sign; the same holds for actions.
 
+use paid_lanes::Real;
+
+use crate::element::{Element, Lanewise};
 use crate::matrix::{Mat, MatMut};
 use crate::normalizer::Normalizer;
 use crate::observation::{ObservationId, Shape};
@@ -121,19 +124,14 @@ impl Mirror {
         assert_eq!(x.len(), self.len() * n, "{} rows of {n} columns", self.len());
         room.clear();
         room.extend_from_slice(x);
-        for (to, row) in x.chunks_exact_mut(n.max(1)).zip(&self.rows) {
-            let from = &room[row.from * n..][..n];
-            for ((to, from), marked) in to.iter_mut().zip(from).zip(marked) {
-                *to = if *marked { from.mul_add(row.gain, row.offset) } else { *to };
-            }
-        }
+        f32::launch(Marked { rows: &self.rows, from: room, to: x, marked });
     }
 
     /// Mirrors each column of `x` `[features, n]` into `out`.
     ///
     /// # Panics
     /// If the shapes are not equal or have other features.
-    pub fn apply(&self, x: Mat<'_, f32>, mut out: MatMut<'_, f32>) {
+    pub fn apply(&self, x: Mat<'_, f32>, out: MatMut<'_, f32>) {
         assert!(
             x.rows() == self.len() && out.rows() == x.rows() && out.cols() == x.cols(),
             "[{}, {}] from [{}, {}] by {} rows",
@@ -143,9 +141,46 @@ impl Mirror {
             x.cols(),
             self.len()
         );
+        f32::launch(Whole { rows: &self.rows, from: x, to: out });
+    }
+}
+
+/// [`Mirror::apply`]; a kernel, because a fused product outside of one is a call for each number.
+struct Whole<'a> {
+    rows: &'a [Row],
+    from: Mat<'a, f32>,
+    to: MatMut<'a, f32>,
+}
+
+impl Lanewise<f32> for Whole<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<V: Real<Scalar = f32>>(mut self) {
         for (k, row) in self.rows.iter().enumerate() {
-            for (to, from) in out.row(k).iter_mut().zip(x.row(row.from)) {
+            for (to, from) in self.to.row(k).iter_mut().zip(self.from.row(row.from)) {
                 *to = from.mul_add(row.gain, row.offset);
+            }
+        }
+    }
+}
+
+/// [`Mirror::apply_to_marked`], `from` being a copy of `to`.
+struct Marked<'a> {
+    rows: &'a [Row],
+    from: &'a [f32],
+    to: &'a mut [f32],
+    marked: &'a [bool],
+}
+
+impl Lanewise<f32> for Marked<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<V: Real<Scalar = f32>>(self) {
+        let n = self.marked.len();
+        for (to, row) in self.to.chunks_exact_mut(n.max(1)).zip(self.rows) {
+            let from = &self.from[row.from * n..][..n];
+            for ((to, from), marked) in to.iter_mut().zip(from).zip(self.marked) {
+                *to = if *marked { from.mul_add(row.gain, row.offset) } else { *to };
             }
         }
     }

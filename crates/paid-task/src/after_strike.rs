@@ -53,8 +53,9 @@ impl<V: Real> GroupTask<V> {
             [(&mut kept.truth, truth, bases[0]), (&mut kept.believed, believed, bases[1])]
         {
             kept.advance(base.point_in_world(scene.ball_at_strike), to_strike_s, times);
-            let shown = |ball| base.point_in_body(kept.shown(base.point_in_world(ball), to_strike_s, times));
-            (scene.ball, scene.ball_at_strike) = (shown(scene.ball), shown(scene.ball_at_strike));
+            for ball in [&mut scene.ball, &mut scene.ball_at_strike] {
+                *ball = base.point_in_body(kept.shown(base.point_in_world(*ball), to_strike_s, times));
+            }
         }
     }
 }

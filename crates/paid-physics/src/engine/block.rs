@@ -89,7 +89,8 @@ impl<V: Real> Block<V> {
         let inv = &self.inv_tangent;
         let x = inv[0].neg_mul_add(vx, inv[2].neg_mul_add(vy, old[0]));
         let y = inv[1].neg_mul_add(vy, inv[2].neg_mul_add(vx, old[1]));
-        *impulse = cone.limit([x, y, normal], self.ratio, friction).map(|f| f * on);
+        let [x, y, normal] = cone.limit([x, y, normal], self.ratio, friction);
+        *impulse = [x * on, y * on, normal * on];
         [impulse[0] - old[0], impulse[1] - old[1], impulse[2] - old[2]]
     }
 }

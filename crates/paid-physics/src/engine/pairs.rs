@@ -128,24 +128,21 @@ fn prepare_touch<V: Real>(
     let [first, second] = &mut touch.rows;
     let paths = [&layout.paths[group.chains[0]][..], &layout.paths[group.chains[1]][..]];
     first.carry_to_base(w, paths[0], bodies[0], surface, &touch.frame);
-    second.carry_to_base(w, paths[1], bodies[1], surface, &touch.frame.map(|d| -d));
+    second.carry_to_base(w, paths[1], bodies[1], surface, &[-t1, -t2, -n]);
     for r in 0..6 {
         for c in 0..3 {
             first.base[r][c] += second.base[r][c];
         }
     }
     first.solve_base(w);
-    let coupling = |r, c| first.coupling(w, paths[0], r, c) + second.joint_coupling(w, paths[1], r, c);
     // Lanes that do not touch have nothing there.
     let least = V::c(1e-6);
-    touch.block = Block::new([
-        coupling(0, 0) + least,
-        coupling(1, 1) + least,
-        coupling(2, 2) + least,
-        coupling(0, 1),
-        coupling(0, 2),
-        coupling(1, 2),
-    ]);
+    let [of_first, of_second] = [first.couplings(w, paths[0]), second.joint_couplings(w, paths[1])];
+    let mut couplings = [least, least, least, zero, zero, zero];
+    for k in 0..6 {
+        couplings[k] += of_first[k] + of_second[k];
+    }
+    touch.block = Block::new(couplings);
     let mut free = [relative.dot(t1), relative.dot(t2), speed];
     first.free_joints(w, paths[0], constants.dt, &mut free);
     second.free_joints(w, paths[1], constants.dt, &mut free);
@@ -187,9 +184,8 @@ pub(crate) fn finish<V: Real>(layout: &ModelLayout<V::Scalar>, constants: &Const
         if !touch.active {
             continue;
         }
-        let [x, y, z] = touch.impulse.map(|f| f * constants.inv_dt);
-        let [t1, t2, n] = touch.frame;
-        let force = t1.scale_add(x, t2.scale_add(y, n.scale(z)));
+        let (k, [x, y, z], [t1, t2, n]) = (constants.inv_dt, touch.impulse, touch.frame);
+        let force = t1.scale_add(x * k, t2.scale_add(y * k, n.scale(z * k)));
         for side in 0..2 {
             let chain = layout.chains[layout.pairs[i].chains[side]];
             let f = if side == 0 { force } else { -force };

@@ -81,8 +81,8 @@ impl<S: Scalar> Plate<S> {
         radius: V,
         rot: &Mat3<V>,
     ) -> Rounded<V> {
-        let moved = |k: usize| rot.mul_vec(splat3(&self.shift[k])).scale_add(flatness, ends[k]);
-        let ends = [moved(0), moved(1)];
+        let [a, b] = [rot.mul_vec(splat3(&self.shift[0])), rot.mul_vec(splat3(&self.shift[1]))];
+        let ends = [a.scale_add(flatness, ends[0]), b.scale_add(flatness, ends[1])];
         Rounded {
             ends,
             radius: V::splat(self.rounding).mul_add(flatness, radius),

@@ -25,6 +25,44 @@ pub(crate) fn is_body<V: Real>(body: V, index: usize) -> V {
     V::select((body - V::c(index as f64)).abs().lt(V::c(0.5)), V::one(), V::zero())
 }
 
+impl<V: Real> Rows<V, 3> {
+    /// The joints' share of [`Rows::couplings`].
+    #[inline(always)]
+    pub fn joint_couplings(&self, w: &Work<V>, path: &[usize]) -> [V; 6] {
+        let mut sums = [V::zero(); 6];
+        for i in 0..path.len() {
+            add_couplings(&mut sums, &self.joints[i], w.joints[path[i]].inv);
+        }
+        sums
+    }
+
+    /// `J M^-1 J^T` of a contact with one path, entries as [`Block::new`](super::block::Block::new) takes them.
+    #[inline(always)]
+    pub fn couplings(&self, w: &Work<V>, path: &[usize]) -> [V; 6] {
+        let mut base = [V::zero(); 6];
+        for i in 0..6 {
+            add_couplings(&mut base, &self.base[i], w.factor.inv[i]);
+        }
+        let mut sums = self.joint_couplings(w, path);
+        for k in 0..6 {
+            sums[k] += base[k];
+        }
+        sums
+    }
+}
+
+/// Adds the products of `y` with `inv` and itself: t1t1, t2t2, nn, t1t2, t1n, t2n.
+#[inline(always)]
+fn add_couplings<V: Real>(sums: &mut [V; 6], y: &[V; 3], inv: V) {
+    let scaled = [y[0] * inv, y[1] * inv];
+    sums[0] = scaled[0].mul_add(y[0], sums[0]);
+    sums[1] = scaled[1].mul_add(y[1], sums[1]);
+    sums[2] = (y[2] * inv).mul_add(y[2], sums[2]);
+    sums[3] = scaled[0].mul_add(y[1], sums[3]);
+    sums[4] = scaled[0].mul_add(y[2], sums[4]);
+    sums[5] = scaled[1].mul_add(y[2], sums[5]);
+}
+
 impl<V: Real, const N: usize> Rows<V, N> {
     pub fn new(joints: usize) -> Self {
         Self { joints: vec![[V::zero(); N]; joints], base: [[V::zero(); N]; 6] }
@@ -84,32 +122,6 @@ impl<V: Real, const N: usize> Rows<V, N> {
                 self.base[r][c] = column[r];
             }
         }
-    }
-
-    /// Adds `y . D^-1 y'` of the path's joints for rows `r` and `c`.
-    #[inline(always)]
-    pub fn joint_coupling(&self, w: &Work<V>, path: &[usize], r: usize, c: usize) -> V {
-        let mut sum = V::zero();
-        for i in 0..path.len() {
-            sum = (self.joints[i][r] * w.joints[path[i]].inv).mul_add(self.joints[i][c], sum);
-        }
-        sum
-    }
-
-    /// The base's share of the coupling of rows `r` and `c`.
-    #[inline(always)]
-    pub fn base_coupling(&self, w: &Work<V>, r: usize, c: usize) -> V {
-        let mut sum = V::zero();
-        for i in 0..6 {
-            sum = (self.base[i][r] * w.factor.inv[i]).mul_add(self.base[i][c], sum);
-        }
-        sum
-    }
-
-    /// `J M^-1 J^T` of rows `r` and `c` of a contact with one path.
-    #[inline(always)]
-    pub fn coupling(&self, w: &Work<V>, path: &[usize], r: usize, c: usize) -> V {
-        self.joint_coupling(w, path, r, c) + self.base_coupling(w, r, c)
     }
 
     /// Velocity that the joints' free motion adds to the rows over the step.

@@ -226,16 +226,9 @@ fn prepare_slot<'a, V>(
     }
     touch.rows.carry_to_base(w, path, body, point, &frame);
     touch.rows.solve_base(w);
-    let rows = &touch.rows;
     let across = (ball.radius * ball.radius).mul_add(ball.inv_inertia, ball.inv_mass);
-    touch.block = Block::new([
-        rows.coupling(w, path, 0, 0) + across,
-        rows.coupling(w, path, 1, 1) + across,
-        rows.coupling(w, path, 2, 2) + ball.inv_mass,
-        rows.coupling(w, path, 0, 1),
-        rows.coupling(w, path, 0, 2),
-        rows.coupling(w, path, 1, 2),
-    ]);
+    let [xx, yy, nn, xy, xn, yn] = touch.rows.couplings(w, path);
+    touch.block = Block::new([xx + across, yy + across, nn + ball.inv_mass, xy, xn, yn]);
     let moved = robot + w.gyro;
     let mut free = [moved.dot(t1), moved.dot(t2), moved.dot(n)];
     touch.rows.free_joints(w, path, constants.dt, &mut free);

@@ -17,12 +17,10 @@ impl RewardTerm for SideKick {
 
     #[inline(always)]
     fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
-        let swing = |side, outwards| {
-            let foot = input.foot(side);
-            inward_share(foot.rot.tr_mul_vec(foot.com_vel), V::c(outwards))
-        };
-        let swing = V::select(input.kick.right, swing(1, 1.0), swing(0, -1.0));
-        V::select(input.kick.correct, swing, V::zero())
+        let [left, right] = [input.foot(0), input.foot(1)];
+        let left = inward_share(left.rot.tr_mul_vec(left.com_vel), V::c(-1.0));
+        let right = inward_share(right.rot.tr_mul_vec(right.com_vel), V::c(1.0));
+        V::select(input.kick.correct, V::select(input.kick.right, right, left), V::zero())
     }
 }
 
