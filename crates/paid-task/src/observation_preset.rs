@@ -25,6 +25,14 @@ pub struct ObservationPreset {
     pub noise: ObservationNoise,
     /// Errors of ball and goal perception.
     pub perception: PerceptionPreset,
+    /// The critic is told where ball and goal are. False: what the policy sees of them, without its noise.
+    #[serde(default = "told")]
+    pub critic_told_truth: bool,
+}
+
+/// The critic only helps training, so nothing need be hidden from it.
+fn told() -> bool {
+    true
 }
 
 impl ObservationPreset {

@@ -242,7 +242,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),
             reference: Some(group.reference.view(config.anchor)),
-            scene: Some(truth),
+            scene: Some(if config.preset.observations.critic_told_truth { truth } else { seen }),
         };
         let mut rows = Rows { out: self.critic, stride: self.stride, at: self.first };
         observe(&config.observations.critic, &views, &mut rows);

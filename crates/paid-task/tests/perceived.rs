@@ -121,6 +121,9 @@ fn the_policy_is_shown_what_the_robot_makes_of_the_scene_and_the_critic_the_trut
     };
     let ([told, truth], [shown, critic]) = (run(&[]), run(&[PERCEIVED]));
     assert_eq!((&told, &told), (&truth, &critic));
+    // Where it is told no more than the policy, it sees the same.
+    let untold = run(&[PERCEIVED, "observations.critic_told_truth=false"]);
+    assert_eq!(untold, [shown.clone(), shown.clone()]);
     let error = |at: std::ops::Range<usize>| {
         (0..ENVS).map(|env| distance(&shown[env][at.clone()], &critic[env][at.clone()])).sum::<f64>()
             / ENVS as f64

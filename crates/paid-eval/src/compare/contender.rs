@@ -280,6 +280,8 @@ mod tests {
             ("fewer_samples.toml", 11),
             ("environments.toml", 5),
             ("mirror.toml", 2),
+            ("stage2_tries.toml", 6),
+            ("iterations.toml", 4),
         ] {
             let plan = Plan::read(&folder.join(name)).expect(name);
             assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");

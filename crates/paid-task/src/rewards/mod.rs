@@ -12,6 +12,7 @@ mod anchor_ori;
 mod anchor_pos;
 #[expect(clippy::approx_constant, reason = "3.14 rad/s is the release's own number")]
 mod ang_vel;
+mod ball_aside;
 mod ball_prox;
 mod body_ori;
 mod body_pos;
@@ -26,6 +27,7 @@ mod kick_foot_pos;
 mod kick_foot_vel;
 mod leg_gap;
 mod lin_vel;
+mod second_touch;
 mod side_kick;
 mod speed;
 mod undesired_contact;
@@ -188,7 +190,7 @@ macro_rules! reward_terms {
     };
 }
 
-// The 19 terms of the paper's table, then six of this project's.
+// The 19 terms of the paper's table, then those of this project.
 reward_terms! {
     anchor_pos: AnchorPos,
     anchor_ori: AnchorOri,
@@ -215,6 +217,8 @@ reward_terms! {
     hand_pos: HandPos,
     fall: Fall,
     leg_gap: LegGap,
+    second_touch: SecondTouch,
+    ball_aside: BallAside,
 }
 
 /// False for a term of weight 0, and for one about the ball in a scene without it.
