@@ -12,13 +12,15 @@ use crate::folder::PRESET_FILE;
 use crate::{RunPreset, TrainError};
 
 /// Run presets that the binary carries: name, file and TOML text.
-pub const BUILTIN: [(&str, &str, &str); 14] = [
+pub const BUILTIN: [(&str, &str, &str); 16] = [
     ("paper_stage1", "paper_stage1.toml", include_str!("../../../configs/presets/paper_stage1.toml")),
     ("paper_stage2", "paper_stage2.toml", include_str!("../../../configs/presets/paper_stage2.toml")),
     ("stage1", "stage1.toml", include_str!("../../../configs/presets/stage1.toml")),
     ("stage2", "stage2.toml", include_str!("../../../configs/presets/stage2.toml")),
     ("stage1_hour", "stage1_hour.toml", include_str!("../../../configs/presets/stage1_hour.toml")),
     ("stage2_hour", "stage2_hour.toml", include_str!("../../../configs/presets/stage2_hour.toml")),
+    ("stage1_fast", "stage1_fast.toml", include_str!("../../../configs/presets/stage1_fast.toml")),
+    ("stage2_fast", "stage2_fast.toml", include_str!("../../../configs/presets/stage2_fast.toml")),
     ("stage1_lstm", "stage1_lstm.toml", include_str!("../../../configs/presets/stage1_lstm.toml")),
     ("stage2_lstm", "stage2_lstm.toml", include_str!("../../../configs/presets/stage2_lstm.toml")),
     ("stage3", "stage3.toml", include_str!("../../../configs/presets/stage3.toml")),

@@ -282,6 +282,7 @@ mod tests {
             ("mirror.toml", 2),
             ("stage2_tries.toml", 6),
             ("iterations.toml", 4),
+            ("iterations_stage2.toml", 3),
         ] {
             let plan = Plan::read(&folder.join(name)).expect(name);
             assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
