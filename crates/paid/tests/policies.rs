@@ -59,6 +59,12 @@ fn scores(test: &str, policy: &str, least: [u64; 2]) {
 }
 
 #[test]
+fn paid13_fast_scores_in_mujoco_by_its_own_eyes() {
+    // Its page: 98.6 and 91.3% of 630.
+    scores("paid13_fast_scores_in_mujoco_by_its_own_eyes", "paid13_fast/stage2.safetensors", [57, 48]);
+}
+
+#[test]
 fn paid13_hour_scores_in_mujoco_by_its_own_eyes() {
     // Its page: 97.5 and 89.4% of 630.
     scores("paid13_hour_scores_in_mujoco_by_its_own_eyes", "paid13_hour/stage2.safetensors", [56, 46]);
