@@ -280,7 +280,7 @@ mod tests {
             ("fewer_samples.toml", 11),
             ("environments.toml", 5),
             ("mirror.toml", 2),
-            ("stage2_tries.toml", 6),
+            ("stage2_tries.toml", 5),
             ("iterations.toml", 4),
             ("iterations_stage2.toml", 3),
         ] {
