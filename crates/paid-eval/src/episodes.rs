@@ -226,15 +226,15 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
             // Environments beyond the last trial fill the lane group with copies of it.
             control.force_start(env, &starts[(trials.start + env).min(trials.end - 1)])?;
         }
+        policy.begin(envs);
         let mut active = vec![true; observers.len()];
-        look(control, &mut observers, &mut active, &[], &[])?;
+        look(control, policy.as_mut(), &mut observers, &mut active, [&[], &[]])?;
 
         let mut observations = vec![0.0; shard.policy_obs_dim() * envs];
         let mut critic = vec![0.0; shard.critic_obs_dim() * envs];
         let mut actions = vec![0.0; shard.action_dim() * envs];
         let mut reward = vec![0.0; envs];
         let (mut terminated, mut truncated) = (vec![0; envs], vec![0; envs]);
-        policy.begin(envs);
         for step in 0..self.max_steps {
             if !active.contains(&true) || setup.monitor.stopped() {
                 break;
@@ -253,7 +253,8 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
             let physics = acted.elapsed() + (observed - start);
             setup.monitor.spend(envs, physics, acted - observed);
             let before = active.iter().filter(|a| **a).count();
-            look(shard.eval(), &mut observers, &mut active, &terminated, &truncated)?;
+            let ended = [&terminated[..], &truncated];
+            look(shard.eval(), policy.as_mut(), &mut observers, &mut active, ended)?;
             setup.monitor.finish(before - active.iter().filter(|a| **a).count());
         }
         let stopped = setup.monitor.stopped();
@@ -267,10 +268,10 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
 
 fn look<O: Observer>(
     control: &mut dyn EvalControl,
+    policy: &mut dyn Driver,
     observers: &mut [O],
     active: &mut [bool],
-    terminated: &[u8],
-    truncated: &[u8],
+    [terminated, truncated]: [&[u8]; 2],
 ) -> Result<(), EvalError> {
     let set = |flags: &[u8], env: usize| flags.get(env).is_some_and(|f| *f != 0);
     for (env, observer) in observers.iter_mut().enumerate() {
@@ -289,6 +290,7 @@ fn look<O: Observer>(
             && let Some(next) = observer.next_kick()
         {
             control.next_kick(env, &next)?;
+            policy.forget(env);
         }
     }
     Ok(())

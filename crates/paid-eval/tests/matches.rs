@@ -3,11 +3,13 @@
 #[expect(dead_code, reason = "other tests use the rest")]
 mod common;
 
-use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
+use paid_eval::EvalError;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::matches::{self, Audience, KickOutcome, MatchOptions, MatchReport, Spectacle, Spectator};
-use paid_eval::policy::Driver;
+use paid_eval::policy::{Driver, DriverInput};
 
 #[test]
 fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() {
@@ -41,6 +43,46 @@ fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() 
     let second: Vec<_> = three.matches.iter().filter_map(|m| m.kicks.get(1)).collect();
     assert!(second.iter().any(|k| k.contact), "{second:?}");
     assert!(three.total.drift_m.expect("kicks on both feet") < 1.0, "{:?}", three.total);
+}
+
+/// Counts how often it is told that another kick begins.
+struct Counting {
+    plain: Box<dyn Driver>,
+    kicks: Arc<AtomicUsize>,
+}
+
+impl Driver for Counting {
+    fn obs_dim(&self) -> Option<usize> {
+        self.plain.obs_dim()
+    }
+    fn action_dim(&self) -> usize {
+        self.plain.action_dim()
+    }
+    fn begin(&mut self, envs: usize) {
+        self.plain.begin(envs);
+    }
+    fn forget(&mut self, env: usize) {
+        self.kicks.fetch_add(1, Ordering::Relaxed);
+        self.plain.forget(env);
+    }
+    fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
+        self.plain.act(seen, actions)
+    }
+}
+
+#[test]
+fn a_policy_forgets_between_the_kicks_of_a_match_as_it_did_between_episodes() {
+    let (setup, plain) = common::demo();
+    let kicks = Arc::new(AtomicUsize::new(0));
+    let maker = || {
+        let (plain, kicks) = (Box::new(plain.clone()) as Box<dyn Driver>, Arc::clone(&kicks));
+        Ok(Box::new(Counting { plain, kicks }) as Box<dyn Driver>)
+    };
+    let options = MatchOptions { kicks: 2, matches: 2, ..MatchOptions::default() };
+    let (report, _) = matches::evaluate(&setup, &maker, &options, Audience::default()).expect("runs");
+    let further: usize = report.matches.iter().map(|m| m.kicks.len() - 1).sum();
+    assert!(further > 0, "{report:?}");
+    assert_eq!(kicks.load(Ordering::Relaxed), further);
 }
 
 /// Of each match: control steps, kicks, and whether the last one was called the last.

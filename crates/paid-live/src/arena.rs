@@ -146,7 +146,9 @@ impl Arena {
             return Ok(());
         }
         let next = NextKick { motion: plan.motion, ball_xy, ball_velocity, goal_xy, look: plan.look };
-        self.each(|control, env| control.next_kick(env, &next))
+        self.each(|control, env| control.next_kick(env, &next))?;
+        (0..self.envs).for_each(|env| self.driver.forget(env));
+        Ok(())
     }
 
     /// Another policy of the same shape acts from now on.

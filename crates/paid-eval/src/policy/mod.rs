@@ -34,6 +34,9 @@ pub trait Driver: Send {
     fn action_dim(&self) -> usize;
     /// All environments begin an episode now: `envs` of them from here on, recurrent state zero.
     fn begin(&mut self, envs: usize);
+    /// Environment `env` begins another kick without a reset of the robot: its recurrent state is zero again, as at the begin of
+    /// every episode of training.
+    fn forget(&mut self, _env: usize) {}
     /// Writes the mean actions `[action_dim, envs]` for what is seen and advances the recurrent state.
     ///
     /// # Errors
@@ -97,8 +100,42 @@ impl Driver for NetworkDriver {
     fn begin(&mut self, envs: usize) {
         self.state = self.policy.start(envs);
     }
+    fn forget(&mut self, env: usize) {
+        self.state.reset(env);
+    }
     fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         self.policy.act(seen.observations, &mut self.state, actions);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use paid_lanes::rng::Rng;
+    use paid_policy::net::Network;
+    use paid_policy::normalizer::Normalizer;
+    use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, Policy};
+
+    #[test]
+    fn a_kick_begins_with_an_empty_memory_and_the_others_keep_theirs() {
+        let config = NetworkConfig {
+            kind: NetworkKind::Lstm,
+            hidden: vec![3],
+            lstm: LstmConfig { layers: 2, size: 4 },
+            ..NetworkConfig::default()
+        };
+        let net = Network::new(2, 1, &config);
+        let params = net.initialize(&mut Rng::new(1, 0, 0));
+        let policy = Policy { params, normalizer: Normalizer::new(2), std: vec![0.1], net };
+        let mut driver = NetworkDriver::new(Arc::new(policy.clone()));
+        driver.begin(2);
+        let (seen, mut actions) = ([0.5, -1.0, 2.0, 0.3], [0.0; 2]);
+        policy.act(&seen, &mut driver.state, &mut actions);
+        let (first, mut second) = (actions, [0.0; 2]);
+        driver.forget(0);
+        policy.act(&seen, &mut driver.state, &mut second);
+        assert_eq!(second[0], first[0], "as at the begin of an episode");
+        assert_ne!(second[1], first[1], "a memory that changes nothing");
     }
 }

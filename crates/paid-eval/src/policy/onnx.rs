@@ -126,6 +126,9 @@ impl Driver for OnnxDriver {
         self.states = vec![self.policy.initial_state(); envs];
         self.last = vec![vec![0.0; self.action_dim()]; envs];
     }
+    fn forget(&mut self, env: usize) {
+        self.states[env].reset();
+    }
     fn act(&mut self, seen: DriverInput<'_>, actions: &mut [f32]) -> Result<(), EvalError> {
         for env in 0..seen.envs {
             self.adapter.observation(&seen, env, &self.last[env], &mut self.observation);
