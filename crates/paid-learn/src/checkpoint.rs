@@ -47,6 +47,9 @@ fn scatter(data: &[f32], states: &mut [State<f32>], envs: usize) {
 /// Beginning of the name of a learned reward's state.
 const REWARD: &str = "reward.";
 
+/// A shard's recurrent states: of each network their rows and numbers.
+type Carried = Vec<(usize, Vec<f32>)>;
+
 /// What a checkpoint knows without the optimizer.
 struct Weights {
     actor: Model,
@@ -63,19 +66,19 @@ impl Learner {
     /// If the file system refuses.
     pub fn save(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
         let carried = self.carried();
-        if self.ranks.rank() == 0 { self.write(path, blobs, &carried) } else { Ok(()) }
+        if self.ranks.rank() == 0 { self.write(path, blobs, Some(&carried)) } else { Ok(()) }
     }
 
-    /// Writes a checkpoint without the shards' memory: what a judge needs. No other rank is asked.
+    /// Writes a checkpoint without the shards' memory and the learned reward's: what a judge needs. No other rank is asked.
     ///
     /// # Errors
     /// If the file system refuses.
     pub fn save_policy(&self, path: &Path, blobs: &[(&str, &[u8])]) -> Result<(), CheckpointError> {
-        self.write(path, blobs, &[])
+        self.write(path, blobs, None)
     }
 
     /// The recurrent states of all shards of all ranks: for each shard those of each network.
-    fn carried(&self) -> Vec<Vec<(usize, Vec<f32>)>> {
+    fn carried(&self) -> Vec<Carried> {
         let mut own: Vec<u8> = Vec::new();
         for shard in &self.shards {
             for states in core::iter::once(&shard.actor_state).chain(&shard.critic_states) {
@@ -98,8 +101,9 @@ impl Learner {
         &self,
         path: &Path,
         blobs: &[(&str, &[u8])],
-        carried: &[Vec<(usize, Vec<f32>)>],
+        to_resume: Option<&[Carried]>,
     ) -> Result<(), CheckpointError> {
+        let carried = to_resume.unwrap_or_default();
         let mut file = TensorFile { path: path.to_owned(), ..TensorFile::default() };
         for (name, model) in self.models() {
             for spec in model.layout.tensors() {
@@ -134,7 +138,7 @@ impl Learner {
                 file.put_f32s(format!("carry.{k}.{name}"), &[*rows, *envs as usize], data);
             }
         }
-        if let Some(stream) = &self.learned {
+        if let Some(stream) = self.learned.as_ref().filter(|_| to_resume.is_some()) {
             file.put_bytes(format!("{REWARD}{}", stream.reward.name()), &stream.reward.save());
         }
         for (name, bytes) in blobs {
@@ -262,7 +266,19 @@ impl Learner {
             names.iter().zip(core::iter::once(&mut actor).chain(&mut critics)).enumerate()
         {
             let prefix = format!("{name}.");
-            if k < 2 || all || checkpoint.tensors().tensors.keys().any(|key| key.starts_with(&prefix)) {
+            let mut tensors = checkpoint.tensors().tensors.iter().filter(|(key, _)| key.starts_with(&prefix));
+            // A deeper network's other tensors may all fit.
+            if let Some((key, tensor)) =
+                tensors.clone().find(|(key, _)| model.layout.find(&key[prefix.len()..]).is_none())
+            {
+                return Err(CheckpointError::Tensor {
+                    path: checkpoint.path().to_owned(),
+                    tensor: key.clone(),
+                    expected: "none".to_owned(),
+                    found: format!("{:?} {:?}", tensor.dtype, tensor.shape),
+                });
+            }
+            if k < 2 || all || tensors.next().is_some() {
                 model.params = checkpoint.parameters(name, &model.layout)?;
             }
         }

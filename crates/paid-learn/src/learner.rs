@@ -337,8 +337,9 @@ impl Learner {
 
     /// Clears the memory of all shards, whose environments begin anew.
     pub fn forget(&mut self) {
-        // The next horizon makes them again.
+        // The next horizon makes them again. Until then there is no state that a checkpoint could carry.
         self.shards.clear();
+        self.world = World::default();
     }
 
     /// Updates actor and critics from the last horizon, then the learned reward.

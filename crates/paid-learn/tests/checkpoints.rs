@@ -195,3 +195,31 @@ fn the_mean_of_two_checkpoints_has_the_mean_of_their_weights() {
     let error = mean.mean_with(&[Checkpoint::load(&path).unwrap()]).unwrap_err().to_string();
     assert!(error.contains("other.safetensors: checkpoint of another architecture"), "{error}");
 }
+
+#[test]
+fn a_deeper_networks_checkpoint_is_refused_though_all_that_both_have_fits() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deep.safetensors");
+    let deep = config(NetworkKind::Lstm, &[8]);
+    Learner::new(2, 2, 1, &deep, 4).unwrap().save(&path, &[]).unwrap();
+    let mut shallow = deep.clone();
+    for network in [&mut shallow.actor, &mut shallow.critic] {
+        network.lstm.layers = 1;
+    }
+    let mut learner = Learner::new(2, 2, 1, &shallow, 4).unwrap();
+    let before = weights(&learner);
+    let error = learner.load_weights(&Checkpoint::load(&path).unwrap()).unwrap_err().to_string();
+    assert!(error.contains("actor.lstm.1.") && error.contains("expected none, found F32"), "{error}");
+    assert_eq!(before, weights(&learner));
+}
+
+#[test]
+fn a_learner_that_forgot_its_shards_can_be_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("between.safetensors");
+    let mut learner = Learner::new(2, 2, 1, &config(NetworkKind::Lstm, &[8]), 4).unwrap();
+    learner.iterate(&mut recalls(), 1).unwrap();
+    learner.forget();
+    learner.save(&path, &[]).unwrap();
+    assert_eq!(Checkpoint::load(&path).unwrap().policy().unwrap().params, learner.policy().params);
+}

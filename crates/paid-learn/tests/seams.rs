@@ -264,6 +264,13 @@ fn a_resumed_learner_has_the_learned_reward_and_its_critic() {
         assert_eq!(straight.critics()[1].params, resumed.critics()[1].params, "{kind:?}");
         let figures = |learner: &Learner| learner.learned_reward().expect("a reward").figures();
         assert_eq!(figures(&straight), figures(&resumed));
+        // A judge needs none of it: AMP's has all the frames that it has seen.
+        straight.save_policy(&path, &[]).expect("saves");
+        let policy = paid_learn::Checkpoint::load(&path).expect("reads");
+        let rewards = |file: &paid_learn::Checkpoint| {
+            file.tensors().tensors.keys().any(|key| key.starts_with("reward."))
+        };
+        assert_eq!([rewards(&checkpoint), rewards(&policy)], [true, false]);
 
         let mut without = learner(kind);
         let error = without.restore(&checkpoint).expect_err("refused").to_string();

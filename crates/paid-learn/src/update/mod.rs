@@ -11,7 +11,7 @@ use crate::config::PpoConfig;
 use crate::model::Model;
 use crate::operands::Operands;
 use crate::ranks::Ranks;
-use crate::rollout::World;
+use crate::rollout::{RolloutLayout, World};
 use crate::shard::Shard;
 use crate::stats::UpdateStats;
 use reduce::{step, sum_ranks, sum_slices};
@@ -81,7 +81,7 @@ pub fn update(
     let Horizon { shards, world, ranks, advantage, mirrors } = horizon;
     let mut units = world.units();
     let old_log_std = actor.log_std().to_vec();
-    let minibatches = config.minibatches.min(units.len());
+    let minibatches = minibatches(config, world);
     let mut totals = UpdateStats::default();
     for _ in 0..config.epochs {
         let shuffled = shuffle(&mut units, world, minibatches, config.balanced, &mut schedule.shuffle);
@@ -144,6 +144,13 @@ fn adapted(config: &PpoConfig, rate: f64, kl: f64) -> f64 {
     }
 }
 
+/// As many minibatches as asked for, or as get at least one unit each: a minibatch without a sample has no mean.
+fn minibatches(config: &PpoConfig, world: &World) -> usize {
+    let units = world.layouts.iter().map(RolloutLayout::units);
+    let most = if config.balanced { units.min().unwrap_or(0) } else { units.sum() };
+    config.minibatches.min(most)
+}
+
 /// The units of each minibatch, in a new order: of all units, or the same share of every shard's.
 fn shuffle(
     units: &mut [(usize, usize)],
@@ -180,6 +187,17 @@ fn shuffle(
 mod tests {
     use super::*;
     use crate::rollout::RolloutLayout;
+
+    #[test]
+    fn no_minibatch_is_empty_where_shards_have_few_units() {
+        // Sequences of 240 environments in blocks of 64: four units a shard.
+        let layouts = vec![RolloutLayout::new(240, 24, 64, true); 8];
+        let world = World { layouts, first: 0 };
+        let config = |balanced| PpoConfig { minibatches: 8, balanced, ..PpoConfig::default() };
+        assert_eq!([true, false].map(|balanced| minibatches(&config(balanced), &world)), [4, 8]);
+        let batches = shuffle(&mut world.units(), &world, 4, true, &mut Rng::new(1, 0, 0));
+        assert!(batches.iter().all(|batch| batch.len() == 8), "{batches:?}");
+    }
 
     #[test]
     fn a_balanced_minibatch_has_equally_many_units_of_every_shard_and_each_unit_is_in_one() {
