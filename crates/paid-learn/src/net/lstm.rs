@@ -78,20 +78,18 @@ pub fn forward<S: Element>(
     cache.c.copy_from_slice(&c0[..size * width]);
     for t in 0..steps {
         let first = t * width;
-        let mask = &mask[first..first + width];
-        for r in 0..size {
-            let row = r * cols + first;
-            for i in 0..width {
-                let h = if t == 0 { h0[r * width + i] } else { cache.h[row - width + i] };
-                let alive = mask[i] > S::default();
-                let c = &mut cache.c[r * width + i];
-                if !alive {
-                    *c = S::default();
-                }
-                cache.c_prev[row + i] = *c;
-                cache.h_prev[row + i] = if alive { h } else { S::default() };
-            }
-        }
+        let h = if t == 0 {
+            Mat::new(h0, size, width, width)
+        } else {
+            Mat::new(&cache.h, size, cols, cols).columns(first - width, width)
+        };
+        S::launch(Begin {
+            mask: &mask[first..first + width],
+            h,
+            c: MatMut::new(&mut cache.c, size, width, width),
+            h_prev: MatMut::new(&mut cache.h_prev, size, cols, cols).columns(first, width),
+            c_prev: MatMut::new(&mut cache.c_prev, size, cols, cols).columns(first, width),
+        });
         let h_prev = Mat::new(&cache.h_prev, size, cols, cols).columns(first, width);
         let mut gates = MatMut::new(&mut cache.gates, 4 * size, cols, cols);
         weights.times(&layer.weight_hh, h_prev, gates.columns(first, width), true, scratch);
@@ -140,16 +138,7 @@ pub fn backward<S: Element>(
             let mut dh = MatMut::new(&mut cache.dh, size, cols, cols);
             let dgates = Mat::new(&cache.gates, 4 * size, cols, cols).columns(first, width);
             weights.transposed_times(&layer.weight_hh, dgates, dh.columns(first, width), scratch);
-            for r in 0..size {
-                let row = dh.row(r);
-                for i in 0..width {
-                    if mask[first + i] > S::default() {
-                        let carried = row[first + i].to_f64();
-                        let place = &mut row[first - width + i];
-                        *place = S::from_f64(place.to_f64() + carried);
-                    }
-                }
-            }
+            S::launch(AddCarried { mask: &mask[first..first + width], first, dh });
         }
     }
     let dgates = Mat::new(&cache.gates, 4 * size, cols, cols);
@@ -160,6 +149,61 @@ pub fn backward<S: Element>(
     weights.add_outer(&layer.weight_ih, dgates, x, dw_ih, scratch);
     if let Some(dx) = dx {
         weights.transposed_times(&layer.weight_ih, dgates, dx, scratch);
+    }
+}
+
+/// The states before a step: those after the last one, zero where an episode begins.
+struct Begin<'a, S> {
+    mask: &'a [S],
+    /// Hidden state after the last step, `[size, width]`.
+    h: Mat<'a, S>,
+    /// Cell state after the last step, cleared in place.
+    c: MatMut<'a, S>,
+    h_prev: MatMut<'a, S>,
+    c_prev: MatMut<'a, S>,
+}
+
+impl<S: Scalar + Element> Lanewise<S> for Begin<'_, S> {
+    type Output = ();
+    #[inline(always)]
+    fn run<V: Real<Scalar = S>>(mut self) {
+        for r in 0..self.h.rows() {
+            let mut k = 0;
+            while k < self.mask.len() {
+                let alive = V::zero().lt(load::<V>(self.mask, k));
+                let c = V::select(alive, load::<V>(self.c.row(r), k), V::zero());
+                store(c, self.c.row(r), k);
+                store(c, self.c_prev.row(r), k);
+                store(V::select(alive, load::<V>(self.h.row(r), k), V::zero()), self.h_prev.row(r), k);
+                k += V::LANES;
+            }
+        }
+    }
+}
+
+/// Adds the hidden state's gradient of the step at column `first` to that of the step before, but where an episode begins.
+struct AddCarried<'a, S> {
+    mask: &'a [S],
+    first: usize,
+    dh: MatMut<'a, S>,
+}
+
+impl<S: Scalar + Element> Lanewise<S> for AddCarried<'_, S> {
+    type Output = ();
+    #[inline(always)]
+    fn run<V: Real<Scalar = S>>(mut self) {
+        let width = self.mask.len();
+        for r in 0..self.dh.rows() {
+            let (before, now) = self.dh.row(r).split_at_mut(self.first);
+            let (before, now) = (&mut before[self.first - width..], &now[..width]);
+            let mut k = 0;
+            while k < width {
+                let alive = V::zero().lt(load::<V>(self.mask, k));
+                let here = load::<V>(before, k);
+                store(V::select(alive, here + load::<V>(now, k), here), before, k);
+                k += V::LANES;
+            }
+        }
     }
 }
 
