@@ -168,7 +168,7 @@ mod tests {
         assert_eq!(origin("learn.actor.activation"), "default");
         let anchor = row(&all, "task.rewards.anchor_pos.weight");
         let [(0, value, origin)] = &anchor.later[..] else { panic!("{anchor:?}") };
-        assert_eq!((value.to_string().as_str(), all.phases[0]), ("0.0", 0.2));
+        assert_eq!((value.to_string().as_str(), all.phases[0]), ("0.0", 0.35));
         assert!(origin.to_string().starts_with("stage2.toml:"));
     }
 
