@@ -57,10 +57,18 @@ impl Player {
     /// Reads policy and motions.
     ///
     /// # Errors
-    /// If a file is missing or damaged, the policy is for another robot than the G1, or it observes what only a simulator knows.
+    /// If a file is missing or damaged, the policy is for another robot than the G1, it was trained without a ball, or it observes
+    /// what only a simulator knows.
     pub fn load(spec: &PlayerSpec) -> Result<Self, DeployError> {
         let trained = TrainedPolicy::load(&spec.policy).map_err(DeployError::policy)?;
         let task = trained.preset.task.with_overrides(&spec.sets).map_err(DeployError::policy)?;
+        if !task.scene.ball {
+            return Err(DeployError::Policy(format!(
+                "{}: expected a policy of a task with a ball (Stage II), found the task '{}' without one",
+                trained.checkpoint.display(),
+                task.name
+            )));
+        }
         let own = &trained.preset.run.motions;
         let folder = match &spec.motions {
             Some(folder) => folder.clone(),
@@ -117,6 +125,7 @@ impl Player {
             .ok_or_else(|| DeployError::Policy(format!("the robot has no body '{}'", spec.anchor_body)))?;
         let anchor = library.followed().iter().position(|&b| b == anchor_body).unwrap_or(0);
         let waist = chain(&model, anchor_body);
+        task.check_memory(policy.net.is_recurrent()).map_err(DeployError::policy)?;
         let mirrors = if task.mirror_left_kicks {
             let terms = &task.observations.policy;
             Some(paid_task::policy_mirrors(&model, &spec, terms).map_err(DeployError::policy)?)

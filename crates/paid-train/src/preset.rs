@@ -11,6 +11,9 @@ use crate::judge::JudgeConfig;
 use crate::phases::Phase;
 use crate::style::AmpPreset;
 
+/// Environments and shards at most: more fit into no machine's memory.
+const MOST_ENVS: usize = 1_000_000;
+
 /// One stage of a run, completely described (with the motions).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -85,6 +88,11 @@ impl RunPreset {
                 return wrong(key, "expected at least 1, found 0".to_owned());
             }
         }
+        for (key, value) in [("run.envs", run.envs), ("run.shards", run.shards)] {
+            if value > MOST_ENVS {
+                return wrong(key, format!("expected at most {MOST_ENVS}, found {value}"));
+            }
+        }
         if !(0.0..1.0).contains(&run.average_last) {
             let found = run.average_last;
             return wrong("run.average_last", format!("expected 0 or more and less than 1, found {found}"));
@@ -102,7 +110,8 @@ impl RunPreset {
             );
             return wrong("run.envs", message);
         }
-        self.task.validate().map_err(|error| match error {
+        let memory = self.learn.actor.kind == NetworkKind::Lstm;
+        self.task.validate().and_then(|()| self.task.check_memory(memory)).map_err(|error| match error {
             TaskError::Value { key, expected, found } => KeyError {
                 key: format!("task.{key}"),
                 message: format!("expected {expected}, found {found}"),
@@ -113,10 +122,6 @@ impl RunPreset {
             key: format!("learn.{}", error.key),
             message: format!("expected {}, found {}", error.expected, error.found),
         })?;
-        if self.task.mirror_left_kicks && self.learn.actor.kind != NetworkKind::Mlp {
-            let message = "expected false for a policy with memory, found true".to_owned();
-            return wrong("task.mirror_left_kicks", message);
-        }
         self.check_style()?;
         self.check_phases()
     }
