@@ -233,7 +233,12 @@ impl<V: Real> Kernel for Observe<'_, V> {
             (None, Some(eyes)) => {
                 // The state is a frame before the one that it will be scored against.
                 let times = [group.to_strike_s, group.to_contact_s].map(|time| time + V::c(config.dt_s));
-                seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, times)
+                let (mut scene, base) =
+                    seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, times);
+                if !config.observations.predicts {
+                    scene.ball_at_strike = scene.ball;
+                }
+                (scene, base)
             }
             (None, None) => (self.perceived.unwrap_or(truth), base),
         };
