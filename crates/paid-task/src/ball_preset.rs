@@ -7,6 +7,7 @@ use paid_policy::WhereItLay;
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
+use crate::preset::numbers::{LENGTH, PLACE, POSITIVE_LENGTH, SHARE, SPEED, check};
 use crate::preset::{Range, ReferenceSource, value_error};
 
 /// Which balls belong to which motion.
@@ -78,6 +79,26 @@ pub struct BallPlacement {
     pub after_strike: AfterStrikePreset,
 }
 
+impl BallPlacement {
+    pub(crate) fn check(&self) -> Result<(), TaskError> {
+        check(
+            "ball",
+            &[
+                ("ahead_m", self.ahead_m.into(), PLACE),
+                ("left_m", self.left_m.into(), PLACE),
+                ("angle_deg", self.angle_deg.into(), ([0.0, 180.0], "0 to 180 degrees")),
+                ("radius_m", self.radius_m.into(), LENGTH),
+                ("own_place_share", self.own_place_share.into(), SHARE),
+                ("spread_from", self.spread_from.into(), SHARE),
+                ("spread_at", self.spread_at.into(), SHARE),
+                ("velocity", self.velocity.into(), SPEED),
+                ("rolling_share", self.rolling_share.into(), SHARE),
+                ("clearance_m", self.clearance_m.into(), LENGTH),
+            ],
+        )
+    }
+}
+
 /// What is shown of the ball after the strike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -130,13 +151,11 @@ impl AfterStrikePreset {
     }
 
     pub(crate) fn check(&self, reference: ReferenceSource) -> Result<(), TaskError> {
-        for (key, value) in
-            [("ball.after_strike.from_s", self.from_s), ("ball.after_strike.captured_s", self.captured_s)]
-        {
-            if !(0.0..=5.0).contains(&value) {
-                return Err(value_error(key, "0 to 5 s", value.to_string()));
-            }
-        }
+        let limits = ([0.0, 5.0], "0 to 5 s");
+        check(
+            "ball.after_strike",
+            &[("from_s", self.from_s.into(), limits), ("captured_s", self.captured_s.into(), limits)],
+        )?;
         if self.times().is_some() && reference == ReferenceSource::None {
             let expected = "'ball' in a task without a reference, which has no strike";
             return Err(value_error("ball.after_strike.show", expected, "'where_it_lay'".into()));
@@ -157,6 +176,20 @@ pub struct GoalPreset {
     pub rectangle_along_m: f64,
     /// Width of the goal mouth for the goal statistics `[m]`.
     pub width_m: f64,
+}
+
+impl GoalPreset {
+    pub(crate) fn check(&self) -> Result<(), TaskError> {
+        check(
+            "goal",
+            &[
+                ("distance_m", self.distance_m.into(), POSITIVE_LENGTH),
+                ("rectangle_across_m", self.rectangle_across_m.into(), LENGTH),
+                ("rectangle_along_m", self.rectangle_along_m.into(), LENGTH),
+                ("width_m", self.width_m.into(), POSITIVE_LENGTH),
+            ],
+        )
+    }
 }
 
 #[cfg(test)]

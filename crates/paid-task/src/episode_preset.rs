@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
+use crate::preset::numbers::{ANGLE, COUNT, LENGTH, POSITIVE_TIME, SHARE, SPEED, TIME, TURN_RATE, check};
 use crate::preset::{Range, ReferenceSource, value_error};
 
 /// Uniform noise on velocities, half-widths.
@@ -17,6 +18,20 @@ pub struct VelocityNoise {
     pub roll_pitch: f64,
     /// About z `[rad/s]`.
     pub yaw: f64,
+}
+
+impl VelocityNoise {
+    fn check(&self, table: &str) -> Result<(), TaskError> {
+        check(
+            table,
+            &[
+                ("xy", self.xy.into(), SPEED),
+                ("z", self.z.into(), SPEED),
+                ("roll_pitch", self.roll_pitch.into(), TURN_RATE),
+                ("yaw", self.yaw.into(), TURN_RATE),
+            ],
+        )
+    }
 }
 
 /// Noise on the reference frame that an episode begins with, half-widths of uniform distributions.
@@ -37,6 +52,22 @@ pub struct ResetPreset {
     pub joint_rad: f64,
     /// True: the base is raised by the height of the ground under the higher foot, so that no episode begins inside it.
     pub lift_to_ground: bool,
+}
+
+impl ResetPreset {
+    pub(crate) fn check(&self) -> Result<(), TaskError> {
+        check(
+            "resets",
+            &[
+                ("xy_m", self.xy_m.into(), LENGTH),
+                ("z_m", self.z_m.into(), LENGTH),
+                ("roll_pitch_rad", self.roll_pitch_rad.into(), ANGLE),
+                ("yaw_rad", self.yaw_rad.into(), ANGLE),
+                ("joint_rad", self.joint_rad.into(), ANGLE),
+            ],
+        )?;
+        self.velocity.check("resets.velocity")
+    }
 }
 
 /// Choice of motion and phase.
@@ -84,19 +115,32 @@ pub struct SamplingPreset {
 }
 
 impl SamplingPreset {
-    /// Refuses shares that are none, and starts that there are not. `hold_s` is how long last frames are held `[s]`.
+    /// Refuses numbers out of range, and starts that there are not. `hold_s` is how long last frames are held `[s]`.
     pub(crate) fn check(&self, reference: ReferenceSource, hold_s: Range) -> Result<(), TaskError> {
+        let latest = ([-3600.0, 3600.0], "-3600 to 3600 s");
+        check(
+            "sampling",
+            &[
+                ("uniform_mass", self.uniform_mass.into(), SHARE),
+                ("alpha", self.alpha.into(), SHARE),
+                ("kernel_size", self.kernel_size.into(), COUNT),
+                ("kernel_ratio", self.kernel_ratio.into(), SHARE),
+                ("first_frame_share", self.first_frame_share.into(), SHARE),
+                ("latest_start_before_strike_s", self.latest_start_before_strike_s.into(), latest),
+                ("miss_sampling_weight", self.miss_sampling_weight.into(), ([0.0, 1000.0], "0 to 1000")),
+                ("stop_after_kick_s", self.stop_after_kick_s.into(), TIME),
+                ("stop_share", self.stop_share.into(), SHARE),
+            ],
+        )?;
         let shares = [
             ("after_strike_share", self.after_strike_share),
             ("from_last_pose_share", self.from_last_pose_share),
             ("from_end_state_share", self.from_end_state_share),
         ];
         for (name, share) in shares {
-            let key = format!("sampling.{name}");
-            if !(0.0..=1.0).contains(&share) {
-                return Err(value_error(&key, "a share between 0 and 1", share.to_string()));
-            }
+            check("sampling", &[(name, share.into(), SHARE)])?;
             if share > 0.0 && reference == ReferenceSource::None {
+                let key = format!("sampling.{name}");
                 return Err(value_error(&key, "0 in a task without a reference", share.to_string()));
             }
         }
@@ -124,4 +168,11 @@ pub struct PushPreset {
     pub interval_s: Range,
     /// Half-widths of the change.
     pub velocity: VelocityNoise,
+}
+
+impl PushPreset {
+    pub(crate) fn check(&self) -> Result<(), TaskError> {
+        check("pushes", &[("interval_s", self.interval_s.into(), POSITIVE_TIME)])?;
+        self.velocity.check("pushes.velocity")
+    }
 }

@@ -6,6 +6,7 @@ use paid_robot::RobotSpec;
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
+use crate::preset::numbers::check;
 use crate::preset::{PerceptionPreset, ReferenceSource, value_error};
 
 /// What is observed, and how wrongly.
@@ -69,11 +70,8 @@ impl ObservationPreset {
             }
         }
         for id in ObservationId::ALL {
-            let half_width = self.noise.half_width(id);
-            if !(half_width >= 0.0 && half_width.is_finite()) {
-                let key = format!("observations.noise.{}", id.name());
-                return Err(value_error(&key, "zero or more", half_width.to_string()));
-            }
+            let limits = ([0.0, 1000.0], "0 to 1000");
+            check("observations.noise", &[(id.name(), self.noise.half_width(id).into(), limits)])?;
         }
         self.perception.check()
     }

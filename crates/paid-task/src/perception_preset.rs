@@ -4,7 +4,11 @@ use paid_perceive::{CameraPreset, PositionNoise};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
-use crate::preset::{Range, check_ranges, value_error};
+use crate::preset::Range;
+use crate::preset::numbers::{LENGTH, POSITIVE, SHARE, SPEED, check};
+
+/// Where these values stand in a task.
+const TABLE: &str = "observations.perception";
 
 /// Errors of ball and goal perception in the policy's copy of the observation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,23 +83,22 @@ impl PerceptionPreset {
     }
 
     pub(crate) fn check(&self) -> Result<(), TaskError> {
-        let key = |name: &str| format!("observations.perception.{name}");
-        check_ranges(&[(&key("near_m"), self.near_m), (&key("far_m"), self.far_m)])?;
-        check_ranges(&[(&key("latency_s"), self.latency_s)])?;
-        for (name, value, limits, expected) in [
-            ("c_vel", self.c_vel, [f64::MIN_POSITIVE, f64::MAX], "a positive number"),
-            ("c_dist", self.c_dist, [f64::MIN_POSITIVE, f64::MAX], "a positive number"),
-            ("ball_velocity_m_s", self.ball_velocity_m_s, [0.0, f64::MAX], "zero or more"),
-            ("latency_s.0", self.latency_s[0], [0.0, 1.0], "0 to 1 s"),
-            ("latency_s.1", self.latency_s[1], [0.0, 1.0], "0 to 1 s"),
-            ("frame_s", self.frame_s, [0.0, 1.0], "0 to 1 s"),
-            ("dropout", self.dropout, [0.0, 1.0], "a share between 0 and 1"),
-        ] {
-            if !(limits[0]..=limits[1]).contains(&value) {
-                return Err(value_error(&key(name), expected, value.to_string()));
-            }
-        }
-        self.camera.check().map_err(|error| TaskError::below(&key("camera"), error))
+        let second = ([0.0, 1.0], "0 to 1 s");
+        check(
+            TABLE,
+            &[
+                ("near_m", self.near_m.into(), LENGTH),
+                ("far_m", self.far_m.into(), LENGTH),
+                ("c_min", self.c_min.into(), LENGTH),
+                ("c_vel", self.c_vel.into(), POSITIVE),
+                ("c_dist", self.c_dist.into(), POSITIVE),
+                ("ball_velocity_m_s", self.ball_velocity_m_s.into(), SPEED),
+                ("latency_s", self.latency_s.into(), second),
+                ("frame_s", self.frame_s.into(), second),
+                ("dropout", self.dropout.into(), SHARE),
+            ],
+        )?;
+        self.camera.check().map_err(|error| TaskError::below(&format!("{TABLE}.camera"), error))
     }
 }
 

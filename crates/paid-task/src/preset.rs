@@ -1,6 +1,8 @@
 //! Every constant of a task, as typed TOML. Unknown keys are refused. Reward and termination terms, their parameters and the noise of
 //! observation terms may be left out; every other key must be there.
 
+pub(crate) mod numbers;
+
 use std::path::Path;
 
 use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
@@ -19,6 +21,7 @@ pub use crate::observation_preset::ObservationPreset;
 pub use crate::perception_preset::{MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
 use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
+use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
 pub use paid_perceive::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
@@ -174,13 +177,17 @@ impl TaskPreset {
     /// # Errors
     /// The first value that is not.
     pub fn validate(&self) -> Result<(), TaskError> {
-        let ranges = [
-            ("hold_s", self.hold_s),
-            ("ball.ahead_m", self.ball.ahead_m),
-            ("ball.left_m", self.ball.left_m),
-            ("pushes.interval_s", self.pushes.interval_s),
-        ];
-        check_ranges(&ranges)?;
+        let hold = ([0.0, 60.0], "times from 0 to 60 s");
+        let episode = ("episode_length_s", self.episode_length_s.into(), POSITIVE_TIME);
+        check("", &[("hold_s", self.hold_s.into(), hold), episode])?;
+        check_scene(&self.scene)?;
+        check_material("robot_material", &self.robot_material)?;
+        check_ball(&self.ball_params)?;
+        self.resets.check()?;
+        self.pushes.check()?;
+        self.ball.check()?;
+        self.goal.check()?;
+        self.rewards.kick.check()?;
         if self.mirror_left_kicks && self.reference == ReferenceSource::None {
             let expected = "false without a reference, which says which foot kicks";
             return Err(value_error("mirror_left_kicks", expected, "true".into()));
@@ -194,46 +201,13 @@ impl TaskPreset {
         }
         self.randomization.check(self.control_dt_s())?;
         contact_kind::check(&self.contact_kind)?;
-        if self.hold_s[0] < 0.0 || self.hold_s[1] > 60.0 {
-            return Err(value_error("hold_s", "times from 0 to 60 s", format!("{:?}", self.hold_s)));
-        }
         self.sampling.check(self.reference, self.hold_s)?;
-        let positive = [
-            ("episode_length_s", self.episode_length_s),
-            ("scene.physics_dt_s", self.scene.physics_dt_s),
-            ("pushes.interval_s.0", self.pushes.interval_s[0]),
-            ("ball_params.radius_m", self.ball_params.radius_m),
-            ("ball_params.mass_kg", self.ball_params.mass_kg),
-        ];
-        for (key, value) in positive {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(value_error(key, "a positive number", value.to_string()));
-            }
-        }
-        let shares = [
-            ("sampling.uniform_mass", self.sampling.uniform_mass),
-            ("sampling.alpha", self.sampling.alpha),
-            ("sampling.stop_share", self.sampling.stop_share),
-            ("sampling.first_frame_share", self.sampling.first_frame_share),
-            ("ball.rolling_share", self.ball.rolling_share),
-            ("ball.spread_from", self.ball.spread_from),
-            ("ball.own_place_share", self.ball.own_place_share),
-            ("ball.spread_at", self.ball.spread_at),
-        ];
-        for (key, value) in shares {
-            if !(0.0..=1.0).contains(&value) {
-                return Err(value_error(key, "a share between 0 and 1", value.to_string()));
-            }
-        }
         if let Some((name, time_s)) = self.play().wrong_time() {
             return Err(value_error(
                 &format!("ball.contact_s.{name}"),
                 "a time from 0 to 60 s",
                 time_s.to_string(),
             ));
-        }
-        if self.sampling.kernel_size == 0 || self.scene.substeps == 0 {
-            return Err(value_error("sampling.kernel_size, scene.substeps", "at least 1", "0".into()));
         }
         self.rewards.validate()?;
         self.terminations.validate()?;
@@ -274,14 +248,6 @@ impl TaskPreset {
     /// Duration of a control step `[s]`.
     pub fn control_dt_s(&self) -> f64 {
         self.scene.physics_dt_s * self.scene.substeps as f64
-    }
-}
-
-/// Refuses a range whose ends are not finite and ascending.
-pub(crate) fn check_ranges(ranges: &[(&str, Range)]) -> Result<(), TaskError> {
-    match ranges.iter().find(|(_, [lo, hi])| !(lo <= hi && lo.is_finite() && hi.is_finite())) {
-        Some((key, range)) => Err(value_error(key, "[lo, hi] with lo <= hi", format!("{range:?}"))),
-        None => Ok(()),
     }
 }
 

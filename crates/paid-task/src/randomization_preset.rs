@@ -1,11 +1,15 @@
 //! Surfaces and domain randomization, as typed values.
 
 use paid_lanes::rng::Rng;
-use paid_physics::BallParams;
+use paid_physics::{BallParams, Material};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
-use crate::preset::{Range, check_ranges, value_error};
+use crate::preset::numbers::{DAMPING, FACTOR, FRICTION, MASS, SHARE, check, check_material};
+use crate::preset::{Range, value_error};
+
+/// Where these values stand in a task.
+const TABLE: &str = "randomization";
 
 /// The ball's contact on a ground, as `paid sysid` finds it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,11 +42,15 @@ impl SurfacePreset {
         }
     }
 
+    /// Friction and restitution.
+    fn material(&self) -> Material {
+        let Self { static_friction, dynamic_friction, restitution, .. } = *self;
+        Material { static_friction, dynamic_friction, restitution }
+    }
+
     /// `ball` on this surface.
     pub fn apply(&self, ball: &mut BallParams) {
-        ball.material.static_friction = self.static_friction;
-        ball.material.dynamic_friction = self.dynamic_friction;
-        ball.material.restitution = self.restitution;
+        ball.material = self.material();
         ball.linear_damping = self.linear_damping;
         ball.angular_damping = self.angular_damping;
     }
@@ -178,25 +186,23 @@ impl RandomizationPreset {
 
     /// Checks what makes contacts and controllers differ in kind.
     fn check_kinds(&self) -> Result<(), TaskError> {
-        for (name, range, least, most) in [
-            ("ball_contact_time_s", self.ball_contact_time_s, 0.0, 0.05),
-            ("sole_contact_time_s", self.sole_contact_time_s, 0.0, 0.025),
-            ("ball_torsional_friction_m", self.ball_torsional_friction_m, 0.0, 0.1),
-            ("ball_rolling_friction_m", self.ball_rolling_friction_m, 0.0, 0.1),
-            ("pyramid_share", [self.pyramid_share; 2], 0.0, 1.0),
-            ("convex_share", [self.convex_share; 2], 0.0, 1.0),
-            ("sole_scale", self.sole_scale, 0.5, 1.5),
-            ("sole_rounding_m", self.sole_rounding_m, 0.0, 0.03),
-            ("foot_flatness", self.foot_flatness, 0.0, 1.0),
-            ("pd_implicitness", self.pd_implicitness, 0.0, 1.0),
-        ] {
-            let key = format!("randomization.{name}");
-            check_ranges(&[(&key, range)])?;
-            if range[0] < least || range[1] > most {
-                return Err(value_error(&key, &format!("{least} to {most}"), format!("{range:?}")));
-            }
-        }
-        Ok(())
+        let spin = ([0.0, 0.1], "0 to 0.1");
+        let ones = ([0.0, 1.0], "0 to 1");
+        check(
+            TABLE,
+            &[
+                ("ball_contact_time_s", self.ball_contact_time_s.into(), ([0.0, 0.05], "0 to 0.05")),
+                ("sole_contact_time_s", self.sole_contact_time_s.into(), ([0.0, 0.025], "0 to 0.025")),
+                ("ball_torsional_friction_m", self.ball_torsional_friction_m.into(), spin),
+                ("ball_rolling_friction_m", self.ball_rolling_friction_m.into(), spin),
+                ("pyramid_share", self.pyramid_share.into(), SHARE),
+                ("convex_share", self.convex_share.into(), SHARE),
+                ("sole_scale", self.sole_scale.into(), ([0.5, 1.5], "0.5 to 1.5")),
+                ("sole_rounding_m", self.sole_rounding_m.into(), ([0.0, 0.03], "0 to 0.03")),
+                ("foot_flatness", self.foot_flatness.into(), ones),
+                ("pd_implicitness", self.pd_implicitness.into(), ones),
+            ],
+        )
     }
 
     /// True if actions or observations are delayed.
@@ -205,66 +211,45 @@ impl RandomizationPreset {
     }
 
     pub(crate) fn check(&self, control_dt_s: f64) -> Result<(), TaskError> {
-        let frictions =
-            [("static_friction", self.static_friction), ("dynamic_friction", self.dynamic_friction)];
-        let ball = [
-            ("ball_static_friction", self.ball_static_friction),
-            ("ball_dynamic_friction", self.ball_dynamic_friction),
-            ("ball_restitution", self.ball_restitution),
-            ("ball_linear_damping", self.ball_linear_damping),
-            ("ball_angular_damping", self.ball_angular_damping),
-        ];
-        let others = [
-            ("restitution", self.restitution),
-            ("joint_default_rad", self.joint_default_rad),
-            ("base_com_x_m", self.base_com_x_m),
-            ("base_com_yz_m", self.base_com_yz_m),
-        ];
-        let positive = [
-            ("ball_mass_kg", self.ball_mass_kg),
-            ("gain_scale", self.gain_scale),
-            ("link_mass_scale", self.link_mass_scale),
-            ("base_mass_scale", self.base_mass_scale),
-        ];
-        let delays =
-            [("action_delay_s", self.action_delay_s), ("observation_delay_s", self.observation_delay_s)];
-        let key = |name: &str| format!("randomization.{name}");
-        for (name, range) in frictions.iter().chain(&ball).chain(&others).chain(&positive).chain(&delays) {
-            check_ranges(&[(&key(name), *range)])?;
-        }
-        for (name, range) in positive {
-            if range[0] <= 0.0 {
-                return Err(value_error(&key(name), "positive numbers", format!("{range:?}")));
-            }
-        }
-        for (name, range) in delays {
-            if range[0] < 0.0 || range[1] > control_dt_s + 1e-9 {
-                let expected = format!("0 to the control period of {control_dt_s} s");
-                return Err(value_error(&key(name), &expected, format!("{range:?}")));
-            }
-        }
-        if !(0.0..=1.0).contains(&self.surface_deviation) {
-            let found = self.surface_deviation.to_string();
-            return Err(value_error(&key("surface_deviation"), "a number between 0 and 1", found));
-        }
+        let delay = ([0.0, control_dt_s + 1e-9], "0 to the control period");
+        let com = ([-1.0, 1.0], "-1 to 1 m");
+        let angle = ([-3.15, 3.15], "-3.15 to 3.15 rad");
+        check(
+            TABLE,
+            &[
+                ("static_friction", self.static_friction.into(), FRICTION),
+                ("dynamic_friction", self.dynamic_friction.into(), FRICTION),
+                ("restitution", self.restitution.into(), SHARE),
+                ("joint_default_rad", self.joint_default_rad.into(), angle),
+                ("base_com_x_m", self.base_com_x_m.into(), com),
+                ("base_com_yz_m", self.base_com_yz_m.into(), com),
+                ("ball_mass_kg", self.ball_mass_kg.into(), MASS),
+                ("ball_static_friction", self.ball_static_friction.into(), FRICTION),
+                ("ball_dynamic_friction", self.ball_dynamic_friction.into(), FRICTION),
+                ("ball_restitution", self.ball_restitution.into(), SHARE),
+                ("ball_linear_damping", self.ball_linear_damping.into(), DAMPING),
+                ("ball_angular_damping", self.ball_angular_damping.into(), DAMPING),
+                ("surface_deviation", self.surface_deviation.into(), SHARE),
+                ("gain_scale", self.gain_scale.into(), FACTOR),
+                ("link_mass_scale", self.link_mass_scale.into(), FACTOR),
+                ("base_mass_scale", self.base_mass_scale.into(), FACTOR),
+                ("action_delay_s", self.action_delay_s.into(), delay),
+                ("observation_delay_s", self.observation_delay_s.into(), delay),
+            ],
+        )?;
         self.check_kinds()?;
         if self.ball && !self.surfaces.is_empty() {
             let expected = "none while randomization.ball draws the same parameters";
-            return Err(value_error(&key("surfaces"), expected, self.surfaces.len().to_string()));
+            return Err(value_error(&format!("{TABLE}.surfaces"), expected, self.surfaces.len().to_string()));
         }
         for (i, s) in self.surfaces.iter().enumerate() {
-            for (name, value, most) in [
-                ("static_friction", s.static_friction, 10.0),
-                ("dynamic_friction", s.dynamic_friction, 10.0),
-                ("restitution", s.restitution, 1.0),
-                ("linear_damping", s.linear_damping, 100.0),
-                ("angular_damping", s.angular_damping, 100.0),
-            ] {
-                if !(0.0..=most).contains(&value) {
-                    let key = key(&format!("surfaces.{i}.{name}"));
-                    return Err(value_error(&key, &format!("0 to {most}"), value.to_string()));
-                }
-            }
+            let table = format!("{TABLE}.surfaces.{i}");
+            let damping = [
+                ("linear_damping", s.linear_damping.into(), DAMPING),
+                ("angular_damping", s.angular_damping.into(), DAMPING),
+            ];
+            check(&table, &damping)?;
+            check_material(&table, &s.material())?;
         }
         Ok(())
     }

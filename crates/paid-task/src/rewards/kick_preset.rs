@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::TaskError;
+use crate::preset::numbers::{Limits, SPEED, TIME, check};
+
 /// What counts as a kick, and for how long its outcome is paid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -30,4 +33,22 @@ pub struct KickPreset {
     /// Whichever foot meets the ball first is paid for, not only the labeled one; for ablations.
     #[serde(default)]
     pub any_foot: bool,
+}
+
+impl KickPreset {
+    pub(crate) fn check(&self) -> Result<(), TaskError> {
+        const STEPS: Limits = ([0.0, 1e4], "0 to 10000 steps");
+        check(
+            "rewards.kick",
+            &[
+                ("contact_force_n", self.contact_force_n.into(), ([0.0, 1e4], "0 to 10000 N")),
+                ("window_steps", self.window_steps.into(), STEPS),
+                ("z_window_steps", self.z_window_steps.into(), STEPS),
+                ("z_min_speed", self.z_min_speed.into(), SPEED),
+                ("min_ball_speed", self.min_ball_speed.into(), SPEED),
+                ("full_ball_speed", self.full_ball_speed.into(), SPEED),
+                ("early_s", self.early_s.into(), TIME),
+            ],
+        )
+    }
 }

@@ -9,7 +9,7 @@ reward_term! {
     /// Number of bodies that touch something although the robot's description does not allow it.
     pub struct UndesiredContact {
         /// Force from which a contact counts.
-        force_n: f64 = 1.0, "N", finite, "the authors' public release";
+        force_n: f64 = 1.0, "N", not_negative, "the authors' public release";
     }
 }
 

@@ -10,7 +10,7 @@ reward_term! {
     /// Squared change of the waist joints' action since the last step, summed.
     pub struct WaistRate {
         /// Largest value before weighting.
-        clip: f64 = 100.0, "", finite, "keeps the first random actions of a training from ruling the return";
+        clip: f64 = 100.0, "", not_negative, "keeps the first random actions of a training from ruling the return";
     }
 }
 
