@@ -49,7 +49,8 @@ pub struct ClipRow {
     pub motion: String,
     /// Its scores; `place` is the clip's own `[m]`.
     pub score: CellScore,
-    /// How far off the clip the bodies were, mean over the shots: each from its start until it was decided or the clip ended.
+    /// How far off the clip the bodies were, mean over the shots: each from its start to the clip's end, or until it was decided after a
+    /// fall.
     pub errors: TrackingErrors,
 }
 
@@ -108,7 +109,8 @@ struct Follow {
 
 impl Observer for Follow {
     fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
-        sample.frame >= self.frames || self.watch.observe(sample, ended)
+        // The sample's frame stays at the last one.
+        sample.step as usize >= self.frames || self.watch.observe(sample, ended)
     }
 }
 
@@ -234,6 +236,7 @@ mod tests {
     use super::*;
     use crate::engine::EngineChoice;
     use crate::metrics::statistics::Share;
+    use crate::shooting::observer_tests::{sample, setup};
     use paid_task::TaskPreset;
 
     #[test]
@@ -254,5 +257,23 @@ mod tests {
         let fields = |line: &str| line.split(',').count();
         let lines: Vec<&str> = csv.lines().collect();
         assert!(lines.len() == 3 && lines.iter().all(|line| fields(line) == fields(lines[0])), "{csv}");
+    }
+
+    #[test]
+    fn the_pose_that_is_held_after_the_clip_is_no_error() {
+        let setup = setup();
+        let frames = setup.library.facts()[0].frames;
+        let hand =
+            setup.robot.body_index(setup.spec.tracked_bodies.last().expect("a body")).expect("of the robot");
+        let mut follow = Follow { frames, watch: tracking::Watch::new(&setup, 0, false) };
+        for step in 0..10 {
+            let mut sample = sample(&setup, frames, step);
+            // 28 mm in both frames of the clip, then 1 m.
+            sample.bodies[hand].pos[2] += if step < 2 { 0.028 } else { 1.0 };
+            assert_eq!(follow.observe(&sample, None), step >= 2, "step {step}");
+        }
+        // One of 14 bodies: 2 mm.
+        let errors = follow.watch.errors().expect("two frames");
+        assert!((errors.mpjpe_mm - 2.0).abs() < 1e-9 && (errors.g_mpjpe_mm - 2.0).abs() < 1e-9, "{errors:?}");
     }
 }

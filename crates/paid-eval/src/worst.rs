@@ -97,7 +97,7 @@ pub fn again(
     let starts: Vec<_> = report.trials.iter().map(|outcome| start_of(&outcome.trial)).collect();
     let dt_s = setup.preset.control_dt_s();
     let (rules, steps) = rules_of(options, dt_s);
-    // A shot was followed until it was decided: no longer is it filmed.
+    // A shot is filmed for as long as it was followed.
     let longest = wanted.iter().map(|&trial| report.trials[trial].steps as usize).max().unwrap_or(0);
     let films = run_again(setup, policy, &starts, rules, steps.min(longest), wanted, |_| Film::default())?;
     let ball = Some(setup.preset.ball_params.radius_m);

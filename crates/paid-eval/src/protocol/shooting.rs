@@ -22,9 +22,9 @@ pub(crate) use figures::PAPER;
 pub use figures::{panels, summary};
 pub use grid::{Placement, Trial, plan, robot_distance};
 pub use report::ShootingReport;
-#[cfg(test)]
-pub(crate) use report::tests as report_tests;
 pub use score::{CellScore, Outcome, totals};
+#[cfg(test)]
+pub(crate) use {observer::tests as observer_tests, report::tests as report_tests};
 
 /// Ball places.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -82,8 +82,8 @@ pub struct ShootingOptions {
     pub goal_half_width_m: f64,
     /// Time limit of a trial `[s]`.
     pub limit_s: f64,
-    /// For how long after the kick the robot is watched, with the clip's last frame held `[s]`; `None`: until the shot is decided. It is
-    /// added to the time limit.
+    /// For how long after the kick the robot is watched, with the clip's last frame held `[s]`; `None`: until the shot is decided and the
+    /// clip has ended, which holds in any case. It is added to the time limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub after_s: Option<f64>,
 }
@@ -185,7 +185,7 @@ pub(crate) fn outcomes(
     Ok(outcomes.into_iter().map(|(outcome, ())| outcome).collect())
 }
 
-/// As [`outcomes`], with what another observer found in each trial until its shot was decided.
+/// As [`outcomes`], with what another observer found in each trial.
 pub(crate) fn outcomes_beside<O: Observer, T: Serialize + DeserializeOwned>(
     setup: &EvalSetup,
     policy: &DriverMaker,

@@ -1,5 +1,6 @@
-//! Follows one shot.
+//! Follows one shot: the ball until the shot is decided, the robot to its clip's end as well.
 
+use paid_task::preset::ReferenceSource;
 use paid_task::{EnvSample, KickEvent};
 
 use super::score::Outcome;
@@ -24,6 +25,12 @@ pub(crate) struct Watch {
     window: u32,
     /// Control steps after the kick for which the robot is watched.
     after: Option<u32>,
+    /// The robot follows a clip, in which it may fall after the shot is decided.
+    follows_clip: bool,
+    /// What the ball does from then on changes nothing.
+    decided: bool,
+    /// Control steps until then.
+    decided_steps: u32,
     before: Option<[f64; 3]>,
     ball_at_impact: Option<[f64; 3]>,
     goal: [f64; 3],
@@ -50,6 +57,9 @@ impl Watch {
             nominal_height_m: setup.spec.nominal_height_m,
             window: steps(FALL_WINDOW_S),
             after: options.after_s.map(steps),
+            follows_clip: setup.preset.reference != ReferenceSource::None,
+            decided: false,
+            decided_steps: 0,
             before: None,
             ball_at_impact: None,
             goal: [0.0; 3],
@@ -75,7 +85,7 @@ impl Watch {
             .and_then(|(ball, v)| direction_cosine([v[0], v[1]], [ball[0], ball[1]], goal));
         let body = kick.and_then(|k| k.body);
         let feet = setup.spec.feet.each_ref().map(|name| setup.robot.body_index(name));
-        let joint_steps = u64::from(self.steps) * self.effort.len() as u64;
+        let joint_steps = u64::from(self.decided_steps) * self.effort.len() as u64;
         let norm = |v: [f64; 3]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         Outcome {
             motion_name: setup.library.facts()[trial.motion].name.clone(),
@@ -106,26 +116,10 @@ impl Watch {
     }
 }
 
-impl Observer for Watch {
-    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
-        self.steps = sample.step;
-        self.goal = sample.goal_pos;
+impl Watch {
+    /// Takes in where the ball is and what the torques are while the shot is open; returns the ball's horizontal speed `[m/s]`.
+    fn follow_ball(&mut self, sample: &EnvSample) -> f64 {
         let ball = sample.ball_pos;
-        if let Some(kick) = &sample.kick {
-            if self.kick.is_none() {
-                self.ball_at_impact = self.before.or(Some(ball));
-            }
-            self.kick = Some(kick.clone());
-        }
-        let since_kick = self.kick.as_ref().map(|k| sample.step.saturating_sub(k.step));
-        let base = &sample.bodies[0];
-        let lies = fallen(base.pos[2], base.rot[2][2], self.nominal_height_m);
-        self.fell |= lies;
-        self.fell_in_clip |= lies && !sample.motion_ended;
-        let within = |steps: u32| since_kick.is_some_and(|s| s <= steps);
-        self.fell_after_kick |= lies && within(self.window);
-        self.fell_within |= lies && self.after.is_some_and(within);
-
         let goal = Goal {
             center: [self.goal[0], self.goal[1]],
             heading: sample.heading,
@@ -147,15 +141,208 @@ impl Observer for Watch {
             self.peak_ball_speed = self.peak_ball_speed.max(speed);
         }
         self.before = Some(ball);
+        let base = &sample.bodies[0];
         self.path.push([goal.local([base.pos[0], base.pos[1]]), goal.local([ball[0], ball[1]])]);
+        speed
+    }
+}
 
-        let settled = self.crossing.is_some() || speed < AT_REST;
-        let enough = match since_kick {
-            // Whoever lies has nothing more to show.
-            Some(steps) => steps >= self.window && settled && (self.fell || steps >= self.after.unwrap_or(0)),
+impl Observer for Watch {
+    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
+        self.steps = sample.step;
+        self.goal = sample.goal_pos;
+        let ball = sample.ball_pos;
+        if let Some(kick) = &sample.kick {
+            if self.kick.is_none() {
+                self.ball_at_impact = self.before.or(Some(ball));
+            }
+            self.kick = Some(kick.clone());
+        }
+        let since_kick = self.kick.as_ref().map(|k| sample.step.saturating_sub(k.step));
+        let base = &sample.bodies[0];
+        let lies = fallen(base.pos[2], base.rot[2][2], self.nominal_height_m);
+        self.fell |= lies;
+        self.fell_in_clip |= lies && !sample.motion_ended;
+        let within = |steps: u32| since_kick.is_some_and(|s| s <= steps);
+        self.fell_after_kick |= lies && within(self.window);
+        self.fell_within |= lies && self.after.is_some_and(within);
+
+        if !self.decided {
+            self.decided_steps = sample.step;
+            let speed = self.follow_ball(sample);
+            let settled = self.crossing.is_some() || speed < AT_REST;
+            self.decided = settled
+                && since_kick.is_some_and(|steps| {
+                    // Whoever lies has nothing more to show.
+                    steps >= self.window && (self.fell || steps >= self.after.unwrap_or(0))
+                });
+        }
+        let enough = if self.kick.is_some() {
+            self.decided && (self.fell || sample.motion_ended || !self.follows_clip)
+        } else {
             // Whoever has not kicked two seconds after the motion's end will not.
-            None => sample.motion_ended && sample.step as usize >= sample.frame + self.window as usize,
+            sample.motion_ended && sample.step as usize >= sample.frame + self.window as usize
         };
         enough || ended.is_some()
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use std::sync::Arc;
+
+    use paid_lanes::Isa;
+    use paid_robot::{RobotModel, RobotSpec};
+    use paid_task::{BodySample, ReferenceLibrary, TaskPreset};
+
+    use super::*;
+    use crate::engine::EngineChoice;
+    use crate::monitor::Monitor;
+
+    /// The paper's shots, with a robot that stands for two frames as the only motion.
+    pub(crate) fn setup() -> EvalSetup {
+        let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+        let library = ReferenceLibrary::standing(&robot, &spec, 0.02).expect("the built-in robot");
+        EvalSetup {
+            engine: EngineChoice::Builtin,
+            isa: Isa::Portable,
+            robot,
+            spec,
+            library: Arc::new(library),
+            preset: TaskPreset::builtin("paper_stage2").expect("built in"),
+            threads: 1,
+            seed: 1,
+            monitor: Monitor::default(),
+            ranks: Arc::new(paid_train::Alone),
+        }
+    }
+
+    /// The setup's robot as it stands, `step` control steps into a clip of `frames` frames. The ball rests 1 m ahead, the goal is 5 m ahead.
+    pub(crate) fn sample(setup: &EvalSetup, frames: usize, step: u32) -> EnvSample {
+        let (joints, bodies) = (setup.robot.joints.len(), setup.robot.bodies.len());
+        let stands = |pos: &[f64; 3]| BodySample {
+            pos: *pos,
+            rot: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            com_vel: [0.0; 3],
+            ang_vel: [0.0; 3],
+        };
+        EnvSample {
+            motion: 0,
+            frame: (step as usize).min(frames - 1),
+            step,
+            motion_ended: step as usize + 1 >= frames,
+            bodies: setup.library.clips()[0].body_pos[..bodies].iter().map(stands).collect(),
+            joint_pos: vec![0.0; joints],
+            joint_vel: vec![0.0; joints],
+            joint_torque: vec![0.0; joints],
+            contact_force: vec![[0.0; 3]; bodies],
+            ball_pos: [1.0, 0.0, 0.11],
+            ball_vel: [0.0; 3],
+            ball_force: [0.0; 3],
+            goal_pos: [5.0, 0.0, 0.11],
+            reference_anchor: ([0.0; 2], 0.0),
+            heading: 0.0,
+            kick: None,
+            rewards: Vec::new(),
+        }
+    }
+
+    /// Frames of the shots' clip.
+    const FRAMES: usize = 289;
+    /// The foot meets the ball.
+    const KICK: u32 = 60;
+    /// Two seconds later.
+    const DECIDED: u32 = 160;
+
+    /// Plays a shot whose ball passes the goal plane 1 s after the kick, at 4 m/s; `change` alters a sample before it is seen.
+    fn play(setup: &EvalSetup, after_s: Option<f64>, change: impl Fn(&mut EnvSample)) -> Outcome {
+        let options = ShootingOptions { after_s, ..ShootingOptions::default() };
+        let mut watch = Watch::new(setup, &options);
+        let enough = (0..1000).any(|step| {
+            let mut sample = sample(setup, FRAMES, step);
+            if step >= KICK {
+                sample.kick = Some(KickEvent {
+                    step: KICK,
+                    foot: 0,
+                    correct: true,
+                    body: None,
+                    foot_vel: [5.0, 0.0, 0.0],
+                    ball_vel_after: None,
+                });
+                sample.ball_pos[0] += 4.0 * f64::from(step - KICK) * 0.02;
+                sample.ball_vel[0] = 4.0;
+            }
+            change(&mut sample);
+            watch.observe(&sample, None)
+        });
+        assert!(enough, "the shot ends");
+        let trial = Trial {
+            place: [1.0, 0.0],
+            repeat: 0,
+            displacement: [0.0; 2],
+            ball: [1.0, 0.0],
+            ball_velocity: [0.0; 2],
+            goal: [5.0, 0.0],
+            motion: 0,
+        };
+        watch.outcome(trial, setup)
+    }
+
+    fn falls_at(fall: u32) -> impl Fn(&mut EnvSample) {
+        move |sample| {
+            if sample.step >= fall {
+                sample.bodies[0].pos[2] = 0.1;
+            }
+        }
+    }
+
+    #[test]
+    fn a_fall_between_the_balls_passage_and_the_clips_end_counts() {
+        let outcome = play(&setup(), None, falls_at(250));
+        assert!(outcome.fell_in_clip && outcome.fell && !outcome.fell_after_kick, "{outcome:?}");
+        assert_eq!((outcome.steps, outcome.goal), (250, true));
+        // Whoever falls before the shot is decided is watched until then.
+        let outcome = play(&setup(), None, falls_at(100));
+        assert!(outcome.fell_in_clip && outcome.fell_after_kick, "{outcome:?}");
+        assert_eq!(outcome.steps, DECIDED);
+    }
+
+    #[test]
+    fn a_shot_on_its_feet_ends_with_its_clip_or_without_one_when_it_is_decided() {
+        let mut setup = setup();
+        let outcome = play(&setup, None, |_| {});
+        assert_eq!((outcome.fell, outcome.fell_in_clip, outcome.steps), (false, false, 288));
+        // Eight seconds after the kick are later, one second is not.
+        assert_eq!(play(&setup, Some(8.0), |_| {}).steps, KICK + 400);
+        assert_eq!(play(&setup, Some(1.0), |_| {}).steps, 288);
+        setup.preset.reference = ReferenceSource::None;
+        let never_ends = |sample: &mut EnvSample| sample.motion_ended = false;
+        assert_eq!(play(&setup, None, never_ends).steps, DECIDED);
+    }
+
+    #[test]
+    fn what_comes_after_a_shot_is_decided_changes_nothing_but_falls() {
+        let setup = setup();
+        let limits: Vec<f64> = setup.robot.joints.iter().map(|joint| joint.effort_limit).collect();
+        // The ball comes to rest 3 m ahead of the plane. A second push takes it there, with all torques at their limits.
+        let outcome = play(&setup, None, |sample| {
+            if sample.step >= KICK {
+                let pushed = f64::from(sample.step.saturating_sub(200));
+                sample.ball_pos[0] = 2.0 + 0.1 * pushed;
+                sample.ball_vel[0] = if sample.step < 100 {
+                    1.5
+                } else if pushed > 0.0 {
+                    5.0
+                } else {
+                    0.0
+                };
+            }
+            if sample.step > DECIDED {
+                sample.joint_torque.clone_from(&limits);
+            }
+        });
+        assert_eq!((outcome.goal, outcome.lateral_m, outcome.plane_speed), (false, None, None));
+        assert_eq!((outcome.peak_ball_speed, outcome.torque_saturation, outcome.steps), (1.5, 0.0, 288));
+        assert_eq!(outcome.path.len(), 161);
     }
 }

@@ -46,18 +46,18 @@ pub struct Outcome {
     pub peak_ball_speed: f64,
     /// True if the robot fell within two seconds after first contact.
     pub fell_after_kick: bool,
-    /// True if it fell at any time.
+    /// True if it fell at any time of the trial, which goes on until the shot is decided and the clip has ended.
     pub fell: bool,
     /// True if it fell before the clip's end.
     pub fell_in_clip: bool,
     /// True if it fell within the options' `after_s` of the first contact; `None` if it was not watched for so long.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fell_within: Option<bool>,
-    /// Share of joints and control steps whose torque was at its limit.
+    /// Share of joints and control steps whose torque was at its limit, until the shot was decided.
     pub torque_saturation: f64,
     /// Control steps of the trial.
     pub steps: u32,
-    /// Base and ball after every step: past the goal plane (negative in front) and left of the goal's center `[m]`; not in the JSON.
+    /// Base and ball after every step until the shot was decided: past the goal plane (negative in front) and left of the goal's center `[m]`; not in the JSON.
     #[serde(skip)]
     pub path: Vec<[[f64; 2]; 2]>,
 }
@@ -91,7 +91,7 @@ pub struct CellScore {
     pub within_one_meter: Share,
     /// Falls within two seconds after the contact, of all trials.
     pub falls: Share,
-    /// Falls at any time.
+    /// Falls at any time of the trials.
     pub falls_ever: Share,
     /// Falls before the clip's end, of all trials.
     pub falls_in_clip: Share,
