@@ -37,7 +37,7 @@ pub struct AmpConfig {
     pub batch: usize,
     /// Steps in an iteration.
     pub steps: usize,
-    /// Pairs of earlier policies that are kept; half of a step's pairs come from there.
+    /// Pairs of earlier policies that are kept, at least a batch; half of a step's pairs come from there.
     pub replay: usize,
 }
 
@@ -75,6 +75,11 @@ impl AmpConfig {
                 return fail(key, "one or more", "0".into());
             }
         }
+        // All pairs of a step pass through the ring: in a smaller one they would take each other's place.
+        if self.replay < self.batch {
+            let found = format!("{} with a batch of {}", self.replay, self.batch);
+            return fail("replay", "at least batch", found);
+        }
         if !(self.learning_rate > 0.0 && self.learning_rate.is_finite()) {
             return fail("learning_rate", "above zero", self.learning_rate.to_string());
         }
@@ -89,5 +94,19 @@ impl AmpConfig {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ring_that_does_not_hold_a_batch_is_refused() {
+        let of = |replay| AmpConfig { batch: 64, replay, ..AmpConfig::default() }.check();
+        of(64).expect("as many as a batch");
+        let error = of(63).expect_err("one less").to_string();
+        assert!(error.contains("replay") && error.contains("at least batch"), "{error}");
+        assert!(error.contains("63 with a batch of 64"), "{error}");
     }
 }

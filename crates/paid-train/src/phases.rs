@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use toml::Table;
 
 use crate::RunPreset;
+use crate::style::AmpPreset;
 
 /// Overrides that apply after a fraction of the run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -65,6 +66,11 @@ impl RunPreset {
             }
             before = phase.from;
             let known = self.after(k + 1)?;
+            let (seen, see) = (&self.task.observations, &known.task.observations);
+            let of_amp = |of: fn(&AmpPreset, &AmpPreset) -> bool| match (&known.amp, &self.amp) {
+                (Some(known), Some(whole)) => of(known, whole),
+                (known, whole) => known.is_none() && whole.is_none(),
+            };
             let fixed = [
                 ("stage", known.stage == self.stage),
                 ("robot", known.robot == self.robot),
@@ -74,6 +80,13 @@ impl RunPreset {
                 // The rate is where its schedule has brought it: a phase goes on from there.
                 ("learn.ppo.learning_rate", known.learn.ppo.learning_rate == self.learn.ppo.learning_rate),
                 ("task.name", known.task.name == self.task.name),
+                ("task.observations.policy", see.policy == seen.policy),
+                ("task.observations.critic", see.critic == seen.critic),
+                ("task.observations.style", see.style == seen.style),
+                // Networks and the ring of earlier pairs are taken over as they are.
+                ("amp.own_critic", of_amp(|a, b| a.own_critic == b.own_critic)),
+                ("amp.discriminator.hidden", of_amp(|a, b| a.discriminator.hidden == b.discriminator.hidden)),
+                ("amp.discriminator.replay", of_amp(|a, b| a.discriminator.replay == b.discriminator.replay)),
                 ("task.scene", same_but_for_the_step(&known.task.scene, &self.task.scene)),
             ];
             if let Some((key, _)) = fixed.iter().find(|(_, same)| !same) {
@@ -195,6 +208,27 @@ target_kl = 0.01
             assert_ne!(text, FILE);
             let error = preset(&text, &[]).expect_err(to);
             assert!(error.contains(hint), "{to}: {error}");
+        }
+    }
+
+    /// Networks with other inputs or layers cannot go on from the phase before.
+    #[test]
+    fn a_phase_keeps_what_networks_and_discriminator_see_and_how_they_are_made() {
+        let of = |values: &str| preset(&format!("base = \"amp\"\n[[phases]]\nfrom = 0.5\n{values}\n"), &[]);
+        of("[phases.amp]\nstyle = 1.0\n[phases.amp.discriminator]\nlearning_rate = 0.001")
+            .expect("may change");
+        for (table, key, value) in [
+            ("task.observations", "policy", "[\"projected_gravity\", \"ball_pos\", \"goal_pos\"]"),
+            ("task.observations", "critic", "[\"projected_gravity\", \"ball_pos\", \"goal_pos\"]"),
+            ("task.observations", "style", "[\"joint_pos_rel\"]"),
+            ("amp", "own_critic", "true"),
+            ("amp.discriminator", "hidden", "[64]"),
+            ("amp.discriminator", "replay", "5000"),
+        ] {
+            let error = of(&format!("[phases.{table}]\n{key} = {value}")).expect_err(key);
+            let expected =
+                format!("phases.0.{table}.{key}: expected what holds for the whole run, found a change");
+            assert!(error.contains(&expected), "{error}");
         }
     }
 }

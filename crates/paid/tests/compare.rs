@@ -77,6 +77,51 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
     let report: serde_json::Value = serde_json::from_str(json.trim()).expect("JSON");
     assert_eq!(report["rows"][1]["scores"]["judgments"][0]["fixed"]["accuracy"], 0.125);
     assert_eq!(one("out/amp/seed-1/amp/metrics.jsonl").lines().count(), 2);
+
+    // Another number of samples would make a hybrid of what is there.
+    for (samples, iterations) in [("6144", 4), ("1536", 1)] {
+        let other = PLAN.replace("samples = 3072", &format!("samples = {samples}"));
+        fs::write(folder.path().join("plan.toml"), other).expect("writes");
+        let error = refuses(&paid(folder.path(), &line));
+        let expected = format!("expected run.iterations = {iterations}, as in this plan, found 2");
+        assert!(error.contains(&expected) && error.contains("without-clips"), "{error}");
+    }
+}
+
+/// The first stage was trained elsewhere; of it came what the book says.
+#[test]
+fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
+    let test = "a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path();
+    let plan = PLAN.replace("likeness_trials = 1", "").replace("clip_trials = 1", "");
+    fs::write(path.join("plan.toml"), plan).expect("writes");
+    let line = |out: &'static str, only: &'static str| {
+        ["compare", "plan.toml", "--threads", "1", "--out", out, "--only", only]
+    };
+    let error = refuses(&paid(path, &line("there", "Two stage")));
+    let names = "('Without clips', 'AMP', 'Two stages'), found 'Two stage'";
+    assert!(error.contains("--only: expected an entry of the plan") && error.contains(names), "{error}");
+
+    let table = succeeds(&paid(path, &line("there", "Two stages")));
+    assert!(table.contains("Two stages") && !table.contains("AMP"), "{table}");
+    assert!(!path.join("there/amp").exists(), "nothing else is trained");
+
+    let [from, to] = ["there", "here"].map(|out| path.join(out).join("two-stages/seed-1/stage1"));
+    fs::create_dir_all(&to).expect("made");
+    let copy = |name: &str| fs::copy(from.join(name), to.join(name)).expect("copied");
+    copy("metrics.jsonl");
+    copy("policy.safetensors");
+    let error = refuses(&paid(path, &line("here", "Two stages")));
+    assert!(error.contains("preset.toml: expected the preset of the run"), "{error}");
+    copy("preset.toml");
+    let output = paid(path, &line("here", "Two stages"));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    succeeds(&output);
+    assert!(said.contains("stage2: 100%") && !said.contains("stage1: "), "{said}");
+    let files = fs::read_dir(&to).expect("a run").flatten().map(|entry| entry.file_name());
+    assert_eq!(files.count(), 3, "the carried stage is left as it is");
 }
 
 #[test]

@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use paid_motion::MotionLibrary;
+use paid_task::preset::KnowledgeMode;
 use paid_train::setup::{check_starts, load_robot};
 
 use super::contender::Contender;
 use super::plan::{JudgePlan, wrong};
 use super::{score, tracks};
 use crate::EvalError;
+use crate::likeness::load_clips;
 use crate::scene::Engines;
 use crate::subject::{PolicySource, SubjectSpec};
 
@@ -50,6 +52,12 @@ impl Contender {
         } else {
             for &knowledge in &judge.knowledge {
                 score::subject(judge, &spec, knowledge)?;
+            }
+            if judge.likeness_trials > 0 {
+                load_clips(
+                    &score::clips_folder(&spec)?,
+                    &score::subject(judge, &spec, KnowledgeMode::Truth)?.setup,
+                )?;
             }
         }
         Ok(())

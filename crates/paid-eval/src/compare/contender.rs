@@ -56,6 +56,9 @@ impl Plan {
         let left_out = self.left_out(folder);
         for entry in self.entries.iter().filter(|e| !left_out.iter().any(|(name, _)| *name == e.name)) {
             let slug = slug(&entry.name);
+            if slug.is_empty() {
+                return Err(wrong("entry.name", "letters or digits, which name its folder", &entry.name));
+            }
             if contenders.iter().any(|c| c.folder.starts_with(&slug)) {
                 return Err(wrong("entry.name", "a name of its own for every entry", &entry.name));
             }
@@ -110,6 +113,7 @@ impl Plan {
             return Err(wrong("entry.stages", &format!("one robot for all, '{first}'"), other));
         }
         self.check_trackers(&contenders)?;
+        check_folders(&contenders)?;
         Ok(contenders)
     }
 
@@ -152,7 +156,8 @@ impl Plan {
         }
         let mut stages = Vec::new();
         for stage in &entry.stages {
-            let mut sets: Vec<String> = self.sets.iter().chain(&entry.sets).cloned().collect();
+            let mut sets: Vec<String> =
+                self.sets.iter().chain(&entry.sets).chain(&stage.sets).cloned().collect();
             sets.extend(motions.map(str::to_owned));
             sets.push(format!("run.seed={seed}"));
             let file = Path::new(&stage.preset).extension().is_some();
@@ -166,6 +171,23 @@ impl Plan {
         }
         Ok(stages)
     }
+}
+
+/// Two stages in one folder would be taken for each other.
+fn check_folders(contenders: &[Contender]) -> Result<(), EvalError> {
+    let mut taken: Vec<PathBuf> = Vec::new();
+    for contender in contenders {
+        for stage in &contender.stages {
+            let folder = contender.folder.join(&stage.stage);
+            if taken.contains(&folder) {
+                let expected = "a folder of its own for every stage; name one with sets = ['stage=\"NAME\"'], or the clip's file otherwise";
+                let found = format!("{} twice in '{}'", folder.display(), contender.name);
+                return Err(wrong("entry.stages", expected, &found));
+            }
+            taken.push(folder);
+        }
+    }
+    Ok(())
 }
 
 /// `whole` once for each clip of its motions, or for each of `names`.
@@ -196,143 +218,4 @@ fn specialists(whole: &Contender, names: &[String]) -> Result<Vec<Contender>, Ev
 fn slug(name: &str) -> String {
     let words = name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
     words.map(str::to_lowercase).collect::<Vec<_>>().join("-")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const PLAN: &str = r#"
-        title = "two methods"
-        samples = 100000
-        seeds = [1, 2]
-
-        [judge]
-        trials = 2
-        knowledge = ["truth", "perceived"]
-
-        [[entry]]
-        name = "Ours (two stages)"
-        paper = "PAiD"
-        stages = [{ preset = "stage1", share = 0.4 }, { preset = "stage2", share = 0.6 }]
-
-        [[entry]]
-        name = "AMP"
-        seeds = [7]
-        stages = [{ preset = "amp" }]
-    "#;
-
-    fn refused(text: &str) -> String {
-        let plan = toml::from_str::<Plan>(text).map_err(|error| error.to_string());
-        match plan {
-            Ok(plan) => plan.contenders(Path::new(""), None).expect_err("refused").to_string(),
-            Err(error) => error,
-        }
-    }
-
-    #[test]
-    fn a_plan_gives_each_entry_its_seeds_and_its_stages_their_share() {
-        let plan: Plan = toml::from_str(PLAN).expect("reads");
-        let contenders = plan.contenders(Path::new(""), None).expect("fits");
-        let folders: Vec<_> = contenders.iter().map(|c| c.folder.display().to_string()).collect();
-        assert_eq!(folders, ["ours-two-stages/seed-1", "ours-two-stages/seed-2", "amp/seed-7"]);
-        // 1920 environments and 24 steps are 46,080 samples: 40,000 are one iteration, 60,000 two.
-        let iterations: Vec<_> = contenders[1].stages.iter().map(|s| s.run.iterations).collect();
-        assert_eq!(iterations, [1, 2]);
-        assert_eq!(contenders[1].stages[0].run.seed, 2);
-        assert_eq!(contenders[2].stages[0].run.iterations, 3);
-        let own = PLAN.replace("seeds = [7]", "seeds = [7]\n        samples = 50000");
-        let own: Plan = toml::from_str(&own).expect("reads");
-        let own = own.contenders(Path::new(""), None).expect("fits");
-        let iterations: Vec<_> =
-            own.iter().map(|c| c.stages.iter().map(|s| s.run.iterations).sum::<u64>()).collect();
-        assert_eq!(iterations, [3, 3, 2]);
-        let begun: Plan = toml::from_str(&PLAN.replace("seeds = [7]", "from = \"src\"")).expect("reads");
-        let from: Vec<_> =
-            begun.contenders(Path::new(""), None).expect("fits").into_iter().map(|c| c.from).collect();
-        assert_eq!(from[1..], [None, Some("src".into()), Some("src".into())]);
-    }
-
-    #[test]
-    fn an_optional_entry_without_its_file_is_left_out_and_named() {
-        let plan = |policy: &str| -> Plan {
-            let entry = format!("policy = \"{policy}\"\n        optional = true");
-            toml::from_str(&PLAN.replace(r#"stages = [{ preset = "amp" }]"#, &entry)).expect("reads")
-        };
-        let names = |plan: &Plan| -> Vec<String> {
-            plan.contenders(Path::new(""), None).expect("fits").into_iter().map(|c| c.name).collect()
-        };
-        let absent = plan("no/such/tracker.onnx");
-        assert_eq!(names(&absent), ["Ours (two stages)"; 2]);
-        assert_eq!(absent.left_out(Path::new("x")), [("AMP", "x/no/such/tracker.onnx".into())]);
-        let there = plan("src");
-        assert_eq!(names(&there), ["Ours (two stages)", "Ours (two stages)", "AMP"]);
-        assert_eq!(there.left_out(Path::new("")), []);
-    }
-
-    #[test]
-    fn the_shipped_plans_fit() {
-        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
-        for (name, rows) in [
-            ("paper.toml", 8),
-            ("short.toml", 7),
-            ("ablations.toml", 32),
-            ("fewer_samples.toml", 11),
-            ("environments.toml", 5),
-            ("mirror.toml", 2),
-            ("stage2_tries.toml", 5),
-            ("iterations.toml", 4),
-            ("iterations_stage2.toml", 3),
-        ] {
-            let plan = Plan::read(&folder.join(name)).expect(name);
-            assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
-        }
-        // Its specialists need clips, which are not in the repository; all else fits.
-        let plan = Plan::read(&folder.join("trackers.toml")).expect("reads");
-        let error = plan.contenders(&folder, None).expect_err("no clips").to_string();
-        assert!(error.contains("found the built-in kicks"), "{error}");
-    }
-
-    #[test]
-    fn a_plan_that_cannot_be_done_is_refused_before_anything_is_trained() {
-        let with = |from: &str, to: &str| refused(&PLAN.replace(from, to));
-        assert!(with("samples = 100000", "samples = 0").contains("samples: expected at least 1, found 0"));
-        assert!(with("trials = 2", "trails = 2").contains("unknown field `trails`"));
-        assert!(with("seeds = [1, 2]", "seeds = [1, 1]").contains("each once"));
-        assert!(with(r#"name = "AMP""#, r#"name = "ours two stages""#).contains("a name of its own"));
-        assert!(with(r#"preset = "amp""#, r#"preset = "amq""#).contains("amq"));
-        assert!(
-            with(r#"stages = [{ preset = "amp" }]"#, "").contains("either stages or a policy, found AMP")
-        );
-        let missing = with(r#"stages = [{ preset = "amp" }]"#, r#"policy = "no/such/run""#);
-        assert!(missing.contains("expected a run folder or a policy file, found no/such/run"), "{missing}");
-        let tracker = with(r#"preset = "amp""#, r#"preset = "stage1""#);
-        assert!(
-            tracker.contains("judge.tracking_starts") && tracker.contains("a last stage with a ball"),
-            "{tracker}"
-        );
-        let shooter = with("seeds = [7]", "seeds = [7]\n        specialists = true");
-        assert!(shooter.contains("expected a folder of motion files (--motions), found the built-in kicks"));
-        let tracks = with("seeds = [7]", "seeds = [7]\n        tracks = true");
-        assert!(tracks.contains("entry.tracks: expected a policy"), "{tracks}");
-        let clips = with("seeds = [7]", "seeds = [7]\n        clips = [\"a\"]");
-        assert!(clips.contains("entry.clips: expected specialists = true, found AMP"), "{clips}");
-        let none = with("seeds = [7]", "seeds = [7]\n        samples = 0");
-        assert!(none.contains("entry.samples: expected at least 1, found 0 in 'AMP'"), "{none}");
-        let spent = with(r#"stages = [{ preset = "amp" }]"#, "policy = \"src\"\n        samples = 5");
-        assert!(spent.contains("entry.samples: expected stages to spend them on, found AMP"), "{spent}");
-        let trained = with("seeds = [7]", "seeds = [7]\n        optional = true");
-        assert!(trained.contains("entry.optional: expected a policy whose file may be missing"), "{trained}");
-        let both = r#"name = "AMP"
-        from = "src"
-        policy = "src""#;
-        let both = with(r#"name = "AMP""#, both).replace('\n', " ");
-        assert!(both.contains("either stages or a policy"), "{both}");
-        let missing = with("seeds = [7]", "from = \"no/such/run\"");
-        assert!(
-            missing.contains("entry.from: expected a run folder or a policy file, found no/such/run"),
-            "{missing}"
-        );
-        assert!(with("share = 0.4", "share = 0.0").contains("above zero"));
-    }
 }

@@ -2,9 +2,12 @@
 
 mod check;
 mod contender;
+#[cfg(test)]
+mod contender_tests;
 pub mod curves;
 pub mod films;
 mod plan;
+mod print;
 mod report;
 mod score;
 mod seeds;

@@ -1,5 +1,6 @@
 //! A plan of a comparison: what is trained or taken as it is, with which budget, and how it is judged.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -7,7 +8,8 @@ use paid_task::preset::KnowledgeMode;
 use serde::{Deserialize, Serialize};
 
 use crate::EvalError;
-use crate::shooting::Grid;
+use crate::shooting::{Grid, PAPER};
+use crate::tracking::PAPER_ROWS;
 
 /// A file of a plan.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -20,7 +22,8 @@ pub struct Plan {
     /// Every entry is trained with each of these.
     #[serde(default = "one_seed")]
     pub seeds: Vec<u64>,
-    /// Changed preset values of every stage, each `KEY=VALUE`.
+    /// Changed preset values of every stage, each `KEY=VALUE`. What one says holds in all of a run's phases; `phases.0.KEY=VALUE` changes the
+    /// value of its first one, if that has the key.
     #[serde(default)]
     pub sets: Vec<String>,
     /// How policies are judged.
@@ -67,7 +70,7 @@ pub struct Entry {
     pub seeds: Option<Vec<u64>>,
     /// Instead of the plan's: a network that learns from fewer samples a second may be given the same time.
     pub samples: Option<u64>,
-    /// Further changed preset values.
+    /// Further changed preset values of all of its stages.
     #[serde(default)]
     pub sets: Vec<String>,
 }
@@ -81,6 +84,9 @@ pub struct StagePlan {
     /// Share of the entry's samples.
     #[serde(default = "whole")]
     pub share: f64,
+    /// Changed preset values of this stage alone, after those of plan and entry.
+    #[serde(default)]
+    pub sets: Vec<String>,
 }
 
 fn whole() -> f64 {
@@ -180,6 +186,10 @@ impl Plan {
         if let Some(entry) = self.entries.iter().find(|e| e.samples.is_some() && e.policy.is_some()) {
             return Err(wrong("entry.samples", "stages to spend them on", &entry.name));
         }
+        for entry in &self.entries {
+            entry.check()?;
+        }
+        check_sets(&self.sets)?;
         if self.judge.trials == 0 {
             return Err(wrong("judge.trials", "at least 1", "0"));
         }
@@ -196,6 +206,10 @@ impl Plan {
         if self.judge.knowledge.is_empty() {
             return Err(wrong("judge.knowledge", "truth, perceived or both", "none"));
         }
+        let told = &self.judge.knowledge;
+        if told.iter().enumerate().any(|(k, knowledge)| told[..k].contains(knowledge)) {
+            return Err(wrong("judge.knowledge", "each once", &format!("{told:?}").to_lowercase()));
+        }
         for seeds in core::iter::once(&self.seeds).chain(self.entries.iter().filter_map(|e| e.seeds.as_ref()))
         {
             let twice = seeds.iter().enumerate().any(|(k, seed)| seeds[..k].contains(seed));
@@ -205,6 +219,42 @@ impl Plan {
         }
         Ok(())
     }
+}
+
+impl Entry {
+    /// Refuses what would be ignored, and a method that the paper does not have.
+    fn check(&self) -> Result<(), EvalError> {
+        if self.policy.is_some() {
+            let ignored = [("entry.sets", !self.sets.is_empty()), ("entry.seeds", self.seeds.is_some())];
+            if let Some((option, _)) = ignored.into_iter().find(|(_, given)| *given) {
+                return Err(wrong(option, "stages to train with them", &self.name));
+            }
+        }
+        let known: BTreeSet<&str> =
+            PAPER.iter().map(|(name, _)| *name).chain(PAPER_ROWS.iter().map(|row| row.method)).collect();
+        if let Some(paper) = self.paper.as_deref().filter(|paper| !known.contains(paper)) {
+            let known = known.into_iter().collect::<Vec<_>>().join(", ");
+            return Err(wrong(
+                "entry.paper",
+                &format!("one of {known}"),
+                &format!("{paper} in '{}'", self.name),
+            ));
+        }
+        self.stages.iter().map(|stage| &stage.sets).chain([&self.sets]).try_for_each(|sets| check_sets(sets))
+    }
+}
+
+/// Refuses values that the plan says in another way.
+fn check_sets(sets: &[String]) -> Result<(), EvalError> {
+    for set in sets {
+        let key = set.split('=').next().unwrap_or_default().trim();
+        for (taken, instead) in [("run.iterations", "samples"), ("run.seed", "seeds")] {
+            if key == taken {
+                return Err(wrong("sets", &format!("{instead} instead of {taken}"), set));
+            }
+        }
+    }
+    Ok(())
 }
 
 pub(super) fn wrong(option: &'static str, expected: &str, found: &str) -> EvalError {

@@ -232,7 +232,7 @@ mod tests {
         let likeness = |name: &str| Likeness {
             name: name.to_owned(),
             takes: 63,
-            kicks: 60,
+            kicks: Some(60),
             jerk: Some(0.0123),
             auj: Some(0.0045),
             joint_distance_deg: None,
@@ -242,6 +242,7 @@ mod tests {
         let scores = Scores {
             judge: JudgePlan::default(),
             samples: vec![40_000_000, 160_000_000],
+            of: String::new(),
             judgments: vec![Judgment {
                 knowledge: KnowledgeMode::Truth,
                 fixed: shots(50),
@@ -265,8 +266,9 @@ mod tests {
         other.scores.judgments[0].fixed = shots(54);
         let table = Comparison { title: "a title".into(), rows: vec![row, other] }.table();
         let seeds = table.lines().find(|l| l.contains("52.0%")).expect("the mean of 50 and 54");
-        // Deviation sqrt(8), over sqrt(2), times 12.706; the others are equal.
-        assert!(seeds.contains("[26.6, 77.4]") && seeds.contains("10.0% [10.0, 10.0]"), "{seeds}");
+        // Deviation sqrt(8), over sqrt(2), times 12.706; the others are equal: 20 of 200.
+        assert!(seeds.contains("[26.6, 77.4]") && seeds.contains("10.0% [6.6, 14.9]"), "{seeds}");
+        assert!(table.contains("Student's with 1 degree of freedom"), "{table}");
         let clip = table.lines().find(|l| l.contains("stylized-001")).expect("a clip");
         assert!(
             clip.contains("40.0% [30.9, 49.8]")

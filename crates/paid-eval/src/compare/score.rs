@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use paid_task::preset::KnowledgeMode;
 use serde::{Deserialize, Serialize};
@@ -18,7 +18,7 @@ use crate::monitor::Monitor;
 use crate::panel::{self, PanelOptions};
 use crate::scene::Engines;
 use crate::shooting::{self, CellScore, ROLLING_SPEED, ShootingOptions};
-use crate::subject::{Subject, SubjectSpec};
+use crate::subject::{PolicySource, Subject, SubjectSpec};
 
 /// The eyes of `perceived` scores, the same for every policy whatever it was trained with: 30 pictures a second, 60 ms late, a noise of the
 /// paper's form, odometry that drifts by 1 cm and 0.23 degrees a second.
@@ -108,6 +108,9 @@ pub struct Scores {
     pub judge: JudgePlan,
     /// Training samples of each stage; empty for a policy that was there.
     pub samples: Vec<u64>,
+    /// Which policy and which clips they are of ([`Contender::print`](super::Contender::print)); empty in older scores, which do not say.
+    #[serde(default)]
+    pub of: String,
     /// One for each knowledge of the plan; none of a policy that follows clips without a ball.
     pub judgments: Vec<Judgment>,
     /// If the plan asks for it.
@@ -144,12 +147,25 @@ pub(super) fn subject(
     Ok(subject)
 }
 
+/// The clips that kicks are compared with: those that the shots of `spec` are made with.
+pub(super) fn clips_folder(spec: &SubjectSpec) -> Result<PathBuf, EvalError> {
+    match &spec.motions {
+        Some(folder) => Ok(folder.clone()),
+        None => PolicySource::read(&spec.policy)?.motions_here(),
+    }
+}
+
 impl Scores {
-    /// Earlier scores, if they were judged like this, after as many samples.
+    /// Earlier scores, if they were judged like this, after as many samples, and are `of` the same policy and clips as far as they say.
     ///
     /// # Errors
     /// If the file cannot be read, or is none of these.
-    pub fn read(path: &Path, judge: &JudgePlan, samples: &[u64]) -> Result<Option<Self>, EvalError> {
+    pub fn read(
+        path: &Path,
+        judge: &JudgePlan,
+        samples: &[u64],
+        of: &str,
+    ) -> Result<Option<Self>, EvalError> {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -160,7 +176,11 @@ impl Scores {
             expected: "scores of a comparison",
             found: error.to_string(),
         })?;
-        Ok(Some(scores).filter(|scores| scores.judge == *judge && scores.samples == samples))
+        let same = |scores: &Self| {
+            let is_of = scores.of.is_empty() || scores.of == of;
+            is_of && scores.judge == *judge && scores.samples == samples
+        };
+        Ok(Some(scores).filter(same))
     }
 
     /// Nothing is judged yet.
@@ -168,6 +188,7 @@ impl Scores {
         Self {
             judge: judge.clone(),
             samples: samples.to_vec(),
+            of: String::new(),
             judgments: Vec::new(),
             panel: None,
             clips: Vec::new(),
@@ -260,8 +281,7 @@ impl Scores {
         let mut likeness = Vec::new();
         if judge.likeness_trials > 0 {
             let subject = load(KnowledgeMode::Truth)?;
-            let folder = spec.motions.clone().unwrap_or_default();
-            let clips = load_clips(&folder, &subject.setup)?;
+            let clips = load_clips(&clips_folder(spec)?, &subject.setup)?;
             let options = shots(judge.likeness_trials, None);
             let report = likeness::evaluate(&subject.setup, &*subject.maker, &clips, "the policy", &options)?;
             likeness = report.rows;
@@ -270,5 +290,45 @@ impl Scores {
             return Ok(None);
         }
         Ok(Some(Self { judgments, panel, clips, likeness, ..Self::empty(judge, samples) }))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scores_of_another_policy_or_of_other_clips_are_not_taken() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("scores.json");
+        let judge = JudgePlan::default();
+        let scores = Scores { of: "policy 1, clips 2".into(), ..Scores::empty(&judge, &[5]) };
+        let write = |scores: &Scores| {
+            fs::write(&path, serde_json::to_string(scores).expect("JSON")).expect("writes");
+        };
+        let read = |samples: &[u64], of: &str| Scores::read(&path, &judge, samples, of).expect("reads");
+        assert_eq!(read(&[5], ""), None, "there are none");
+        write(&scores);
+        assert_eq!(read(&[5], "policy 1, clips 2").as_ref(), Some(&scores));
+        assert_eq!(read(&[6], "policy 1, clips 2"), None);
+        assert_eq!(read(&[5], "policy 3, clips 2"), None);
+        assert_eq!(read(&[5], "policy 1, clips 4"), None);
+        // Older ones do not say.
+        let older = Scores { of: String::new(), ..scores };
+        write(&older);
+        assert_eq!(read(&[5], "policy 3, clips 2"), Some(older));
+    }
+
+    #[test]
+    fn kicks_are_compared_with_the_clips_of_the_shots() {
+        let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies");
+        let spec = SubjectSpec::new(policies.join("demo/stage2.safetensors"));
+        let asked = SubjectSpec { motions: Some("asked".into()), ..spec.clone() };
+        assert_eq!(clips_folder(&asked).expect("asked"), PathBuf::from("asked"));
+        assert_eq!(clips_folder(&spec).expect("its own: the built-in kicks"), PathBuf::new());
+        // Clips that its shots need and that are not here are not replaced by others.
+        let other = SubjectSpec::new(policies.join("paid13_eyes/stage2.safetensors"));
+        let error = clips_folder(&other).expect_err("not here").to_string();
+        assert!(error.contains("expected their folder, found none"), "{error}");
     }
 }

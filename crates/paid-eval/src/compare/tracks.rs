@@ -230,6 +230,7 @@ mod tests {
         let scores = Scores {
             judge: JudgePlan { tracking_starts: 4, ..JudgePlan::default() },
             samples: vec![20_000_000],
+            of: String::new(),
             judgments: Vec::new(),
             panel: None,
             clips: Vec::new(),
