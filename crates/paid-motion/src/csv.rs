@@ -12,7 +12,7 @@ use std::path::Path;
 
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::read::RATES_HZ;
+use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad_rate};
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
@@ -25,7 +25,8 @@ const LARGEST: u64 = 1 << 30;
 /// Reads a CSV motion. Body poses come from forward kinematics, velocities from central differences.
 ///
 /// # Errors
-/// Names file, line, field, what was expected and what was found; a frame rate that neither the file nor the options state.
+/// Names file, line, field, what was expected and what was found; a frame rate that neither the file nor the options state, or that they
+/// state differently.
 pub fn read_csv(
     path: &Path,
     model: &RobotModel,
@@ -52,24 +53,20 @@ pub fn parse_csv(
     options: &ReadOptions,
 ) -> Result<Clip, MotionError> {
     let reader = Reader { path, joints: model.joint_names() };
-    let (stated, named, mut frames) = reader.lines(text)?;
+    let Text { stated, named, mut frames, lines } = reader.lines(text)?;
+    if frames.len() < 2 {
+        let found = format!("{} frames", frames.len());
+        return Err(reader.error(text.lines().count(), 1, "at least 2 frames", found));
+    }
     if !named && options.joint_order.or(stated.joint_order) == Some(JointOrder::Policy) {
         let names: Vec<&str> = spec.policy_joint_order.iter().map(String::as_str).collect();
         let order = reader.order(&names)?;
         frames.iter_mut().for_each(|row| reorder(row, &order));
     }
-    let fps = options.fps.or(stated.fps).ok_or_else(|| MotionError::Unstated {
-        path: path.to_owned(),
-        what: "the frame rate",
-        remedy: "give it (--fps) or write '# fps: 50' into the first line",
-    })?;
-    if !RATES_HZ.contains(&fps) {
-        let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
-        return Err(reader.error(stated.fps_line, 1, expected, fps.to_string()));
-    }
-    if frames.len() < 2 {
-        let found = format!("{} frames", frames.len());
-        return Err(reader.error(text.lines().count(), 1, "at least 2 frames", found));
+    let fps = reader.rate(&stated, options.fps)?;
+    if let Some(frame) = stated.kick_frame.filter(|k| *k >= frames.len()) {
+        let expected = format!("a kick frame from 0 to {}", frames.len() - 1);
+        return Err(reader.error(stated.kick_line, 1, expected, frame.to_string()));
     }
     let base: Vec<_> =
         frames.iter().map(|row| ([row[0], row[1], row[2]], [row[6], row[3], row[4], row[5]])).collect();
@@ -77,10 +74,14 @@ pub fn parse_csv(
     let mut clip = Clip {
         name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.to_owned(),
-        kick_frame: stated.kick_frame.filter(|&k| k < frames.len()),
+        kick_frame: stated.kick_frame,
         license: stated.license,
         ..Clip::from_poses(model, fps, &base, &angles)
     };
+    if let Some((frame, rate)) = first_bad_rate(&clip) {
+        let expected = format!("speeds up to {LARGEST_VALUE:e} m/s or rad/s");
+        return Err(reader.error(lines[frame], 1, expected, format!("{rate:e}")));
+    }
     let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
     clip.kick_leg = options.kick_leg.or(stated.kick_leg).or_else(fastest).unwrap_or(KickLeg::Right);
     Ok(clip)
@@ -100,8 +101,20 @@ struct Stated {
     fps_line: usize,
     kick_leg: Option<KickLeg>,
     kick_frame: Option<usize>,
+    kick_line: usize,
     license: Option<String>,
     joint_order: Option<JointOrder>,
+}
+
+/// What a file holds.
+struct Text {
+    stated: Stated,
+    /// Whether a line names the columns.
+    named: bool,
+    /// Position, unit quaternion x, y, z, w, joints in model order if they are named.
+    frames: Vec<Vec<f64>>,
+    /// The line of each frame.
+    lines: Vec<usize>,
 }
 
 struct Reader<'a> {
@@ -121,11 +134,30 @@ impl Reader<'_> {
         MotionError::Text { path, line: line.max(1), column, expected: expected.into(), found: found.into() }
     }
 
-    /// Comments, whether columns are named, and rows: position, unit quaternion x, y, z, w, joints in model order if they are.
-    fn lines(&self, text: &str) -> Result<(Stated, bool, Vec<Vec<f64>>), MotionError> {
+    /// The frame rate that the file states, or the one that is `given` for a file that states none.
+    fn rate(&self, stated: &Stated, given: Option<f64>) -> Result<f64, MotionError> {
+        let fps = stated.fps.or(given).ok_or_else(|| MotionError::Unstated {
+            path: self.path.to_owned(),
+            what: "the frame rate",
+            remedy: "give it (--fps) or write '# fps: 50' into the first line",
+        })?;
+        if !RATES_HZ.contains(&fps) {
+            let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
+            return Err(self.error(stated.fps_line, 1, expected, fps.to_string()));
+        }
+        match given {
+            Some(other) if other != fps => {
+                let expected = format!("no --fps beside the {fps} frames a second that the file states");
+                Err(self.error(stated.fps_line, 1, expected, format!("--fps {other}")))
+            }
+            _ => Ok(fps),
+        }
+    }
+
+    fn lines(&self, text: &str) -> Result<Text, MotionError> {
         let mut stated = Stated { fps_line: 1, ..Stated::default() };
         let mut order: Option<Permutation> = None;
-        let mut frames = Vec::new();
+        let (mut frames, mut lines) = (Vec::new(), Vec::new());
         for (i, line) in text.lines().enumerate() {
             let (number, line) = (i + 1, line.trim());
             if let Some(comment) = line.strip_prefix('#') {
@@ -150,10 +182,11 @@ impl Reader<'_> {
                     order = Some(self.order(&fields[BASE..])?);
                 } else {
                     frames.push(self.row(number, &fields, order.as_ref())?);
+                    lines.push(number);
                 }
             }
         }
-        Ok((stated, order.is_some(), frames))
+        Ok(Text { stated, named: order.is_some(), frames, lines })
     }
 
     fn order(&self, names: &[&str]) -> Result<Permutation, MotionError> {
@@ -173,8 +206,11 @@ impl Reader<'_> {
         let mut row = Vec::with_capacity(fields.len());
         for (i, field) in fields.iter().enumerate() {
             match field.parse::<f64>() {
-                // Beyond this, velocities and norms would not be finite any more.
-                Ok(x) if x.abs() < 1e12 => row.push(x),
+                Ok(x) if x.abs() <= LARGEST_VALUE => row.push(x),
+                Ok(x) if x.is_finite() => {
+                    let expected = format!("a number from -{LARGEST_VALUE:e} to {LARGEST_VALUE:e}");
+                    return Err(self.error(line, i + 1, expected, format!("{x:e}")));
+                }
                 _ => return Err(self.error(line, i + 1, "a finite number", format!("'{field}'"))),
             }
         }
@@ -200,7 +236,10 @@ impl Reader<'_> {
                 stated.fps_line = line;
             }
             "kick_leg" => stated.kick_leg = Some(value.parse().map_err(|_| bad("'left' or 'right'"))?),
-            "kick_frame" => stated.kick_frame = Some(value.parse().map_err(|_| bad("a frame"))?),
+            "kick_frame" => {
+                stated.kick_frame = Some(value.parse().map_err(|_| bad("a frame"))?);
+                stated.kick_line = line;
+            }
             "joint_order" => {
                 stated.joint_order = Some(value.parse().map_err(|_| bad("'model' or 'policy'"))?);
             }

@@ -143,8 +143,39 @@ fn faults_are_shown_with_line_and_field() {
     assert!(error.contains("clip.csv:2:1: expected 'left' or 'right', found 'middle'"), "{error}");
     let error = refusal(&["# fps: 50\n", ROW].concat());
     assert!(error.ends_with("expected at least 2 frames, found 1 frames"), "{error}");
+    // Not the frame rate, which it does not state either.
+    let error = refusal("");
+    assert!(error.ends_with("clip.csv:1:1: expected at least 2 frames, found 0 frames"), "{error}");
+    let error = refusal(&["# fps: 50\n# kick_frame: 2\n", ROW, ROW].concat());
+    assert!(error.ends_with("clip.csv:2:1: expected a kick frame from 0 to 1, found 2"), "{error}");
     assert!(
         refusal("# fps: 50\na,b,c,d,e,f,g,left_hip,tail\n").contains("'right_hip' is expected but not found")
+    );
+}
+
+#[test]
+fn numbers_that_are_no_motions_are_shown_with_line_and_field() {
+    let error = refusal(&["# fps: 50\n", ROW, "0.1,-1e11,0.7,0,0,0,1,0.3,0\n"].concat());
+    assert!(error.ends_with("clip.csv:3:2: expected a number from -1e6 to 1e6, found -1e11"), "{error}");
+    let rows = "0,0.2,0.7,0,0,0,1,0.3,-0.4\n500000,0.2,0.7,0,0,0,1,0.3,-0.4\n";
+    let error = refusal(&["# fps: 50\n", rows].concat());
+    // 500 km in a fiftieth of a second.
+    assert!(error.contains("clip.csv:2:1: expected speeds up to 1e6 m/s or rad/s, found 2.5e7"), "{error}");
+}
+
+#[test]
+fn a_frame_rate_beside_the_files_own_must_be_the_same() {
+    let (_dir, path) = written(&["# kick_leg: left\n# fps: 50\n", ROW, ROW].concat());
+    let at = |fps| {
+        read_motion(&path, &model(), &spec(), &ReadOptions { fps: Some(fps), ..ReadOptions::default() })
+    };
+    assert_eq!(at(50.0).expect("the same").fps, 50.0);
+    let error = at(60.0).expect_err("another").to_string();
+    assert!(
+        error.ends_with(
+            "clip.csv:2:1: expected no --fps beside the 50 frames a second that the file states, found --fps 60"
+        ),
+        "{error}"
     );
 }
 

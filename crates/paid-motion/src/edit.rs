@@ -17,8 +17,12 @@ fn rebuilt(clip: &Clip, model: &RobotModel, poses: &[Pose]) -> Clip {
     }
 }
 
-/// The frames from second `from_s` to second `to_s`, both cut to the clip; `None` if fewer than 3 are left.
+/// The frames from second `from_s` to second `to_s`, both cut to the clip (`to_s` may be infinite: to its end); `None` if fewer than 3
+/// are left, or of times that are negative or no numbers.
 pub fn cut(clip: &Clip, model: &RobotModel, from_s: f64, to_s: f64) -> Option<Clip> {
+    if !from_s.is_finite() || from_s < 0.0 || to_s.is_nan() || to_s < 0.0 {
+        return None;
+    }
     let frame = |s: f64| ((s * clip.fps).round().max(0.0) as usize).min(clip.frames - 1);
     let (a, b) = (frame(from_s), frame(to_s) + 1);
     if b < a + 3 {
@@ -97,6 +101,17 @@ mod tests {
         assert_eq!((part.frames, part.kick_frame), (51, Some(40)));
         assert_eq!(part.joint_pos(7), clip.joint_pos(27));
         assert!(cut(&clip, &model, 1.0, 1.02).is_none(), "two frames");
+    }
+
+    #[test]
+    fn times_that_are_negative_or_no_numbers_cut_nothing() {
+        let (model, _, clip) = kick();
+        let (nan, inf) = (f64::NAN, f64::INFINITY);
+        for [from, to] in [[nan, 1.0], [inf, inf], [-0.1, 1.0], [0.0, nan], [0.0, -1.0], [0.0, -inf]] {
+            assert!(cut(&clip, &model, from, to).is_none(), "{from} to {to}");
+        }
+        let rest = cut(&clip, &model, 0.4, inf).expect("to the end");
+        assert_eq!(rest.frames, clip.frames - 20);
     }
 
     #[test]

@@ -116,6 +116,6 @@ pub enum MotionError {
     #[error(transparent)]
     Robot(#[from] SpecError),
     /// The control rate that clips are to be brought to makes no sense.
-    #[error("control rate: expected a positive number of hertz, found {0}")]
+    #[error("control rate (--rate, or the preset's): expected 10 to 2000 Hz, found {0}")]
     Rate(f64),
 }

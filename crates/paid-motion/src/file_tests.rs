@@ -133,6 +133,24 @@ fn numbers_that_are_not_finite_are_located() {
 }
 
 #[test]
+fn numbers_that_are_too_large_for_a_motion_are_located() {
+    let dir = folder();
+    for key in ["joint_vel", "body_pos_w", "body_lin_vel_w"] {
+        let shape: &[u64] = if key == "joint_vel" { &[4, 2] } else { &[4, 3, 3] };
+        let with = |value: f64| {
+            let mut values = vec![0.0_f64; if key == "joint_vel" { 8 } else { 36 }];
+            values[5] = value;
+            file_with(&dir, |zip, k| k == key && numbers(zip, key, shape, &values).is_ok())
+        };
+        assert!(read_clip(&with(-1e6), &model(), &spec()).is_ok(), "{key}");
+        let place = if key == "joint_vel" { "[2, 1]" } else { "[0, 1, 2]" };
+        let error = refusal(&with(1e300));
+        let expected = format!("key '{key}': expected numbers from -1e6 to 1e6, found 1e300 at {place}");
+        assert!(error.ends_with(&expected), "{error}");
+    }
+}
+
+#[test]
 fn a_quaternion_that_is_not_unit_is_located() {
     let dir = folder();
     let mut values = [0.5_f32; 48];
@@ -211,5 +229,7 @@ fn missing_and_empty_folders_are_refused() {
     assert!(matches!(load(dir.path(), 50.0), Err(MotionError::Empty { .. })));
     let missing = load(&dir.path().join("nowhere"), 50.0).expect_err("missing");
     assert!(missing.to_string().contains("nowhere"), "{missing}");
-    assert!(matches!(load(dir.path(), f64::NAN), Err(MotionError::Rate(_))));
+    for rate in [f64::NAN, f64::INFINITY, 1e12, 2001.0, 9.9, 0.001, 0.0, -50.0] {
+        assert!(matches!(load(dir.path(), rate), Err(MotionError::Rate(_))), "{rate}");
+    }
 }

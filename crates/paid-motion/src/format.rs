@@ -39,7 +39,7 @@ impl std::str::FromStr for JointOrder {
 /// What a file may leave open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Frames a second of a CSV or pickle file; wins over what the file states.
+    /// Frames a second of a CSV or pickle file that does not state it; another than the file's own is an error.
     pub fps: Option<f64>,
     /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
     pub kick_leg: Option<KickLeg>,

@@ -7,7 +7,7 @@ use std::path::Path;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::pickle::{Id, Machine, PickleError, Value};
-use crate::read::RATES_HZ;
+use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad, first_bad_rate};
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
@@ -23,7 +23,8 @@ pub(crate) fn begins_as_pickle(head: &[u8]) -> bool {
 /// `dof_pos` `[T, J]` `[rad]` in model order (depth-first), numpy arrays or lists. Other keys are ignored. No code of the file is run.
 ///
 /// # Errors
-/// Names file, byte or key, what was expected and what was found; a frame rate that neither the file nor the options state.
+/// Names file, byte or key, what was expected and what was found; a frame rate that neither the file nor the options state, or
+/// that they state differently.
 pub fn read_gmr(
     path: &Path,
     model: &RobotModel,
@@ -73,13 +74,17 @@ pub fn parse_gmr(
     if frames < 2 {
         return Err(error("dof_pos", "at least 2 frames", format!("{frames}")));
     }
-    let fps = match options.fps {
-        Some(fps) => fps,
-        None => dict.number("fps")?,
+    let fps = match (dict.find("fps"), options.fps) {
+        (Err(_), Some(given)) => given,
+        _ => dict.number("fps")?,
     };
     if !RATES_HZ.contains(&fps) {
         let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
         return Err(error("fps", &expected, fps.to_string()));
+    }
+    if let Some(given) = options.fps.filter(|given| *given != fps) {
+        let expected = format!("no --fps beside the {fps} frames a second that the file states");
+        return Err(error("fps", &expected, format!("--fps {given}")));
     }
     let (pos, rot) = (dict.rows("root_pos", 3)?, dict.rows("root_rot", 4)?);
     for (key, rows) in [("root_pos", pos.len() / 3), ("root_rot", rot.len() / 4)] {
@@ -113,6 +118,10 @@ pub fn parse_gmr(
         path: path.to_owned(),
         ..Clip::from_poses(model, fps, &base, &joint_pos)
     };
+    if let Some((frame, rate)) = first_bad_rate(&clip) {
+        let expected = format!("speeds up to {LARGEST_VALUE:e} m/s or rad/s");
+        return Err(error("root_pos and dof_pos", &expected, format!("{rate:e} in frame {frame}")));
+    }
     let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
     clip.kick_leg = options.kick_leg.or_else(fastest).unwrap_or(KickLeg::Right);
     Ok(clip)
@@ -162,12 +171,13 @@ impl Dictionary<'_> {
         if shape.len() != 2 || shape[1] != width {
             return Err(self.error(key, expected(), format!("shape {shape:?}")));
         }
-        // Beyond this, velocities and norms would not be finite any more.
-        match values.iter().position(|x| !x.is_finite() || x.abs() > 1e12) {
-            Some(i) => {
-                Err(self.error(key, expected(), format!("{} in frame {}", values[i], i / width.max(1))))
-            }
-            None => Ok(values),
-        }
+        let Some(i) = first_bad(&values) else { return Ok(values) };
+        let (value, frame) = (values[i], i / width.max(1));
+        Err(if value.is_finite() {
+            let expected = format!("numbers from -{LARGEST_VALUE:e} to {LARGEST_VALUE:e}");
+            self.error(key, expected, format!("{value:e} in frame {frame}"))
+        } else {
+            self.error(key, expected(), format!("{value} in frame {frame}"))
+        })
     }
 }

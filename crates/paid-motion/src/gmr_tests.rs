@@ -124,8 +124,29 @@ fn faults_are_named_with_their_place() {
         error.contains("key 'dof_pos': expected finite numbers of shape [frames, 2], found NaN in frame 1"),
         "{error}"
     );
+    let error = swap(&0.3f64.to_le_bytes(), &1e7f64.to_le_bytes());
+    assert!(
+        error.ends_with("key 'dof_pos': expected numbers from -1e6 to 1e6, found 1e7 in frame 1"),
+        "{error}"
+    );
+    // 3e5 rad in a thirtieth of a second.
+    let error = swap(&0.3f64.to_le_bytes(), &3e5f64.to_le_bytes());
+    assert!(error.contains("expected speeds up to 1e6 m/s or rad/s, found "), "{error}");
     assert!(swap(b"\x1e", b"\x00").contains("key 'fps': expected 1 to 2000 frames a second, found 0"));
     assert!(swap(b"f8", b"O8").contains("found type 'O8'"));
+}
+
+#[test]
+fn a_frame_rate_beside_the_files_own_must_be_the_same() {
+    let at = |fps| {
+        let options = ReadOptions { fps: Some(fps), ..ReadOptions::default() };
+        crate::gmr::parse_gmr(&bytes(NUMPY_4), Path::new("a.pkl"), &model(), &spec(), &options)
+    };
+    assert_eq!(at(30.0).expect("the same").fps, 30.0);
+    assert_eq!(
+        at(60.0).expect_err("another").to_string(),
+        "a.pkl: key 'fps': expected no --fps beside the 30 frames a second that the file states, found --fps 60"
+    );
 }
 
 #[test]

@@ -7,7 +7,8 @@ use paid_robot::{RobotModel, RobotSpec};
 
 use crate::format::has_extension;
 use crate::generate::{Look, generate_builtin};
-use crate::{Clip, EXTENSIONS, MotionError, ReadOptions, read_clip, read_motion, resample};
+use crate::points::refuse_points;
+use crate::{Clip, EXTENSIONS, MotionError, ReadOptions, read_motion, resample};
 
 /// Clips at one frame rate, in the order of their paths.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +49,7 @@ impl MotionLibrary {
     }
 
     /// Reads every motion file below `dir` in sorted order ([`motion_files`]), checks every key, permutes to model order by name, and
-    /// resamples what is not at `control_rate_hz`.
+    /// resamples what is not at `control_rate_hz`. Where a file does not state the kicking leg, the faster foot decides.
     ///
     /// # Errors
     /// The first problem found, naming the file, the key, what was expected and what was found.
@@ -69,17 +70,36 @@ impl MotionLibrary {
     /// # Errors
     /// As [`MotionLibrary::load`].
     pub fn load_unchanged(dir: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Self, MotionError> {
+        Self::load_with(dir, model, spec, &ReadOptions::default())
+    }
+
+    /// As [`MotionLibrary::load_unchanged`], with what the files may leave open.
+    ///
+    /// # Errors
+    /// As [`MotionLibrary::load`].
+    pub fn load_with(
+        dir: &Path,
+        model: &RobotModel,
+        spec: &RobotSpec,
+        options: &ReadOptions,
+    ) -> Result<Self, MotionError> {
         let paths = motion_files(dir)?;
-        let read = |path: &PathBuf| {
-            if has_extension(path, "npz") {
-                // These state the leg that kicks; elsewhere the faster foot decides.
-                read_clip(path, model, spec)
-            } else {
-                read_motion(path, model, spec, &ReadOptions::default())
-            }
-        };
-        let clips = paths.iter().map(read).collect::<Result<_, MotionError>>()?;
-        Ok(Self { clips })
+        let clips = paths.iter().map(|path| Self::read(path, model, spec, options));
+        Ok(Self { clips: clips.collect::<Result<_, _>>()? })
+    }
+
+    /// One file of a library. As [`read_motion`], but an archive of a human's points is called what it is.
+    ///
+    /// # Errors
+    /// As [`read_motion`]; a human's points.
+    pub fn read(
+        path: &Path,
+        model: &RobotModel,
+        spec: &RobotSpec,
+        options: &ReadOptions,
+    ) -> Result<Clip, MotionError> {
+        refuse_points(path)?;
+        read_motion(path, model, spec, options)
     }
 
     /// Frames of the longest clip.
@@ -111,7 +131,8 @@ fn is_motion(path: &Path) -> bool {
 }
 
 fn check_rate(control_rate_hz: f64) -> Result<(), MotionError> {
-    let good = control_rate_hz.is_finite() && control_rate_hz > 0.0;
+    // Fewer show no kick, and more than files may have fill the memory.
+    let good = (10.0..=2000.0).contains(&control_rate_hz);
     if good { Ok(()) } else { Err(MotionError::Rate(control_rate_hz)) }
 }
 
@@ -133,4 +154,57 @@ fn collect(dir: &Path, paths: &mut Vec<PathBuf>) -> Result<(), MotionError> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::File;
+
+    use super::*;
+    use crate::KickLeg;
+    use crate::testing::{model, spec};
+    use crate::write::numbers;
+
+    /// A motion of the test robot that states no kicking leg.
+    fn unlabeled(path: &Path) {
+        let mut zip = zip::ZipWriter::new(File::create(path).expect("made"));
+        numbers(&mut zip, "fps", &[1], &[50_i64]).expect("written");
+        let arrays: [(&str, &[u64]); 6] = [
+            ("joint_pos", &[4, 2]),
+            ("joint_vel", &[4, 2]),
+            ("body_pos_w", &[4, 3, 3]),
+            ("body_quat_w", &[4, 3, 4]),
+            ("body_lin_vel_w", &[4, 3, 3]),
+            ("body_ang_vel_w", &[4, 3, 3]),
+        ];
+        for (key, shape) in arrays {
+            // Quaternions of four halves are unit.
+            let values = vec![0.5_f32; shape.iter().product::<u64>() as usize];
+            numbers(&mut zip, key, shape, &values).expect("written");
+        }
+        zip.finish().expect("written");
+    }
+
+    #[test]
+    fn a_folder_is_read_with_the_options_that_its_files_would_be() {
+        let folder = tempfile::tempdir().expect("a folder");
+        unlabeled(&folder.path().join("kick.npz"));
+        // Both feet are as fast: the left one comes first.
+        let library = MotionLibrary::load(folder.path(), &model(), &spec(), 50.0).expect("the faster foot");
+        assert_eq!(library.clips[0].kick_leg, KickLeg::Left);
+        let told = ReadOptions { kick_leg: Some(KickLeg::Right), ..ReadOptions::default() };
+        let library = MotionLibrary::load_with(folder.path(), &model(), &spec(), &told).expect("told");
+        assert_eq!(library.clips[0].kick_leg, KickLeg::Right);
+    }
+
+    #[test]
+    fn a_humans_points_in_a_folder_are_called_so() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let points =
+            crate::Points { names: vec!["hip".to_owned()], fps: None, frames: 2, pos: vec![[0.0; 3]; 2] };
+        crate::write_points(&folder.path().join("human.npz"), &points).expect("written");
+        let error = MotionLibrary::load(folder.path(), &model(), &spec(), 50.0).expect_err("a human");
+        let error = error.to_string();
+        assert!(error.contains("human.npz") && error.contains("`paid motion retarget`"), "{error}");
+    }
 }

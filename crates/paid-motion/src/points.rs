@@ -30,9 +30,29 @@ impl Points {
     }
 }
 
-/// True if a file is an NPZ archive with the key `positions`.
-pub fn is_points_file(path: &Path) -> bool {
-    crate::format::has_extension(path, "npz") && Npz::open(path).is_ok_and(|npz| npz.has("positions"))
+/// True if a file is an NPZ archive with the key `positions`; false for a file of another name.
+///
+/// # Errors
+/// An `.npz` that cannot be read or is no archive.
+pub fn is_points_file(path: &Path) -> Result<bool, MotionError> {
+    Ok(crate::format::has_extension(path, "npz") && Npz::open(path)?.has("positions"))
+}
+
+/// Refuses a human's points where a motion of the robot is expected.
+pub(crate) fn refuse_points(path: &Path) -> Result<(), MotionError> {
+    if !crate::format::has_extension(path, "npz") {
+        return Ok(());
+    }
+    let npz = Npz::open(path)?;
+    if !npz.has("positions") || npz.has("joint_pos") {
+        return Ok(());
+    }
+    Err(MotionError::Key {
+        path: path.to_owned(),
+        key: "positions",
+        expected: "a motion of the robot".to_owned(),
+        found: "a human's points; `paid motion retarget` makes a motion of the robot of them".to_owned(),
+    })
 }
 
 /// Reads an NPZ archive with `positions` `[T, J, 3]`, `joint_names` `[J]` (text) and optionally `fps` (one number).
@@ -127,7 +147,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("p.npz");
         write_points(&path, points).expect("writes");
-        assert!(is_points_file(&path));
+        assert!(is_points_file(&path).expect("an archive"));
         read_points(&path)
     }
 
@@ -164,5 +184,21 @@ mod tests {
         }
         let error = parse_points(b"no zip".to_vec(), Path::new("x.npz")).expect_err("refused").to_string();
         assert!(error.starts_with("x.npz: expected an NPZ archive"), "{error}");
+    }
+
+    #[test]
+    fn points_are_told_from_a_robots_motion_and_from_no_archive() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let [human, empty] = ["human.npz", "empty.npz"].map(|name| folder.path().join(name));
+        write_points(&human, &points()).expect("writes");
+        let error = refuse_points(&human).expect_err("refused").to_string();
+        assert!(error.contains("human.npz: key 'positions': expected a motion of the robot"), "{error}");
+        assert!(error.contains("`paid motion retarget`"), "{error}");
+        std::fs::write(&empty, "").expect("writes");
+        for error in [is_points_file(&empty).err(), refuse_points(&empty).err()] {
+            let error = error.expect("refused").to_string();
+            assert!(error.contains("empty.npz: expected an NPZ archive"), "{error}");
+        }
+        assert!(!is_points_file(Path::new("kick.csv")).expect("told by the name"));
     }
 }

@@ -12,6 +12,25 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// Frame rates outside of this are taken for a mistake `[Hz]`.
 pub(crate) const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
 
+/// Values beyond this are no motion: meters, radians, or their rates. Single precision still tells millimeters a kilometer away.
+pub(crate) const LARGEST_VALUE: f64 = 1e6;
+
+/// The place of the first value that is no number of a motion.
+pub(crate) fn first_bad(values: &[f64]) -> Option<usize> {
+    values.iter().position(|v| v.is_nan() || v.abs() > LARGEST_VALUE)
+}
+
+/// The first velocity of a clip that is none of a motion: its frame and size. Where files state no velocities, a jump shows here.
+pub(crate) fn first_bad_rate(clip: &Clip) -> Option<(usize, f64)> {
+    let lists = [
+        (&clip.joint_vel[..], clip.joints),
+        (clip.body_lin_vel.as_flattened(), 3 * clip.bodies),
+        (clip.body_ang_vel.as_flattened(), 3 * clip.bodies),
+    ];
+    let bad = |(values, width): (&[f64], usize)| first_bad(values).map(|i| (i / width, values[i]));
+    lists.into_iter().filter_map(bad).min_by_key(|(frame, _)| *frame)
+}
+
 /// Reads and checks a motion file at its own frame rate.
 ///
 /// Keys: `fps` (one number), `joint_pos`, `joint_vel` `[T, J]`, `body_pos_w`, `body_lin_vel_w`, `body_ang_vel_w`
@@ -158,7 +177,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Numbers of shape `[T, items]` or `[T, items, width]`, all finite.
+    /// Numbers of shape `[T, items]` or `[T, items, width]`, all finite and none too large.
     fn checked(&mut self, key: &'static str, tail: &[usize]) -> Result<Vec<f64>, MotionError> {
         let array = self.npz.numbers(key)?;
         let mut expected = vec![self.frames];
@@ -166,13 +185,14 @@ impl Reader<'_> {
         if array.shape != expected {
             return Err(self.npz.error(key, format!("shape {expected:?}"), format!("{:?}", array.shape)));
         }
-        match array.values.iter().position(|v| !v.is_finite()) {
-            None => Ok(array.values),
-            Some(i) => {
-                let found = format!("{} at {:?}", array.values[i], place(i, &expected));
-                Err(self.npz.error(key, "finite numbers", found))
-            }
-        }
+        let Some(i) = first_bad(&array.values) else { return Ok(array.values) };
+        let (value, place) = (array.values[i], place(i, &expected));
+        Err(if value.is_finite() {
+            let expected = format!("numbers from -{LARGEST_VALUE:e} to {LARGEST_VALUE:e}");
+            self.npz.error(key, expected, format!("{value:e} at {place:?}"))
+        } else {
+            self.npz.error(key, "finite numbers", format!("{value} at {place:?}"))
+        })
     }
 
     /// `[T, J]` in model order.

@@ -46,6 +46,20 @@ pub enum RetargetError {
     /// Points that cannot be read.
     #[error(transparent)]
     Motion(#[from] MotionError),
+    /// A text that is no motion of a few seconds.
+    #[error(
+        "{path}: expected at most {} MiB of text, found {} MiB; cut the seconds around the kick out of the file before: --from and \
+             --to choose a part of what was read",
+        most >> 20, found.div_ceil(1 << 20)
+    )]
+    Large {
+        /// The file.
+        path: PathBuf,
+        /// What is read `[bytes]`.
+        most: u64,
+        /// The file's size `[bytes]`.
+        found: u64,
+    },
     /// Too few frames for any motion.
     #[error("{path}: expected at least {least} s of motion, found {frames} frames at {fps:.0} Hz")]
     Short {

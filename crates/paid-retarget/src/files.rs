@@ -14,7 +14,8 @@ use crate::{HumanMotion, RetargetError, TEXT_UNIT_M, parse_amc, parse_asf, parse
 /// What files of human motion leave open.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HumanOptions {
-    /// Meters of a unit of length of a BVH file [default: 0.01, or what a leg says] or of points [default: what the TOML says, else recognized].
+    /// Meters of a unit of length of a BVH file [default: 0.01, or what a leg says], of an AMC file [default: what its ASF states, or what a leg
+    /// says] or of points [default: what the TOML says, else recognized].
     pub unit_m: Option<f64>,
     /// Frames a second of an AMC file [default: 120] or of points [default: what the files say].
     pub fps: Option<f64>,
@@ -28,7 +29,8 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 
 /// Whether a file is taken for human motion, by its name or its first word.
 pub fn is_human_file(path: &Path) -> bool {
-    has_extension(path, "bvh") || has_extension(path, "amc") || begins_as_bvh(path) || is_points_file(path)
+    let points = || is_points_file(path).unwrap_or(false);
+    has_extension(path, "bvh") || has_extension(path, "amc") || begins_as_bvh(path) || points()
 }
 
 fn begins_as_bvh(path: &Path) -> bool {
@@ -42,7 +44,8 @@ fn begins_as_bvh(path: &Path) -> bool {
 /// the TOML file that describes them ([`parse_skeleton`]).
 ///
 /// Meters or millimeters in a BVH file of centimeters, another unit than an ASF file states, and z up where the format has y are recognized by
-/// the length of a leg and the way of the trunk, if the bones' names are known, and said in [`HumanMotion::notes`].
+/// the length of a leg and the way of the trunk, if the bones' names are known, and said in [`HumanMotion::notes`]. A leg that has a human's
+/// length in none of these units is refused.
 ///
 /// The skeleton of `10_01.amc` is `10_01.asf` or `10.asf` in the same folder,
 /// or the only ASF file there; that of points is found likewise.
@@ -65,10 +68,11 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
             Some(asf) => asf.clone(),
             None => skeleton_beside(path, "asf")?,
         };
-        let skeleton = parse_asf(&text(&asf)?, &asf)?;
-        let motion = parse_amc(&text(path)?, path, &skeleton, options.fps.unwrap_or(120.0))?;
-        recognize(motion, Unit::Usual(skeleton.unit_m))
-    } else if is_points_file(path) {
+        let mut skeleton = parse_asf(&text(&asf)?, &asf)?;
+        let unit = options.unit_m.map_or(Unit::Usual(skeleton.unit_m), Unit::Told);
+        skeleton.unit_m = unit.meters();
+        recognize(parse_amc(&text(path)?, path, &skeleton, options.fps.unwrap_or(120.0))?, unit)
+    } else if is_points_file(path)? {
         let file = match &options.skeleton {
             Some(file) => file.clone(),
             None => skeleton_beside(path, "toml")?,
@@ -77,8 +81,7 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
         motion_of_points(path, &read_points(path)?, &skeleton, options)
     } else if is_human_file(path) {
         let unit = options.unit_m.map_or(Unit::Usual(TEXT_UNIT_M), Unit::Told);
-        let (Unit::Told(meters) | Unit::Usual(meters)) = unit;
-        recognize(parse_bvh(&text(path)?, path, meters)?, unit)
+        recognize(parse_bvh(&text(path)?, path, unit.meters())?, unit)
     } else {
         Err(RetargetError::Extension { path: path.to_owned() })
     }
@@ -90,10 +93,16 @@ fn option(option: &'static str, expected: &'static str, found: f64) -> RetargetE
 
 fn text(path: &Path) -> Result<String, RetargetError> {
     let io = |source| RetargetError::Io { path: path.to_owned(), source };
+    let large = |found| RetargetError::Large { path: path.to_owned(), most: LARGEST, found };
+    let file = fs::File::open(path).map_err(io)?;
+    let size = file.metadata().map_err(io)?.len();
+    if size > LARGEST {
+        return Err(large(size));
+    }
     let mut bytes = Vec::new();
-    fs::File::open(path).and_then(|f| f.take(LARGEST + 1).read_to_end(&mut bytes)).map_err(io)?;
+    file.take(LARGEST + 1).read_to_end(&mut bytes).map_err(io)?;
     if bytes.len() as u64 > LARGEST {
-        return Err(io(std::io::Error::other(format!("more than {LARGEST} bytes"))));
+        return Err(large(bytes.len() as u64));
     }
     // Old files name people in other encodings; all that matters is ASCII.
     Ok(String::from_utf8_lossy(&bytes).into_owned())

@@ -70,36 +70,47 @@ pub(crate) enum Unit {
     Usual(f64),
 }
 
+impl Unit {
+    /// Meters of a unit.
+    pub fn meters(self) -> f64 {
+        let (Self::Told(meters) | Self::Usual(meters)) = self;
+        meters
+    }
+}
+
 /// Takes the lengths of `motion`, which was read in `unit`, for what a leg says they are, and turns it if its trunk points along the
 /// file's z axis where y is up by the format. Both are noted in the motion.
 ///
 /// # Errors
-/// A unit that was told and cannot be.
+/// A unit that was told and cannot be; a leg that no known unit makes a human's.
 pub(crate) fn recognize(mut motion: HumanMotion, unit: Unit) -> Result<HumanMotion, RetargetError> {
     let Some(parts) = Parts::of(&motion) else { return Ok(motion) };
     let leg = parts.leg(&motion);
     if !LEG_M.contains(&leg) && leg > 0.0 {
-        let (Unit::Told(read) | Unit::Usual(read)) = unit;
+        let read = unit.meters();
         let raw = leg / read;
         let other = UNITS.into_iter().find(|(_, unit)| LEG_M.contains(&(raw * unit)));
-        match (unit, other) {
-            (Unit::Told(_), Some((name, meters))) => {
-                return Err(RetargetError::Points {
-                    path: motion.path,
-                    place: "unit of length".to_owned(),
-                    expected: format!("legs of {} to {} m", LEG_M.start(), LEG_M.end()),
-                    found: format!("{leg:.4} m: these look like {name} (--unit {meters})"),
-                });
-            }
+        let hint = match (unit, other) {
             (Unit::Usual(_), Some((name, meters))) => {
                 motion.pos.as_flattened_mut().iter_mut().for_each(|x| *x *= meters / read);
                 motion.notes.push(format!("the lengths were taken for {name}: a leg has {raw:.4}"));
+                None
             }
-            (_, None) => motion.notes.push(format!(
-                "a leg has {leg:.4} m, expected {} to {}: is the unit of length another? (--unit)",
-                LEG_M.start(),
-                LEG_M.end()
+            (Unit::Told(_), Some((name, meters))) => {
+                Some(format!("these look like {name} (--unit {meters})"))
+            }
+            (_, None) => Some(format!(
+                "{raw:.4} units of {read:.6} m, and neither meters, centimeters nor millimeters fit; name the meters of a unit \
+                 (--unit)"
             )),
+        };
+        if let Some(hint) = hint {
+            return Err(RetargetError::Points {
+                path: motion.path,
+                place: "unit of length".to_owned(),
+                expected: format!("legs of {} to {} m", LEG_M.start(), LEG_M.end()),
+                found: format!("{leg:.4} m: {hint}"),
+            });
         }
     }
     let trunk = parts.trunk(&motion);

@@ -139,13 +139,15 @@ pub fn retarget(
     let cut = motion.cut(options.span_s[0], options.span_s[1]);
     if cut.frames < 2 || cut.duration_s() * options.fps < 2.0 {
         let expected = "a part of the motion of at least 3 frames";
+        let [from, to] = options.span_s;
+        let to = if to.is_finite() { format!("{to} s") } else { "the end".to_owned() };
         let found =
-            format!("{} to {} s of {:.2} s", options.span_s[0], options.span_s[1], motion.duration_s());
+            format!("{from} s to {to} of the {:.2} s of {}", motion.duration_s(), motion.path.display());
         return Err(RetargetError::Option { option: "part of the motion", expected, found });
     }
     if cut.duration_s() > LONGEST_S {
         let expected = "a part of the motion of at most 300 s; name the seconds around the kick";
-        let found = format!("{:.0} s", cut.duration_s());
+        let found = format!("{:.0} s of {}", cut.duration_s(), motion.path.display());
         return Err(RetargetError::Option { option: "part of the motion", expected, found });
     }
     upright(&cut, &naming)?;

@@ -114,6 +114,38 @@ fn a_unit_that_was_told_and_cannot_be_is_refused() {
 }
 
 #[test]
+fn a_leg_that_no_known_unit_makes_a_humans_is_refused_until_the_unit_is_told() {
+    // Inches, where the formats mean centimeters: 33 units of leg.
+    let (_folder, [bvh, amc, _]) = files(&scaled(player(40), 1.0 / 2.54));
+    for path in [bvh, amc] {
+        let error = read(&path).expect_err("inches").to_string();
+        assert!(error.starts_with(&path.display().to_string()), "{error}");
+        assert!(error.contains("unit of length: expected legs of 0.35 to 1.4 m, found 0.33"), "{error}");
+        assert!(error.contains(": 33.") && error.ends_with("(--unit)"), "{error}");
+        let told = |unit| HumanOptions { fps: Some(60.0), unit_m: Some(unit), ..HumanOptions::default() };
+        let motion = read_human(&path, &told(0.0254)).expect("inches");
+        assert_eq!(motion.notes, [""; 0], "{}", path.display());
+        for (x, expected) in hips(&motion).iter().zip([0.5, 2.0, 0.94]) {
+            assert!((x - expected).abs() < 2e-3, "{}: {:?}", path.display(), hips(&motion));
+        }
+        // A unit that was told and makes nobody's leg.
+        let error = read_human(&path, &told(0.2)).expect_err("6.6 m of leg").to_string();
+        assert!(error.contains("expected legs of 0.35 to 1.4 m, found 6.6"), "{error}");
+    }
+}
+
+#[test]
+fn a_text_that_is_too_large_is_refused_before_it_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("long.bvh");
+    // Nothing but a length: no disk is filled.
+    let file = std::fs::File::create(&path).expect("made");
+    file.set_len((1 << 28) + 1).expect("as long as it gets");
+    let error = read_human(&path, &HumanOptions::default()).expect_err("too large").to_string();
+    assert!(error.contains("long.bvh: expected at most 256 MiB of text, found 257 MiB; cut"), "{error}");
+}
+
+#[test]
 fn z_up_is_recognized_and_said_by_each_reader() {
     let upright = player(40);
     let (_folder, [bvh, amc, _]) = files(&with_z_up(upright.clone()));

@@ -1,11 +1,13 @@
 //! Bad input ends in one clear error and exit code 2, and leaves earlier files whole.
 
 mod common;
+#[path = "../../paid-retarget/tests/common/mod.rs"]
+mod human;
 
 use std::fs;
 
 use common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
-use paid_motion::{Clip, KickLeg};
+use paid_motion::{Clip, KickLeg, Points, write_points};
 
 #[test]
 fn a_missing_or_empty_motion_folder_is_named() {
@@ -149,4 +151,95 @@ fn wrong_arguments_are_refused() {
     for args in [&["trian"][..], &["train", "stage3"], &["agent", "clever"], &["export"]] {
         refuses(&paid(folder.path(), args));
     }
+}
+
+#[test]
+fn options_of_the_cleaning_ask_for_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
+    for option in ["--clean-rate", "--stretch", "--torque", "--lead", "--facing"] {
+        let args = ["motion", "retarget", "kick.bvh", "--out", "kick.npz", option, "2"];
+        let error = refuses(&paid(folder.path(), &args));
+        assert!(error.contains("--clean\n"), "{option}: {error}");
+    }
+    assert!(!folder.path().join("kick.npz").exists());
+    // The defaults ask for nothing.
+    succeeds(&paid(folder.path(), &["motion", "retarget", "kick.bvh", "--out", "kick.npz"]));
+}
+
+#[test]
+fn two_files_are_not_cleaned_to_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    for name in ["a", "b"] {
+        fs::create_dir_all(folder.path().join("raw").join(name)).expect("folder");
+        fs::write(folder.path().join("raw").join(name).join("kick.csv"), "0").expect("file");
+    }
+    let error = refuses(&paid(folder.path(), &["motion", "clean", "raw", "--out", "clips"]));
+    for name in ["clips/kick.npz", "raw/a/kick.csv", "raw/b/kick.csv"] {
+        assert!(error.contains(name), "{error}");
+    }
+    assert!(!folder.path().join("clips").exists());
+}
+
+#[test]
+fn files_that_belong_together_are_written_together_or_not_at_all() {
+    let folder = tempfile::tempdir().expect("folder");
+    let files = |name: &str| fs::read_dir(folder.path().join(name)).expect("lists").count();
+    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(40)).expect("written");
+    fs::create_dir_all(folder.path().join("human/k.amc")).expect("in the way");
+    let error = refuses(&paid(folder.path(), &["motion", "convert", "kick.bvh", "--out", "human/k.amc"]));
+    assert!(error.contains("human/k.amc"), "{error}");
+    assert_eq!(files("human"), 1, "no skeleton without its motion");
+    fs::create_dir_all(folder.path().join("plots/foot_speed.svg")).expect("in the way");
+    let error = refuses(&paid(folder.path(), &["motion", "plot", "--out", "plots"]));
+    assert!(error.contains("plots/foot_speed.svg"), "{error}");
+    assert_eq!(files("plots"), 1, "no picture without the others");
+}
+
+#[test]
+fn what_is_wrong_with_a_motion_is_told_with_its_file_and_what_it_is() {
+    let folder = tempfile::tempdir().expect("folder");
+    let refused = |args: &[&str]| refuses(&paid(folder.path(), args));
+    fs::write(folder.path().join("empty.npz"), "").expect("written");
+    let error = refused(&["motion", "retarget", "empty.npz", "--out", "a.npz"]);
+    assert!(error.contains("empty.npz: expected an NPZ archive"), "{error}");
+
+    fs::create_dir(folder.path().join("points")).expect("folder");
+    let points = Points { names: vec!["hip".to_owned()], fps: None, frames: 2, pos: vec![[0.0; 3]; 2] };
+    write_points(&folder.path().join("points/human.npz"), &points).expect("written");
+    for args in [
+        &["motion", "check", "points"][..],
+        &["motion", "check", "points/human.npz"],
+        &["motion", "info", "points"],
+        &["motion", "clean", "points", "--out", "clips"],
+        &["motion", "mirror", "points/human.npz", "--out", "a.npz"],
+        &["motion", "convert", "points/human.npz", "--out", "a.csv"],
+    ] {
+        let error = refused(args);
+        assert!(error.contains("human.npz: key 'positions': expected a motion of the robot"), "{error}");
+        assert!(error.contains("`paid motion retarget`"), "{error}");
+    }
+
+    let error = refused(&["motion", "generate", "--out", "x", "--ball", "9,9"]);
+    assert!(error.contains("--ball: expected") && error.contains("found (9.00, 9.00) m"), "{error}");
+
+    write_motions(folder.path());
+    fs::write(folder.path().join("file"), "precious").expect("written");
+    let clip = "motions/swing_left.npz";
+    for args in [
+        &["motion", "plot", "motions", "--out", "file"][..],
+        &["motion", "clean", clip, "--out", "file"],
+        &["motion", "generate", "--out", "file"],
+    ] {
+        let error = refused(args);
+        assert!(error.contains("--out file: expected a folder, found a file"), "{error}");
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("file")).expect("there"), "precious");
+
+    let error = refused(&["motion", "cut", clip, "--from", "50", "--out", "a.npz"]);
+    assert!(error.contains("--from, --to: expected a part of at least 3 frames"), "{error}");
+    assert!(error.contains("found 50 s to the end of the ") && error.contains(clip), "{error}");
+    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(40)).expect("written");
+    let error = refused(&["motion", "retarget", "kick.bvh", "--from", "50", "--to", "60", "--out", "a.npz"]);
+    assert!(error.contains("found 50 s to 60 s of the ") && error.contains(" s of kick.bvh"), "{error}");
 }

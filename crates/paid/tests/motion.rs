@@ -6,7 +6,8 @@ mod human;
 
 use std::fs;
 
-use common::{paid, refuses, small, succeeds, write_motions};
+use common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
+use paid_motion::{Clip, KickLeg};
 use serde_json::Value;
 
 fn json(text: &str) -> Value {
@@ -160,5 +161,62 @@ fn a_kick_is_cut_mirrored_joined_and_cleaned() {
     assert!(folder.path().join("clean/kick_right.npz").is_file());
     run(&["motion", "cut", "left.npz", "--to", "0.1", "--out", "brief.npz"]);
     let error = refuses(&paid(folder.path(), &["motion", "clean", "brief.npz", "--out", "clean"]));
-    assert!(error.contains("brief: expected a motion of 0.5 to 120 s"), "{error}");
+    assert!(error.contains("brief.npz: expected a motion of 0.5 to 120 s"), "{error}");
+}
+
+#[test]
+fn a_cleaned_clip_that_fails_ends_in_two_and_each_reason_has_its_own_verdict() {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
+    // The right foot kicks.
+    let args = ["motion", "retarget", "kick.bvh", "--label", "left", "--clean", "--out", "kick.npz"];
+    let output = paid(folder.path(), &args);
+    let text = common::text(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("fail: labeled left") && text.contains("warn: states no license"), "{text}");
+    assert!(!text.contains("fail: states no license"), "{text}");
+    assert!(folder.path().join("kick.npz").is_file());
+}
+
+#[test]
+fn a_folder_is_checked_and_cleaned_with_options_and_past_a_bad_file() {
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name);
+    let run = |args: &[&str]| paid(folder.path(), args);
+    succeeds(&run(&["motion", "generate", "--out", "one", "--ball", "0.9,-0.2", "--format", "csv"]));
+    let stated = fs::read_to_string(at("one/kick_right.csv")).expect("written");
+    let bare: Vec<&str> = stated.lines().filter(|line| !line.starts_with('#')).collect();
+    fs::create_dir(at("raw")).expect("folder");
+    fs::write(at("raw/kick.csv"), bare.join("\n")).expect("written");
+    let error = refuses(&run(&["motion", "check", "raw"]));
+    assert!(error.contains("raw/kick.csv: the frame rate is not stated"), "{error}");
+    let table = succeeds(&run(&["motion", "check", "raw", "--fps", "50"]));
+    assert!(table.contains("states no license") && table.contains("1 clips: 0 pass, 1 warn"), "{table}");
+
+    fs::write(at("raw/a_bad.npz"), "not a zip").expect("written");
+    let error = refuses(&run(&["motion", "clean", "raw", "--fps", "50", "--leg", "right", "--out", "clips"]));
+    assert!(error.contains("1 of 2 files were not cleaned") && error.contains("raw/a_bad.npz: "), "{error}");
+    assert!(at("clips/kick.npz").is_file() && !at("clips/a_bad.npz").exists());
+    // What is wrong for every file is said once.
+    let error = refuses(&run(&["motion", "clean", "raw", "--fps", "50", "--lead", "99", "--out", "none"]));
+    assert!(error.contains("--lead: expected 0.5 to 60 s, found 99"), "{error}");
+    assert!(!at("none").exists());
+}
+
+#[test]
+fn clips_that_fail_the_check_are_drawn_with_a_note_that_names_them() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut clip = swing(KickLeg::Right);
+    clip.body_pos.as_flattened_mut().iter_mut().for_each(|x| *x *= 100.0);
+    write_clip(folder.path(), &Clip { name: "centimeters".to_owned(), ..clip });
+    let output = paid(folder.path(), &["motion", "plot", "motions", "--out", "plots"]);
+    succeeds(&output);
+    let note = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(note.contains("note: 1 of 1 clips fail `paid motion check`"), "{note}");
+    assert!(note.contains("motions/centimeters.npz") && note.contains("look like centimeters"), "{note}");
+    assert!(folder.path().join("plots/coverage.svg").is_file());
+    let output = paid(folder.path(), &["motion", "plot", "--out", "plots"]);
+    succeeds(&output);
+    assert!(output.stderr.is_empty(), "the built-in kicks pass");
 }

@@ -17,6 +17,7 @@ use paid_task::preset::OwnPlace;
 use serde::Serialize;
 
 use crate::EvalError;
+use crate::file_set::FileSet;
 use crate::picture::Figure;
 use crate::shooting::Grid;
 
@@ -134,12 +135,17 @@ impl Dataset {
     /// Writes [`PICTURES`] as PNG and SVG into a folder.
     ///
     /// # Errors
-    /// If a file cannot be written.
+    /// If a file cannot be written; then none is.
     pub fn write(&self, folder: &Path) -> Result<(), EvalError> {
+        let mut files = FileSet::default();
         for (name, figure) in PICTURES.into_iter().filter_map(|name| Some((name, self.picture(name)?))) {
-            figure.save(&folder.join(name))?;
+            let [png, svg] = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
+            let bytes = figure.canvas().png();
+            let broken = |e| EvalError::Write { path: png.clone(), source: std::io::Error::other(e) };
+            files.add(png.clone(), bytes.map_err(broken)?);
+            files.add(svg, figure.svg().into_bytes());
         }
-        Ok(())
+        files.write().map(|_| ())
     }
 }
 
@@ -172,6 +178,12 @@ mod tests {
             assert!(svg.contains(&kick.name), "{name}: every picture has the legend");
             assert!(folder.path().join(format!("{name}.png")).is_file(), "{name}");
         }
+        // A folder is in the way of one of them: none is written.
+        let other = tempfile::tempdir().expect("a folder");
+        std::fs::create_dir(other.path().join("foot_speed.svg")).expect("a folder");
+        let error = set.write(other.path()).expect_err("in the way").to_string();
+        assert!(error.contains("foot_speed.svg"), "{error}");
+        assert_eq!(std::fs::read_dir(other.path()).expect("lists").count(), 1);
         let error = Dataset::new(&[], &robot, &spec, Grid::EFFECTIVE, OwnPlace::Strike);
         let error = error.expect_err("none").to_string();
         assert!(error.starts_with("motions: expected at least one clip"), "{error}");

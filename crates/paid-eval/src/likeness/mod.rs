@@ -128,7 +128,7 @@ impl Clips {
         Likeness {
             name: name.to_owned(),
             takes: takes.len(),
-            kicks: swings.len(),
+            kicks: takes.iter().all(|take| take.ball).then_some(swings.len()),
             jerk,
             auj: jerk.map(|jerk| (jerk - self.jerk).abs()),
             joint_distance_deg: each(&|take, others| joint_distance(take, others).map(f64::to_degrees)),
@@ -206,8 +206,23 @@ mod tests {
     #[test]
     fn equal_clips_are_no_distance_apart() {
         let own = clips().own("the clips");
-        assert_eq!((own.takes, own.kicks, own.auj), (2, 2, Some(0.0)));
+        assert_eq!((own.takes, own.kicks, own.auj), (2, Some(2), Some(0.0)));
         assert_eq!((own.joint_distance_deg, own.foot_path_m), (Some(0.0), Some(0.0)));
+    }
+
+    #[test]
+    fn whether_a_clip_met_a_ball_is_not_told() {
+        let mut missed = take();
+        missed.strike = None;
+        let mut clip = take();
+        clip.ball = false;
+        let rows =
+            [clips().of("played", &[take(), missed], &|_| None), clips().of("clips", &[clip], &|_| None)];
+        assert_eq!(rows.each_ref().map(|row| row.kicks), [Some(1), None]);
+        assert!(rows[1].swing.is_some(), "it swings all the same");
+        let text = table(&rows).to_string();
+        let cells: Vec<Vec<&str>> = text.lines().skip(1).map(|l| l.split_whitespace().collect()).collect();
+        assert_eq!((&cells[0][1..4], cells[1][1]), (&["1", "of", "2"][..], "-"));
     }
 
     #[test]

@@ -14,8 +14,8 @@ pub struct Likeness {
     pub name: String,
     /// Clips or shots.
     pub takes: usize,
-    /// Those in which the ball was met.
-    pub kicks: usize,
+    /// Those in which the ball was met; `None` for clips, which have no ball.
+    pub kicks: Option<usize>,
     /// Time-averaged peak link jerk `[m/frame^3]`.
     pub jerk: Option<f64>,
     /// Its distance from the clips' mean: the paper's AUJ.
@@ -57,7 +57,7 @@ pub fn table(rows: &[Likeness]) -> Table {
         let swing = row.swing.as_ref();
         table.row([
             row.name.clone(),
-            format!("{} of {}", row.kicks, row.takes),
+            row.kicks.map_or("-".to_owned(), |kicks| format!("{kicks} of {}", row.takes)),
             cell(row.jerk, 1e3, 1),
             cell(row.auj, 1.0, 4),
             cell(row.joint_distance_deg, 1.0, 1),

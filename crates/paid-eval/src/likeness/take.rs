@@ -48,6 +48,8 @@ pub(super) struct Take {
     heading: Vec<f64>,
     /// Frame in which a foot meets the ball, and which foot: 0 left, 1 right.
     pub(super) strike: Option<(usize, usize)>,
+    /// Whether there was a ball to meet. A clip has none: its strike is where it is stated or its foot is fastest.
+    pub(super) ball: bool,
 }
 
 /// How a kick swings. All of it is seen from the base, whose heading is ahead.
@@ -73,6 +75,7 @@ impl Take {
             body_pos: Vec::new(),
             heading: Vec::new(),
             strike: None,
+            ball: true,
         }
     }
 
@@ -88,6 +91,7 @@ impl Take {
             body_pos: clip.body_pos.clone(),
             heading: (0..clip.frames).map(heading).collect(),
             strike: Some((facts.strike_frame, facts.kick_foot)),
+            ball: false,
         }
     }
 

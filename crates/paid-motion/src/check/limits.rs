@@ -22,6 +22,10 @@ impl Limit {
 pub struct CheckLimits {
     /// Shortest clip without a warning `[s]`: less cannot hold an approach and a kick.
     pub shortest_s: f64,
+    /// Shortest clip that does not fail `[s]`: retargeting and cleaning refuse what is shorter.
+    pub least_s: f64,
+    /// Slowest foot at its fastest that is a kick `[m/s]`: recorded and generated kicks reach 4 and more.
+    pub least_foot_speed: f64,
     /// Fewest frames a second without a warning: a foot at 8 m/s moves 27 cm between two frames at 30.
     pub least_fps: f64,
     /// Clip length `[s]`: the task's episodes last 10 s.
@@ -70,6 +74,8 @@ impl Default for CheckLimits {
     fn default() -> Self {
         Self {
             shortest_s: 1.0,
+            least_s: 0.5,
+            least_foot_speed: 1.0,
             least_fps: 30.0,
             duration_s: Limit::new(10.0, 120.0),
             kinematics_m: Limit::new(1e-3, 1e-2),

@@ -203,7 +203,56 @@ fn three_frames_get_a_verdict_that_says_so() {
     let clip = crate::edit::cut(&good(), &RobotModel::g1(), 1.0, 1.04).expect("3 frames");
     let report = report(&clip);
     assert_eq!(report.frames, 3);
-    assert!(report.findings.iter().any(|f| f.reason == "lasts only 0.04 s"), "{:?}", report.findings);
+    let short = |f: &&Finding| f.reason == "lasts only 0.04 s";
+    let found = report.findings.iter().find(short).map(|f| (f.aspect, f.verdict));
+    assert_eq!(found, Some((Aspect::Duration, Verdict::Fail)), "{:?}", report.findings);
+}
+
+#[test]
+fn less_than_half_a_second_fails_and_less_than_a_second_is_warned_of() {
+    let length = |to: f64| {
+        let clip = crate::edit::cut(&good(), &RobotModel::g1(), 1.0, to).expect("frames");
+        let found = report(&clip).findings.into_iter().find(|f| f.aspect == Aspect::Duration);
+        found.map(|f| (f.verdict, f.reason))
+    };
+    assert_eq!(length(1.28), Some((Verdict::Fail, "lasts only 0.28 s".to_owned())));
+    assert_eq!(length(1.5), Some((Verdict::Warn, "lasts only 0.50 s".to_owned())));
+    assert_eq!(length(2.0), None);
+}
+
+/// The stand that `good` begins with, for two seconds, gliding ahead at this speed `[m/s]`.
+fn stand(speed: f64) -> Clip {
+    let clip = good();
+    let first = clip.poses().next().expect("a frame");
+    let poses: Vec<_> = (0..100)
+        .map(|t| {
+            let mut pose = first.clone();
+            pose.base_pos[0] += speed * f64::from(t) / 50.0;
+            pose
+        })
+        .collect();
+    let still = Clip::of_poses(&RobotModel::g1(), 50.0, &poses);
+    Clip { kick_leg: clip.kick_leg, license: clip.license, ..still }
+}
+
+#[test]
+fn a_clip_without_a_kick_fails_and_has_no_heading() {
+    let of = |clip: &Clip| -> Vec<(Verdict, String)> {
+        let findings = report(clip).findings.into_iter();
+        findings
+            .filter(|f| matches!(f.aspect, Aspect::Label | Aspect::Heading))
+            .map(|f| (f.verdict, f.reason))
+            .collect()
+    };
+    let none = |speed: &str| {
+        let reason = format!("no kick: the foot reaches {speed} m/s, expected 1 or more");
+        vec![(Verdict::Fail, reason)]
+    };
+    assert_eq!(of(&stand(0.0)), none("0.00"));
+    assert_eq!(of(&Clip { kick_frame: Some(3), ..stand(0.0) }), none("0.00"), "no frame is the fastest");
+    assert_eq!(of(&stand(0.9)), none("0.90"));
+    let fast = of(&stand(1.1));
+    assert!(!fast.iter().any(|(_, reason)| reason.starts_with("no kick")), "{fast:?}");
 }
 
 /// A pickle as GMR writes it, protocol 0, lists: `good`, each base moved to `at(place, quaternion w, x, y, z)`.

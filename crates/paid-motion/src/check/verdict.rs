@@ -173,7 +173,8 @@ fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
     let time = judge(m.duration_s, limits.duration_s);
     out.add(Aspect::Duration, time, None, format!("lasts {:.2} s", m.duration_s));
     if m.duration_s < limits.shortest_s {
-        out.add(Aspect::Duration, Verdict::Warn, None, format!("lasts only {:.2} s", m.duration_s));
+        let verdict = if m.duration_s < limits.least_s { Verdict::Fail } else { Verdict::Warn };
+        out.add(Aspect::Duration, verdict, None, format!("lasts only {:.2} s", m.duration_s));
     }
     if clip.fps < limits.least_fps {
         let reason = format!(
@@ -184,9 +185,7 @@ fn findings(clip: &Clip, m: &Measures, limits: &CheckLimits) -> Vec<Finding> {
         );
         out.add(Aspect::Rate, Verdict::Warn, None, reason);
     }
-    label(clip, m, limits, &mut out);
-    let reason = format!("kicks {:.0} degrees off its first heading", m.shot_angle.to_degrees());
-    out.add(Aspect::Heading, judge(m.shot_angle, limits.heading), Some(m.foot_speed.frame), reason);
+    kick(clip, m, limits, &mut out);
     let reason = format!("ends {:.0} degrees off its first heading", m.turn.to_degrees());
     out.add(Aspect::Heading, judge(m.turn, limits.heading), Some(clip.frames - 1), reason);
     if clip.license.is_none() {
@@ -284,6 +283,24 @@ fn end(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
     if m.end_feet < 2 {
         let reason = format!("ends with {} of 2 feet on the floor: no stand to hold", m.end_feet);
         out.add(Aspect::End, Verdict::Warn, last, reason);
+    }
+}
+
+/// Whether there is a kick, with which foot, when and whereto. Of a foot that rests, frame and heading are noise.
+fn kick(clip: &Clip, m: &Measures, limits: &CheckLimits, out: &mut Findings) {
+    let [labeled, other] = [&m.foot_speed, &m.other_foot_speed].map(|w| w.value < limits.least_foot_speed);
+    if labeled && other {
+        let reason = format!(
+            "no kick: the foot reaches {:.2} m/s, expected {} or more",
+            m.foot_speed.value, limits.least_foot_speed
+        );
+        out.add(Aspect::Label, Verdict::Fail, Some(m.foot_speed.frame), reason);
+    } else {
+        label(clip, m, limits, out);
+    }
+    if !labeled {
+        let reason = format!("kicks {:.0} degrees off its first heading", m.shot_angle.to_degrees());
+        out.add(Aspect::Heading, judge(m.shot_angle, limits.heading), Some(m.foot_speed.frame), reason);
     }
 }
 

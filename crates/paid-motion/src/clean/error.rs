@@ -66,3 +66,31 @@ pub enum CleanError {
     #[error(transparent)]
     Robot(#[from] SpecError),
 }
+
+impl CleanError {
+    /// The same error of a clip called `by`: a command names the file that it read.
+    pub fn named(mut self, by: impl Into<String>) -> Self {
+        match &mut self {
+            Self::Length { name, .. }
+            | Self::Number { name, .. }
+            | Self::NotUpright { name, .. }
+            | Self::Feet { name }
+            | Self::Air { name, .. } => *name = by.into(),
+            Self::Option { .. } | Self::Robot(_) => {}
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_about_a_clip_can_name_its_file() {
+        let error = CleanError::Air { name: "kick".to_owned(), flight: 9, frames: 10 }.named("two/kick.npz");
+        assert!(error.to_string().starts_with("two/kick.npz: expected feet that stand"), "{error}");
+        let option = CleanError::Option { option: "lead", expected: "0.5 to 60 s", found: 99.0 };
+        assert_eq!(option.clone().named("kick.npz"), option);
+    }
+}

@@ -94,12 +94,15 @@ pub fn clean(
     let Some(facts) = kick_facts(&original, model, spec) else {
         return Err(CleanError::Feet { name: clip.name.clone() });
     };
+    // A stated frame holds. Where it is the fastest one, that of the result is found again: the foot's speed may peak a frame aside.
+    let fastest = kick_facts(clip, model, spec).map(|facts| facts.kick_frame);
+    let stated = original.kick_frame.filter(|_| clip.kick_frame != fastest);
     let plan = Plan::new(
         &figure,
         &original.poses().collect::<Vec<_>>(),
         options,
         clip.kick_leg.index(),
-        facts.kick_frame,
+        stated.unwrap_or(facts.kick_frame),
     );
     if plan.flight() * 2 > plan.kept[1] - plan.kept[0] {
         return Err(CleanError::Air {
@@ -122,7 +125,9 @@ pub fn clean(
         kick_leg: clip.kick_leg,
         ..Clip::of_poses(model, options.fps, &poses)
     };
-    out.kick_frame = kick_facts(&out, model, spec).map(|facts| facts.kick_frame);
+    let moved = |kick: usize| (kick + plan.added[0]).saturating_sub(plan.kept[0]).min(out.frames - 1);
+    let found = || kick_facts(&out, model, spec).map(|facts| facts.kick_frame);
+    out.kick_frame = stated.map(moved).or_else(found);
     let after = check_clip(&out, model, spec, &limits)?;
     let mut report = CleanReport::new(&problem, &original, &poses, before, after);
     (report.slow, report.steps) = (slow, steps);

@@ -159,3 +159,21 @@ fn what_is_kept_before_the_kick_and_where_the_first_stand_faces_are_options() {
     let error = clean(&waiting, &model, &spec, &wide).expect_err("more than a right angle").to_string();
     assert!(error.starts_with("facing: expected 0 to 90 degrees, found 114"), "{error}");
 }
+
+#[test]
+fn a_stated_kick_frame_is_kept_and_the_fastest_one_is_found_again() {
+    let (model, spec, clip) = kick();
+    let fastest = kick_facts(&clip, &model, &spec).expect("feet").kick_frame;
+    let of = |kick_frame: Option<usize>, slow: f64| {
+        let options = CleanOptions { lead_s: 1.0, slow: Some(slow), ..CleanOptions::default() };
+        clean(&Clip { kick_frame, ..clip.clone() }, &model, &spec, &options).expect("a kick")
+    };
+    // Everything takes 5/4 of its time: so does the way to a frame that 4 divides.
+    let stated = fastest / 4 * 4 - 12;
+    let cleaned = of(Some(stated), 1.25);
+    let due = stated * 5 / 4 + cleaned.report.added[0] - cleaned.report.cut[0];
+    assert_eq!(cleaned.clip.kick_frame, Some(due));
+    let (found, same) = (of(None, 1.0).clip, of(Some(fastest), 1.0).clip);
+    assert_eq!(found.kick_frame, kick_facts(&found, &model, &spec).map(|facts| facts.kick_frame));
+    assert_eq!(same, found);
+}

@@ -81,6 +81,16 @@ pub enum GenerateError {
     },
 }
 
+impl GenerateError {
+    /// The same error with the ball as it was asked for: left-footed kicks are planned for its mirror image.
+    fn asked(mut self, asked: [f64; 2]) -> Self {
+        if let Self::Ball { ball, .. } | Self::Reach { ball, .. } = &mut self {
+            *ball = asked;
+        }
+        self
+    }
+}
+
 /// What to make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KickRequest {
@@ -128,6 +138,10 @@ pub fn generate_kick(
     spec: &RobotSpec,
     request: &KickRequest,
 ) -> Result<GeneratedKick, GenerateError> {
+    make(model, spec, request).map_err(|error| error.asked(request.ball))
+}
+
+fn make(model: &RobotModel, spec: &RobotSpec, request: &KickRequest) -> Result<GeneratedKick, GenerateError> {
     let figure = Biped::new(model, spec)?;
     let side = if request.leg == KickLeg::Left { -1.0 } else { 1.0 };
     let ball = [request.ball[0], side * request.ball[1]];

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_motion::check::{CheckLimits, ClipReport, Verdict, check_clip, ends_away, mixed_rates};
-use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
+use paid_motion::check::{CheckLimits, ClipReport, Finding, Verdict, check_clip, ends_away, mixed_rates};
+use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -45,18 +45,21 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// At the files' own rates: resampling would smooth over what is to be found.
 fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>, Failure> {
+    let options = ReadOptions { fps: args.fps, kick_leg: None, joint_order: args.joint_order };
     match &args.path {
-        Some(path) if !path.is_dir() => {
-            let options = ReadOptions { fps: args.fps, kick_leg: None, joint_order: args.joint_order };
-            Ok(vec![read_motion(path, model, spec, &options).map_err(Failure::input)?])
+        Some(file) if !file.is_dir() => {
+            MotionLibrary::read(file, model, spec, &options).map(|clip| vec![clip])
         }
-        Some(folder) => {
-            MotionLibrary::load_unchanged(folder, model, spec).map(|l| l.clips).map_err(Failure::input)
-        }
-        None => MotionLibrary::builtin(model, spec, paid_motion::generate::FPS)
-            .map(|l| l.clips)
-            .map_err(Failure::input),
+        Some(folder) => MotionLibrary::load_with(folder, model, spec, &options).map(|l| l.clips),
+        None => MotionLibrary::builtin(model, spec, paid_motion::generate::FPS).map(|l| l.clips),
     }
+    .map_err(Failure::input)
+}
+
+/// A finding with its verdict and its frame.
+pub fn line(finding: &Finding) -> String {
+    let place = finding.frame.map_or_else(String::new, |frame| format!(" (frame {frame})"));
+    format!("{}: {}{place}", finding.verdict, finding.reason)
 }
 
 fn print(reports: &[ClipReport]) {
@@ -87,8 +90,7 @@ fn print(reports: &[ClipReport]) {
             1e3 * m.pressure_margin_m,
         );
         for finding in &report.findings {
-            let place = finding.frame.map_or_else(String::new, |frame| format!(" (frame {frame})"));
-            println!("{:<width$}    {}: {}{place}", "", finding.verdict, finding.reason);
+            println!("{:<width$}    {}", "", line(finding));
         }
     }
     for note in [mixed_rates(reports), ends_away(reports)].into_iter().flatten() {

@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_motion::check::{ClipReport, Verdict};
-use paid_motion::clean::{CleanOptions, CleanReport, clean};
-use paid_motion::{Clip, MotionLibrary, read_motion, write_motion};
+use paid_motion::clean::{CleanError, CleanOptions, CleanReport, Cleaned, Peak, clean};
+use paid_motion::{Clip, MotionLibrary, motion_files, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
-use super::robot_file::RobotFile;
+use super::check::line;
+use super::robot_file::{RobotFile, expect_folder};
 use crate::failure::Failure;
 
 /// Arguments of `paid motion clean`.
@@ -65,41 +66,117 @@ impl CleanHow {
     }
 }
 
-/// Cleans, writes and reports. A clip that still fails the check makes the exit code 2.
+/// Cleans a clip that was read from `file`, and warns of motors that cannot do what comes out.
+pub fn clean_clip(
+    file: &Path,
+    clip: &Clip,
+    how: CleanHow,
+    robot: (&RobotModel, &RobotSpec),
+) -> Result<Cleaned, CleanError> {
+    let named = |error: CleanError| error.named(file.display().to_string());
+    let mut cleaned = clean(clip, robot.0, robot.1, &how.options()).map_err(named)?;
+    cleaned.report.warnings.extend(overload(&cleaned.report.torque[1], cleaned.clip.fps));
+    Ok(cleaned)
+}
+
+/// What to say of a cleaned motion that needs more torque than a motor has.
+fn overload(peak: &Peak, fps: f64) -> Option<String> {
+    let percent = (100.0 * peak.value).round();
+    (percent > 100.0).then(|| {
+        format!(
+            "{} needs {percent} % of its motor's torque at {:.2} s (frame {}); a larger --stretch or a smaller --torque asks for less",
+            peak.joint,
+            peak.frame as f64 / fps,
+            peak.frame
+        )
+    })
+}
+
+/// A file to clean, and where the result goes.
+struct Job {
+    file: PathBuf,
+    out: PathBuf,
+}
+
+/// Cleans, writes and reports. A clip that still fails the check makes the exit code 2, as does one that cannot be cleaned: the
+/// others are cleaned all the same.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let clips = clips(args, &model, &spec)?;
-    std::fs::create_dir_all(&args.out).map_err(|e| Failure::input(format!("{}: {e}", args.out.display())))?;
-    let mut reports = Vec::new();
-    for clip in clips {
-        let clip = args.file.licensed(clip);
-        let cleaned = clean(&clip, &model, &spec, &args.how.options())?;
-        let path = args.out.join(format!("{}.npz", clip.name));
-        write_motion(&path, &cleaned.clip, &model, &spec).map_err(Failure::input)?;
-        if !args.json {
-            print(&path, &cleaned.report, cleaned.clip.fps);
+    let jobs = jobs(args)?;
+    expect_folder(&args.out)?;
+    let (mut reports, mut errors) = (Vec::new(), Vec::new());
+    for job in &jobs {
+        match one(args, job, &model, &spec)? {
+            Ok(cleaned) => {
+                if !args.json {
+                    print(&job.out, &cleaned.report, cleaned.clip.fps);
+                }
+                reports.push(cleaned.report);
+            }
+            Err(error) if jobs.len() == 1 => return Err(error),
+            Err(error) => errors.push(error.to_string()),
         }
-        reports.push(cleaned.report);
     }
     if args.json {
         println!("{}", serde_json::to_string_pretty(&reports).map_err(Failure::input)?);
     }
-    let fails = reports.iter().any(|r| r.after.verdict == Verdict::Fail);
-    Ok(ExitCode::from(if fails { 2 } else { 0 }))
-}
-
-fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>, Failure> {
-    if args.input.is_dir() {
-        return MotionLibrary::load_unchanged(&args.input, model, spec)
-            .map(|l| l.clips)
-            .map_err(Failure::input);
+    if errors.is_empty() {
+        return Ok(exit_code(&reports));
     }
-    read_motion(&args.input, model, spec, &args.file.options(args.fps))
-        .map(|clip| vec![clip])
-        .map_err(Failure::input)
+    let (bad, all) = (errors.len(), jobs.len());
+    Err(Failure::input(format!("{bad} of {all} files were not cleaned:\n  {}", errors.join("\n  "))))
 }
 
-/// Prints what was done to a clip and every measure before and after.
+/// 2 if a cleaned clip fails the check.
+pub fn exit_code<'a>(reports: impl IntoIterator<Item = &'a CleanReport>) -> ExitCode {
+    let fails = reports.into_iter().any(|r| r.after.verdict == Verdict::Fail);
+    ExitCode::from(if fails { 2 } else { 0 })
+}
+
+/// The files, none of which may take the place of another one's result.
+fn jobs(args: &Args) -> Result<Vec<Job>, Failure> {
+    let files = if args.input.is_dir() {
+        motion_files(&args.input).map_err(Failure::input)?
+    } else {
+        vec![args.input.clone()]
+    };
+    let mut jobs: Vec<Job> = Vec::new();
+    for file in files {
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+        let out = args.out.join(format!("{stem}.npz"));
+        if let Some(other) = jobs.iter().find(|job| job.out == out) {
+            return Err(Failure::input(format!(
+                "{}: expected one file that is cleaned to it, found {} and {}; rename one of them, or clean them into two folders",
+                out.display(),
+                other.file.display(),
+                file.display()
+            )));
+        }
+        jobs.push(Job { file, out });
+    }
+    Ok(jobs)
+}
+
+/// Reads, cleans and writes one file. The outer error is of the options, which are those of all files.
+fn one(
+    args: &Args,
+    job: &Job,
+    model: &RobotModel,
+    spec: &RobotSpec,
+) -> Result<Result<Cleaned, Failure>, Failure> {
+    let clip = match MotionLibrary::read(&job.file, model, spec, &args.file.options(args.fps)) {
+        Ok(clip) => args.file.licensed(clip),
+        Err(error) => return Ok(Err(Failure::input(error))),
+    };
+    let cleaned = match clean_clip(&job.file, &clip, args.how, (model, spec)) {
+        Ok(cleaned) => cleaned,
+        Err(error @ CleanError::Option { .. }) => return Err(error.into()),
+        Err(error) => return Ok(Err(error.into())),
+    };
+    Ok(write_motion(&job.out, &cleaned.clip, model, spec).map(|()| cleaned).map_err(Failure::input))
+}
+
+/// Prints what was done to a clip and the main measures before and after; JSON has all of them.
 pub fn print(path: &Path, r: &CleanReport, fps: f64) {
     println!(
         "{}: {} before, {} after ({:.1} s of work)",
@@ -138,15 +215,15 @@ pub fn print(path: &Path, r: &CleanReport, fps: f64) {
     for (name, before, after) in rows(&r.before, &r.after) {
         println!("  {name:<28}  {before:>6.2}  {after:>6.2}");
     }
-    for reason in &r.reasons {
-        println!("  {}: {reason}", r.after.verdict);
+    for finding in &r.after.findings {
+        println!("  {}", line(finding));
     }
     for warning in &r.warnings {
         println!("  warning: {warning}");
     }
 }
 
-/// Every measure with its unit, before and after.
+/// The main measures with their units, before and after.
 fn rows(before: &ClipReport, after: &ClipReport) -> Vec<(&'static str, f64, f64)> {
     let values = |r: &ClipReport| {
         let m = &r.measures;
@@ -171,4 +248,20 @@ fn rows(before: &ClipReport, after: &ClipReport) -> Vec<(&'static str, f64, f64)
         ]
     };
     values(before).into_iter().zip(values(after)).map(|((name, b), (_, a))| (name, b, a)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn torque_that_no_motor_has_is_warned_of_with_joint_and_time() {
+        let peak = |value| Peak { value, frame: 75, joint: "left_knee_joint".to_owned() };
+        assert_eq!(overload(&peak(1.0), 50.0), None);
+        let told = overload(&peak(1.43), 50.0).expect("more than the motor has");
+        assert!(
+            told.starts_with("left_knee_joint needs 143 % of its motor's torque at 1.50 s (frame 75)"),
+            "{told}"
+        );
+    }
 }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_eval::file::write_whole;
-use paid_motion::{read_motion, resample, write_motion};
+use paid_eval::file_set::FileSet;
+use paid_motion::{MotionLibrary, resample, write_motion};
 use paid_retarget::{HumanOptions, amc_texts, bvh_text, is_human_file, read_human};
 use paid_robot::{RobotModel, RobotSpec};
 
@@ -30,7 +30,7 @@ pub struct Args {
     /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Meters of a unit of length in a BVH file that is read [default: 0.01]; 0.01 is what is written.
+    /// Meters of a unit of length in a BVH [default: 0.01] or AMC file [default: what its ASF says] that is read; 0.01 is what is written.
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
 }
@@ -46,8 +46,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         }
     }
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-    let mut clip =
-        read_motion(&args.input, &model, &spec, &args.file.options(args.fps)).map_err(Failure::input)?;
+    let mut clip = MotionLibrary::read(&args.input, &model, &spec, &args.file.options(args.fps))
+        .map_err(Failure::input)?;
     if let Some(rate) = args.rate {
         clip = resample(&clip, &model, rate);
     }
@@ -87,22 +87,23 @@ fn human(args: &Args, format: HumanFormat) -> Result<ExitCode, Failure> {
         )));
     }
     let options = HumanOptions { unit_m: args.unit, fps: args.fps, skeleton: args.skeleton.clone() };
-    let mut motion = read_human(&args.input, &options).map_err(Failure::input)?;
+    let mut motion = read_human(&args.input, &options)?;
     for note in &motion.notes {
         eprintln!("note: {}: {note}", args.input.display());
     }
     if let Some(rate) = args.rate {
         motion = motion.resample(rate, 1.0);
     }
+    let mut files = FileSet::default();
     match format {
-        HumanFormat::Bvh => write_whole(&args.out, bvh_text(&motion).as_bytes()),
+        HumanFormat::Bvh => files.add(args.out.clone(), bvh_text(&motion).into_bytes()),
         HumanFormat::Amc => {
             let [skeleton, text] = amc_texts(&motion);
-            write_whole(&args.out.with_extension("asf"), skeleton.as_bytes())
-                .and_then(|()| write_whole(&args.out, text.as_bytes()))
+            files.add(args.out.with_extension("asf"), skeleton.into_bytes());
+            files.add(args.out.clone(), text.into_bytes());
         }
     }
-    .map_err(Failure::input)?;
+    files.write()?;
     let (file, bones) = (args.out.display(), motion.skeleton.bones.len());
     println!("{file}: {} frames at {} Hz, {bones} bones", motion.frames, motion.fps);
     Ok(ExitCode::SUCCESS)

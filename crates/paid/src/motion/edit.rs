@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_motion::edit::{cut, join, label, mirror};
-use paid_motion::{Clip, ReadOptions, read_motion, resample, write_motion};
+use paid_motion::{Clip, MotionLibrary, ReadOptions, resample, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -64,7 +64,7 @@ pub struct JoinArgs {
 
 fn read(path: &Path, fps: Option<f64>, model: &RobotModel, spec: &RobotSpec) -> Result<Clip, Failure> {
     let options = ReadOptions { fps, ..ReadOptions::default() };
-    read_motion(path, model, spec, &options).map_err(Failure::input)
+    MotionLibrary::read(path, model, spec, &options).map_err(Failure::input)
 }
 
 fn write(path: &Path, clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<ExitCode, Failure> {
@@ -86,10 +86,12 @@ pub fn run_cut(args: &CutArgs) -> Result<ExitCode, Failure> {
     let clip = read(&args.input, args.fps, &model, &spec)?;
     let to = args.to.unwrap_or(f64::INFINITY);
     let Some(mut part) = cut(&clip, &model, args.from, to) else {
+        let to = if to.is_finite() { format!("{to} s") } else { "the end".to_owned() };
         return Err(Failure::input(format!(
-            "--from, --to: expected a part of at least 3 frames, found {} to {to} s of {:.2} s",
+            "--from, --to: expected a part of at least 3 frames, found {} s to {to} of the {:.2} s of {}",
             args.from,
-            clip.duration_s()
+            clip.duration_s(),
+            args.input.display()
         )));
     };
     if args.relabel || (args.shift_kick.is_some() && part.kick_frame.is_none()) {
@@ -100,8 +102,9 @@ pub fn run_cut(args: &CutArgs) -> Result<ExitCode, Failure> {
         let moved = moved.and_then(|k| usize::try_from(k).ok()).filter(|k| *k < part.frames);
         let Some(moved) = moved else {
             return Err(Failure::input(format!(
-                "--shift-kick: expected a frame of the clip (0 to {}), found {kick} moved by {by}",
-                part.frames - 1
+                "--shift-kick: expected a frame of the clip (0 to {}), found {kick} moved by {by} in {}",
+                part.frames - 1,
+                args.input.display()
             )));
         };
         part.kick_frame = Some(moved);

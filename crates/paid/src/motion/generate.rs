@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_motion::generate::{
-    GeneratedKick, KickRequest, KickStyle, Look as Looks, generate_builtin, generate_kick,
+    GenerateError, GeneratedKick, KickRequest, KickStyle, Look as Looks, generate_builtin, generate_kick,
 };
 use paid_motion::{KickLeg, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Serialize;
 
+use super::robot_file::expect_folder;
 use crate::failure::Failure;
 
 /// Arguments of `paid motion generate`.
@@ -78,9 +79,10 @@ struct Written {
 
 /// Makes the kicks and writes them.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    expect_folder(&args.out)?;
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let kicks = match args.ball {
-        Some(ball) => vec![generate_kick(&model, &spec, &request(args, ball)?).map_err(Failure::input)?],
+        Some(ball) => vec![generate_kick(&model, &spec, &request(args, ball)?).map_err(|e| refusal(&e))?],
         None => {
             let look = match args.look {
                 Look::Plain => Looks::Plain,
@@ -92,8 +94,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut lines = Vec::new();
     for kick in &kicks {
         let path = place(args, kick);
-        let folder = path.parent().unwrap_or(&args.out);
-        std::fs::create_dir_all(folder).map_err(|e| Failure::input(format!("{}: {e}", folder.display())))?;
         write_motion(&path, &kick.clip, &model, &spec).map_err(Failure::input)?;
         lines.push(Written {
             file: path.display().to_string(),
@@ -121,6 +121,15 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         );
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Why the kick that was asked for cannot be made, with the option that asked.
+fn refusal(error: &GenerateError) -> Failure {
+    match error {
+        // Both begin with "ball".
+        GenerateError::Ball { .. } | GenerateError::Reach { .. } => Failure::input(format!("--{error}")),
+        GenerateError::Robot(_) => Failure::input(error),
+    }
 }
 
 fn request(args: &Args, ball: [f64; 2]) -> Result<KickRequest, Failure> {

@@ -5,10 +5,12 @@ use std::process::ExitCode;
 
 use paid_eval::dataset::Dataset;
 use paid_eval::shooting::Grid;
-use paid_motion::MotionLibrary;
+use paid_motion::check::{CheckLimits, Verdict, check_clip};
+use paid_motion::{Clip, MotionLibrary};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::OwnPlace;
 
+use super::robot_file::expect_folder;
 use crate::failure::Failure;
 
 /// Arguments of `paid motion plot`.
@@ -56,9 +58,34 @@ impl From<Place> for OwnPlace {
     }
 }
 
+/// Names the clips that fail the check, each with its worst reason: their places and speeds may mean nothing.
+fn failing(clips: &[Clip], model: &RobotModel, spec: &RobotSpec) -> Result<Option<String>, Failure> {
+    let mut found = Vec::new();
+    for clip in clips {
+        let report = check_clip(clip, model, spec, &CheckLimits::default()).map_err(Failure::input)?;
+        let worst = report.findings.first().filter(|finding| finding.verdict == Verdict::Fail);
+        found.extend(worst.map(|finding| format!("{} ({})", clip.path.display(), finding.reason)));
+    }
+    let (some, all) = (found.len(), clips.len());
+    Ok((some > 0).then(|| {
+        format!(
+            "{some} of {all} clips fail `paid motion check` and are drawn as they are: {}",
+            found.join(", ")
+        )
+    }))
+}
+
 /// Draws the pictures and prints what the kicks cover and which one to record next.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    expect_folder(&args.out)?;
+    if let Some(folder) = &args.dir {
+        // At the files' own rates: resampling would smooth over what is to be found.
+        let library = MotionLibrary::load_unchanged(folder, &model, &spec).map_err(Failure::input)?;
+        if let Some(note) = failing(&library.clips, &model, &spec)? {
+            eprintln!("note: {note}");
+        }
+    }
     let folder = args.dir.clone().unwrap_or_default();
     let library =
         MotionLibrary::open(&folder, &model, &spec, paid_motion::generate::FPS).map_err(Failure::input)?;

@@ -16,6 +16,7 @@ use crate::failure::Failure;
 
 /// Arguments of `paid motion retarget`.
 #[derive(Debug, clap::Args)]
+#[command(mut_args(with_clean))]
 pub struct Args {
     /// Human motion: .bvh, .amc with its .asf beside it, or .npz with positions of points and the .toml that describes them.
     input: PathBuf,
@@ -37,13 +38,19 @@ pub struct Args {
     json: bool,
 }
 
+/// Makes the options of [`super::clean::CleanHow`] ask for `--clean`: they would do nothing without.
+fn with_clean(option: clap::Arg) -> clap::Arg {
+    let cleans = ["clean_rate", "stretch", "torque", "lead", "facing"].contains(&option.get_id().as_str());
+    if cleans { option.requires("clean") } else { option }
+}
+
 /// What `paid play` of a human motion shares.
 #[derive(Debug, clap::Args)]
 pub struct How {
     /// Skeleton of an AMC file (.asf) or of points (.toml) [default: that of the same name beside it, or the only one there].
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Meters of a unit of length in a BVH file [default: 0.01] or of points [default: what the TOML says, else recognized].
+    /// Meters of a unit of length in a BVH file [default: 0.01], an AMC file [default: what its ASF says] or of points [default: what the TOML says, else recognized].
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
     /// Frame rate of a file that does not state it [Hz]: AMC [default: 120], CSV.
@@ -171,7 +178,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let Retargeted { mut clip, report, ends, .. } = retarget_file(&args.input, &args.how, &model, &spec)?;
     clip.name = args.out.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or(clip.name);
     if args.clean {
-        let cleaned = paid_motion::clean::clean(&clip, &model, &spec, &args.clean_how.options())?;
+        let cleaned = super::clean::clean_clip(&args.input, &clip, args.clean_how, (&model, &spec))?;
         write_motion(&args.out, &cleaned.clip, &model, &spec).map_err(Failure::input)?;
         let human = ends.distance(clip.fps, &cleaned.clip, &cleaned.report);
         if args.json {
@@ -188,7 +195,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
                 1e3 * human.hands_m[1]
             );
         }
-        return Ok(ExitCode::SUCCESS);
+        return Ok(super::clean::exit_code([&cleaned.report]));
     }
     write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;
     if args.json {
@@ -199,8 +206,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let check = check_clip(&clip, &model, &spec, &CheckLimits::default()).map_err(Failure::input)?;
     println!("check: {}", check.verdict);
     for finding in &check.findings {
-        let place = finding.frame.map_or_else(String::new, |frame| format!(" (frame {frame})"));
-        println!("  {}: {}{place}", finding.verdict, finding.reason);
+        println!("  {}", super::check::line(finding));
     }
     Ok(ExitCode::SUCCESS)
 }

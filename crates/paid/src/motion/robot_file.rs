@@ -1,6 +1,18 @@
-//! What a robot's motion file may leave out.
+//! What a robot's motion file may leave out, and the folder that files go to.
+
+use std::path::Path;
 
 use paid_motion::{Clip, JointOrder, KickLeg, ReadOptions};
+
+use crate::failure::Failure;
+
+/// Refuses a file where `--out` needs a folder; one that is missing will be made.
+pub fn expect_folder(out: &Path) -> Result<(), Failure> {
+    if out.exists() && !out.is_dir() {
+        return Err(Failure::input(format!("--out {}: expected a folder, found a file", out.display())));
+    }
+    Ok(())
+}
 
 /// Options of commands that read a robot's motion and write it.
 #[derive(Clone, Debug, clap::Args)]
