@@ -130,9 +130,10 @@ impl DdsLink {
     /// Joins a domain through the interface that has this address. Nothing is chosen by itself.
     ///
     /// # Errors
-    /// If the network cannot be joined.
+    /// If this machine does not have the address, or the network cannot be joined.
     pub fn open(domain: u16, interface: IpAddr, side: Side) -> Result<Self, LinkError> {
         let fail = network("DDS");
+        crate::interface::check(interface)?;
         let participant = participant(domain, interface).map_err(|e| fail(e.to_string()))?;
         let qos: QosPolicies = QosPolicyBuilder::new()
             .reliability(Reliability::BestEffort)

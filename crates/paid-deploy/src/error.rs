@@ -37,6 +37,9 @@ pub enum DeployError {
         /// What is wrong with it.
         message: String,
     },
+    /// The operator wished to end before the start.
+    #[error("stopped before the start: nobody has said so far that the vendor's controller is released")]
+    Stopped,
     /// The robot or the network says no.
     #[error("refused to start: {0}")]
     Refused(String),

@@ -26,6 +26,8 @@ mod cpu;
 mod dds;
 mod error;
 pub mod eyes;
+#[cfg(feature = "dds")]
+mod interface;
 mod lateness;
 mod limits;
 mod link;

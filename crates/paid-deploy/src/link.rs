@@ -1,5 +1,6 @@
 //! The link between robot and runtime: a trait, and channels within one process.
 
+use std::net::IpAddr;
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, TrySendError, sync_channel};
 
 use thiserror::Error;
@@ -16,6 +17,14 @@ pub enum LinkError {
     /// The other end is gone.
     #[error("the link is closed: the other end has ended")]
     Closed,
+    /// This machine does not have the address.
+    #[error("interface: expected an address of this machine ({}), found {found}", listed(here))]
+    Interface {
+        /// What was named.
+        found: IpAddr,
+        /// Those that it has.
+        here: Vec<IpAddr>,
+    },
     /// The network refuses.
     #[error("{what}: {message}")]
     Network {
@@ -24,6 +33,10 @@ pub enum LinkError {
         /// What the system says.
         message: String,
     },
+}
+
+fn listed(addresses: &[IpAddr]) -> String {
+    addresses.iter().map(IpAddr::to_string).collect::<Vec<_>>().join(", ")
 }
 
 /// Where packets go out. Nothing here waits.

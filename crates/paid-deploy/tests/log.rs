@@ -75,6 +75,37 @@ fn after_kill_9_no_more_than_a_tenth_of_a_second_is_missing() {
     assert!(found >= 1235 - 50, "{found} frames");
 }
 
+#[test]
+fn a_log_that_is_there_already_is_refused_and_stays_whole() {
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("old.mcap");
+    assert!(LogWriter::check_new(&file).is_ok());
+    std::fs::write(&file, "a robot's only log").expect("write");
+    let refusals = [LogWriter::check_new(&file).err(), LogWriter::create(&file, &header()).err()];
+    for error in refusals {
+        let error = error.expect("occupied").to_string();
+        assert!(error.contains("old.mcap: expected a new file, found one that is there"), "{error}");
+    }
+    assert_eq!(std::fs::read(&file).expect("read"), b"a robot's only log");
+}
+
+#[test]
+fn a_log_without_a_step_goes_with_the_start_that_was_refused() {
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("new.mcap");
+    drop(LogWriter::create(&file, &header()).expect("log"));
+    assert!(!file.exists(), "the next start may use the name");
+    // One that has a step, or was ended in order, stays.
+    let mut log = LogWriter::create(&file, &header()).expect("log");
+    log.write(&frame(0));
+    drop(log);
+    let mut reader = LogReader::open(&file).expect("log");
+    assert_eq!(reader.next_frame().expect("frame"), Some(frame(0)));
+    let file = dir.path().join("ended.mcap");
+    assert_eq!(LogWriter::create(&file, &header()).expect("log").finish().expect("ended"), 0);
+    assert!(file.exists());
+}
+
 /// A disk with room for so many bytes.
 struct Disk(Cursor<Vec<u8>>, Arc<AtomicUsize>);
 

@@ -272,7 +272,7 @@ fn a_robot_on_the_vendors_cpp_sdk_says_that_it_is_released_and_hears_the_runtime
     let (_peer, mut lines) = begin(&folder, "cpp_robot.py", &[&domain(7).to_string()]);
     let mut client = SwitcherClient::new(link.switcher().expect("DDS"));
     let patience = Patience { answer: Duration::from_secs(60), ..Patience::default() };
-    await_release(&mut client, false, patience, |_| {}).expect("released");
+    await_release(&mut client, false, patience, &AtomicBool::new(false), |_| {}).expect("released");
     let live = Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(Arc::clone(&player), limits),

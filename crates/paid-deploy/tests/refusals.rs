@@ -8,7 +8,7 @@ use std::sync::Arc;
 use common::player;
 use paid_deploy::sim::{Fault, drill};
 use paid_deploy::wire::{Key, LowState, Remote};
-use paid_deploy::{DeployError, Limits, Packet, Player, Runtime, State};
+use paid_deploy::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};
 use paid_task::ReferenceLibrary;
 use paid_train::TrainedPolicy;
 
@@ -118,4 +118,13 @@ fn a_policy_for_another_robot_is_refused_with_what_differs() {
     assert!(told.contains("the policy is not for this robot") && told.contains("joint"), "{told}");
     let told = refused(|trained| trained.spec.natural_frequency_hz = 12.0);
     assert!(told.contains("the policy is not for this robot") && told.contains("stiffness"), "{told}");
+}
+
+#[test]
+fn a_policy_that_was_trained_without_a_ball_is_refused() {
+    let spec =
+        PlayerSpec { policy: policy().with_file_name("stage1.safetensors"), motions: None, sets: Vec::new() };
+    let Err(DeployError::Policy(message)) = Player::load(&spec) else { panic!("a player without a ball") };
+    assert!(message.contains("stage1.safetensors: expected a policy of a task with a ball"), "{message}");
+    assert!(message.contains("found the task '") && message.ends_with("without one"), "{message}");
 }

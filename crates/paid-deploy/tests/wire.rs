@@ -50,9 +50,10 @@ fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
                 std::thread::sleep(PAUSE);
             }
         });
-        let refused = await_release(&mut client, false, patience, |_| {});
+        let on = AtomicBool::new(false);
+        let refused = await_release(&mut client, false, patience, &on, |_| {});
         let mut told = Vec::new();
-        let released = await_release(&mut client, true, patience, |line| told.push(line.to_owned()));
+        let released = await_release(&mut client, true, patience, &on, |line| told.push(line.to_owned()));
         stop.store(true, Ordering::Relaxed);
         released.expect("released");
         let error = refused.expect_err("in command").to_string();

@@ -5,11 +5,13 @@ mod network;
 mod offline;
 mod screen;
 mod serve;
+mod verify;
 mod watch;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Duration;
 
 use clap::Subcommand;
 use paid_deploy::{DeployError, Event, Latency, Limits, Player, PlayerSpec, Usage};
@@ -32,9 +34,9 @@ enum Command {
     /// Read the robot's states for a while and say what they are like. Commands nothing.
     Check(network::CheckArgs),
     /// Run a log through the runtime again and compare everything bit for bit.
-    Replay(offline::ReplayArgs),
+    Replay(verify::ReplayArgs),
     /// Inject every fault into the virtual G1 and measure how soon it is damped.
-    Drill(offline::DrillArgs),
+    Drill(verify::DrillArgs),
 }
 
 /// Policy and motions.
@@ -68,6 +70,22 @@ impl PlayerArgs {
 /// Limits of a file, or the usual ones.
 fn read_limits(file: Option<&Path>) -> Result<Limits, Failure> {
     file.map_or_else(|| Ok(Limits::default()), |file| Limits::read(file).map_err(Failure::input))
+}
+
+/// Longest time that may be asked for: more than a week `[s]`.
+const LONGEST_S: f64 = 1e6;
+
+/// The time of `--seconds`.
+fn duration(seconds: f64) -> Result<Duration, Failure> {
+    if (0.0..=LONGEST_S).contains(&seconds) {
+        return Ok(Duration::from_secs_f64(seconds));
+    }
+    Err(Failure::input(format!("--seconds: expected 0 to {LONGEST_S}, found {seconds:?}")))
+}
+
+/// Refuses a number of things that is none.
+fn at_least_one(option: &str, found: usize) -> Result<usize, Failure> {
+    if found > 0 { Ok(found) } else { Err(Failure::input(format!("{option}: expected at least 1, found 0"))) }
 }
 
 /// The network, named in full: nothing is chosen by itself.
@@ -116,8 +134,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Sim(args) => offline::sim(&args),
         Command::Run(args) => network::run(&args),
         Command::Check(args) => network::check(&args),
-        Command::Replay(args) => offline::replay(&args),
-        Command::Drill(args) => offline::drill(&args),
+        Command::Replay(args) => verify::replay(&args),
+        Command::Drill(args) => verify::drill(&args),
     }
 }
 

@@ -241,3 +241,51 @@ fn a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them(
     let error = refuses(&paid(folder.path(), &blind));
     assert!(error.contains("--record: in lockstep there are pictures with --eyes only"), "{error}");
 }
+
+#[test]
+fn matches_in_lockstep_have_a_log_each_and_write_over_none() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let policy = policy();
+    let policy = policy.to_str().expect("a path");
+    let sim =
+        |more: &[&str]| paid(here, &[&["robot", "sim", "--lockstep", "--policy", policy][..], more].concat());
+    let two = ["--kicks", "1", "--matches", "2", "--seed", "3", "--log", "match.mcap"];
+    let said = succeeds(&sim(&two));
+    assert!(said.contains("2 matches: "), "{said}");
+    assert!(!here.join("match.mcap").exists());
+    for log in ["match_3.mcap", "match_4.mcap"] {
+        let mut reader = LogReader::open(&here.join(log)).expect("a log");
+        assert!(reader.next_frame().expect("a frame").is_some(), "{log}");
+    }
+    // The first match has a new name, the second would write over an old log: nothing is played.
+    std::fs::remove_file(here.join("match_3.mcap")).expect("remove");
+    let before = std::fs::read(here.join("match_4.mcap")).expect("read");
+    let error = refuses(&sim(&two));
+    assert!(error.contains("match_4.mcap: expected a new file"), "{error}");
+    assert!(!here.join("match_3.mcap").exists());
+    assert_eq!(std::fs::read(here.join("match_4.mcap")).expect("read"), before);
+}
+
+#[test]
+fn nothing_to_play_and_nothing_to_drill_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (domain, policy) = (domain(1).to_string(), policy());
+    let policy = policy.to_str().expect("a path");
+    let network = ["sim", "--domain", &domain, "--interface", "127.0.0.1"];
+    let elsewhere = ["sim", "--domain", &domain, "--interface", "192.0.2.1"];
+    let last = u64::MAX.to_string();
+    let cases: [(&[&str], &[&str], &str); 6] = [
+        (&["sim", "--lockstep"], &["--matches", "0"], "--matches: expected at least 1, found 0"),
+        (&["sim", "--lockstep"], &["--kicks", "0"], "--kicks: expected at least 1, found 0"),
+        (&network, &["--kicks", "0"], "--kicks: expected at least 1, found 0"),
+        (&["drill"], &["--trials", "0"], "--trials: expected at least 1, found 0"),
+        (&["sim", "--lockstep"], &["--matches", "2", "--seed", &last], "--seed: expected a last seed up to"),
+        (&elsewhere, &[], "expected an address of this machine ("),
+    ];
+    for (command, more, expected) in cases {
+        let args = [&["robot"][..], command, &["--policy", policy], more].concat();
+        let error = refuses(&paid(folder.path(), &args));
+        assert!(error.contains(expected), "{args:?}: {error}");
+    }
+}

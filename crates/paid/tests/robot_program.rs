@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use common::{paid, refuses, succeeds};
+use common::{paid, refuses, succeeds, text};
 use paid_deploy::sim::{Order, ServeOptions, VirtualG1, serve};
 use paid_deploy::wire::{Key, LowCmd};
 use paid_deploy::{DdsLink, Player, PlayerSpec, Side};
@@ -213,7 +213,7 @@ fn exit_codes_tell_what_was_found() {
     ];
     let output = paid(here, &check);
     assert_eq!(output.status.code(), Some(1));
-    let said = common::text(&output);
+    let said = text(&output);
     assert!(said.contains("no state came") && said.ends_with("NOT good: do not start\n"), "{said}");
     let policy = policy();
     let policy = policy.to_str().expect("a path");
@@ -224,4 +224,86 @@ fn exit_codes_tell_what_was_found() {
     std::fs::write(here.join("other.mcap"), "no log").expect("write");
     let other = ["robot", "replay", "other.mcap"];
     assert!(refuses(&paid(here, &other)).contains("other.mcap"));
+}
+
+/// `paid robot run` with the motion switcher, which nobody plays on this domain: it would be asked for 20 s.
+fn run_args<'a>(domain: &'a str, policy: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let run = ["robot", "run", "--domain", domain, "--interface", "127.0.0.1", "--policy", policy];
+    [&run[..], more].concat()
+}
+
+#[test]
+fn bad_input_is_refused_before_anybody_is_asked_to_release_the_robot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let here = folder.path();
+    let (domain, policy) = (domain(2).to_string(), policy());
+    let (stage1, policy) = (policy.with_file_name("stage1.safetensors"), policy.to_str().expect("a path"));
+    std::fs::write(here.join("eyes.toml"), "colour = 1\n").expect("write");
+    std::fs::write(
+        here.join("nobodys.toml"),
+        "interface = \"192.0.2.1\"\n[odometry]\nsource = \"topic\"\ntopic = \"/odometry\"\n",
+    )
+    .expect("write");
+    std::fs::write(here.join("old.mcap"), "the only log").expect("write");
+    let cases: [(&[&str], &str); 9] = [
+        (&["--seconds=-1"], "--seconds: expected 0 to 1000000, found -1.0"),
+        (&["--seconds", "-1"], "--seconds: expected 0 to 1000000, found -1.0"),
+        (&["--seconds", "nan"], "--seconds: expected 0 to 1000000, found NaN"),
+        (&["--seconds", "1e300"], "--seconds: expected 0 to 1000000, found 1e300"),
+        (&["--eyes", "absent.toml"], "absent.toml: "),
+        (&["--eyes", "eyes.toml"], "colour"),
+        (&["--eyes", "nobodys.toml"], "expected an address of this machine"),
+        (&["--log", "absent/new.mcap"], "absent/new.mcap: "),
+        (&["--log", "old.mcap"], "old.mcap: expected a new file"),
+    ];
+    for (more, expected) in cases {
+        let release = [&["--release"], more].concat();
+        let begin = Instant::now();
+        let error = refuses(&paid(here, &run_args(&domain, policy, &release)));
+        assert!(error.contains(expected), "{more:?}: {error}");
+        assert!(!error.contains("nobody answers"), "{more:?}: {error} after {:?}", begin.elapsed());
+    }
+    assert_eq!(std::fs::read(here.join("old.mcap")).expect("read"), b"the only log");
+    let stage1 = run_args(&domain, stage1.to_str().expect("a path"), &["--dry-run"]);
+    let error = refuses(&paid(here, &stage1));
+    assert!(error.contains("expected a policy of a task with a ball"), "{error}");
+    for seconds in ["nan", "-5"] {
+        let check = ["robot", "check", "--domain", &domain, "--interface", "127.0.0.1", "--seconds", seconds];
+        let error = refuses(&paid(here, &check));
+        assert!(error.contains("--seconds: expected 0 to 1000000, found "), "{error}");
+    }
+    // An interface of somebody else: no log stays behind.
+    let elsewhere = ["robot", "run", "--domain", &domain, "--interface", "192.0.2.1", "--policy", policy];
+    let error = refuses(&paid(here, &[&elsewhere[..], &["--log", "new.mcap"]].concat()));
+    assert!(
+        error.contains("expected an address of this machine (") && error.contains("127.0.0.1"),
+        "{error}"
+    );
+    assert!(!here.join("new.mcap").exists());
+}
+
+#[test]
+fn a_signal_while_the_motion_switcher_is_waited_for_says_stopped() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (domain, policy, log) = (domain(2).to_string(), policy(), folder.path().join("new.mcap"));
+    let run = Command::new(env!("CARGO_BIN_EXE_paid"))
+        .args(run_args(&domain, policy.to_str().expect("a path"), &["--log", "new.mcap"]))
+        .current_dir(folder.path())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let begin = Instant::now();
+    // The log is begun right before the network is joined.
+    while !log.exists() {
+        assert!(begin.elapsed() < PATIENCE, "no log");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(Command::new("kill").args(["-INT", &run.id().to_string()]).status().expect("kill").success());
+    let output = run.wait_with_output().expect("it ends");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{error}");
+    assert!(error.contains("stopped before the start") && !error.contains("nobody answers"), "{error}");
+    assert!(!log.exists(), "a log without a step");
 }

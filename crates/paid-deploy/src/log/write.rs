@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Seek, Write};
+use std::io::{BufWriter, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{MessageHeader, Metadata};
@@ -65,9 +65,11 @@ impl Body {
     }
 }
 
-/// Writes a log. A disk that is full ends the log, not the robot.
+/// Writes a log. A disk that is full ends the log, not the robot. A new file that got no step and no end is removed with this.
 pub struct LogWriter {
     file: PathBuf,
+    /// A file that was made here and has no end yet.
+    unfinished: bool,
     out: Option<Writer<BufWriter<Box<dyn Sink>>>>,
     /// Channels of steps, policy, body, events.
     channels: [u16; 4],
@@ -78,14 +80,33 @@ pub struct LogWriter {
 }
 
 impl LogWriter {
-    /// Begins a log.
+    /// Refuses a log that is there already.
     ///
     /// # Errors
-    /// If the file cannot be written.
+    /// If there is something of this name.
+    pub fn check_new(file: &Path) -> Result<(), DeployError> {
+        if file.symlink_metadata().is_ok() { Err(occupied(file)) } else { Ok(()) }
+    }
+
+    /// Begins a log in a new file.
+    ///
+    /// # Errors
+    /// If the file is there already, or cannot be written.
     pub fn create(file: &Path, header: &LogHeader) -> Result<Self, DeployError> {
         let fail = |message: String| DeployError::Log { file: file.to_owned(), message };
-        let sink = File::create(file).map_err(|e| fail(e.to_string()))?;
-        Self::to(file, Box::new(sink), header)
+        let sink = File::create_new(file).map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => occupied(file),
+            _ => fail(error.to_string()),
+        })?;
+        let begun = Self::to(file, Box::new(sink), header);
+        if begun.is_err() {
+            // A full disk: the empty file would be in the way of the next start.
+            let _ = std::fs::remove_file(file);
+        }
+        begun.map(|mut log| {
+            log.unfinished = true;
+            log
+        })
     }
 
     /// Begins a log in a sink; `name` stands for it in errors.
@@ -112,6 +133,7 @@ impl LogWriter {
         let (out, channels) = begin().map_err(|e| fail(e.to_string()))?;
         Ok(Self {
             file: name.to_owned(),
+            unfinished: false,
             out: Some(out),
             channels,
             since_flush: 0,
@@ -184,14 +206,31 @@ impl LogWriter {
     /// # Errors
     /// What went wrong, now or before.
     pub fn finish(mut self) -> Result<usize, DeployError> {
+        self.unfinished = false;
         if let Some(mut out) = self.out.take() {
             let ended = out.finish().map_err(|e| e.to_string());
             let ended = ended.and_then(|_| out.into_inner().flush().map_err(|e| e.to_string()));
             self.failed = ended.err();
         }
-        match self.failed {
+        match self.failed.take() {
             None => Ok(self.written),
-            Some(message) => Err(DeployError::Log { file: self.file, message }),
+            Some(message) => Err(DeployError::Log { file: std::mem::take(&mut self.file), message }),
         }
     }
+}
+
+impl Drop for LogWriter {
+    /// Nothing was begun: an empty log would only be in the way of the next start.
+    fn drop(&mut self) {
+        drop(self.out.take());
+        if self.unfinished && self.written == 0 {
+            let _ = std::fs::remove_file(&self.file);
+        }
+    }
+}
+
+/// A log that would be written over.
+fn occupied(file: &Path) -> DeployError {
+    let message = "expected a new file, found one that is there already: name another, or remove it";
+    DeployError::Log { file: file.to_owned(), message: message.to_owned() }
 }

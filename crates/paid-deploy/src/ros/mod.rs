@@ -56,8 +56,9 @@ impl RosTopics {
     /// Joins a domain through the interface that has this address.
     ///
     /// # Errors
-    /// If the network cannot be joined.
+    /// If this machine does not have the address, or the network cannot be joined.
     pub fn open(domain: u16, interface: IpAddr) -> Result<Self, LinkError> {
+        crate::interface::check(interface)?;
         Ok(Self { participant: participant(domain, interface).map_err(failed)? })
     }
 

@@ -1,5 +1,6 @@
 //! The runtime's side: asks who is in command, and releases the vendor's controller if told to.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use super::{ApiRequest, ApiResponse, CHECK_MODE, Line, Master, RELEASE_MODE};
@@ -109,11 +110,12 @@ impl Default for Patience {
 /// Asks until the vendor's controller is released. If it is in command, `release` has it released; otherwise that is the end.
 ///
 /// # Errors
-/// If nobody answers, the vendor's controller is in command and is not to be released or stays in command, or the network is broken.
+/// If `stop` is set, nobody answers, the vendor's controller is in command and is not to be released or stays in command, or the network is broken.
 pub fn await_release<L: Line>(
     client: &mut SwitcherClient<L>,
     release: bool,
     patience: Patience,
+    stop: &AtomicBool,
     mut told: impl FnMut(&str),
 ) -> Result<(), DeployError> {
     let refused = |message: String| Err(DeployError::Refused(message));
@@ -122,6 +124,9 @@ pub fn await_release<L: Line>(
         client.check()?;
         let next = Instant::now() + patience.every;
         while Instant::now() < next {
+            if stop.load(Ordering::Relaxed) {
+                return Err(DeployError::Stopped);
+            }
             match client.reply()? {
                 Some(Reply::Master(master)) if master.name.is_empty() => {
                     told("the vendor's controller is released");
@@ -210,6 +215,9 @@ mod tests {
         }
     }
 
+    /// Nobody stops it.
+    static ON: AtomicBool = AtomicBool::new(false);
+
     const SHORT: Patience = Patience {
         answer: Duration::from_millis(30),
         release: Duration::from_secs(5),
@@ -219,14 +227,15 @@ mod tests {
     #[test]
     fn a_vendor_in_command_is_released_on_the_explicit_flag_only() {
         let mut robot = Robot::new("ai");
-        let error = await_release(&mut SwitcherClient::new(&mut robot), false, SHORT, |_| {});
+        let error = await_release(&mut SwitcherClient::new(&mut robot), false, SHORT, &ON, |_| {});
         let error = error.expect_err("in command").to_string();
         assert!(error.starts_with("refused to start: the vendor's controller 'ai' is in command"), "{error}");
         assert_eq!(robot.releases, 0);
 
         let mut said = String::new();
         robot.busy = 2;
-        let released = await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, |line| said += line);
+        let released =
+            await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, &ON, |line| said += line);
         released.expect("released");
         assert_eq!(said, "releases the vendor's controller 'ai'the vendor's controller is released");
         assert_eq!((robot.service.master(), robot.releases), ("", 3));
@@ -235,7 +244,7 @@ mod tests {
     #[test]
     fn a_released_robot_is_asked_and_not_released_again() {
         let mut robot = Robot::new("");
-        await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, |_| {}).expect("released");
+        await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, &ON, |_| {}).expect("released");
         assert_eq!(robot.releases, 0);
     }
 
@@ -257,14 +266,25 @@ mod tests {
         }
         let robot = Short(SwitcherService::new(""), VecDeque::new());
         let mut client = SwitcherClient::new(robot);
-        await_release(&mut client, false, SHORT, |_| {}).expect("released");
+        await_release(&mut client, false, SHORT, &ON, |_| {}).expect("released");
     }
 
     #[test]
     fn nobody_who_answers_is_no_released_robot() {
         let mut robot = Robot { deaf: true, ..Robot::new("") };
-        let error = await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, |_| {});
+        let error = await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, &ON, |_| {});
         let error = error.expect_err("silence").to_string();
         assert!(error.contains("nobody answers on rt/api/motion_switcher/request"), "{error}");
+    }
+
+    #[test]
+    fn who_is_stopped_while_nobody_answers_says_so_and_releases_nothing() {
+        let mut robot = Robot { deaf: true, ..Robot::new("ai") };
+        let patience = Patience { answer: Duration::from_secs(600), ..SHORT };
+        let stop = AtomicBool::new(true);
+        let error = await_release(&mut SwitcherClient::new(&mut robot), true, patience, &stop, |_| {});
+        let error = error.expect_err("stopped");
+        assert!(matches!(error, DeployError::Stopped) && error.to_string().starts_with("stopped"), "{error}");
+        assert_eq!(robot.releases, 0);
     }
 }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::terminal;
 
 use super::View;
 use crate::wire::{DAMPING_KEYS, Key};
@@ -24,6 +25,16 @@ pub struct Screen {
 }
 
 impl Screen {
+    /// Looks whether there is a terminal to take.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub fn check() -> io::Result<()> {
+        terminal::enable_raw_mode()?;
+        terminal::disable_raw_mode()?;
+        terminal::size().map(|_| ())
+    }
+
     /// Takes the terminal.
     ///
     /// # Errors

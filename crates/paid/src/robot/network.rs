@@ -9,16 +9,18 @@ use std::time::{Duration, Instant};
 use paid_deploy::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
 use paid_deploy::log::{LogHeader, LogWriter};
 use paid_deploy::switcher::{Patience, Reply, SwitcherClient, await_release};
+use paid_deploy::view::Screen;
 use paid_deploy::{
-    BareTimer, Checker, DdsLink, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Runtime, Side, Told,
-    Usage, Writer, lateness_table, run_live,
+    BareTimer, Checker, DdsLink, DeployError, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Runtime,
+    Side, Told, Usage, Writer, lateness_table, run_live,
 };
 
 use super::mirror::Mirror;
 use super::screen::Viewer;
-use super::{NetworkArgs, PlayerArgs, print_event, print_latency, print_usage, read_limits};
+use super::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
+use crate::stop::STOPPED;
 
 /// Arguments of `paid robot run`.
 #[derive(Debug, clap::Args)]
@@ -39,7 +41,7 @@ pub struct RunArgs {
     /// Everything but commands: the robot is told nothing.
     #[arg(long)]
     dry_run: bool,
-    /// Write every step to this log.
+    /// Write every step to this log, a new file.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Events, status and figures as JSON, a line each.
@@ -52,7 +54,7 @@ pub struct RunArgs {
     #[arg(long, conflicts_with_all = ["json", "quiet"])]
     view: bool,
     /// End after so many seconds [default: runs until Ctrl-C].
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     seconds: Option<f64>,
     #[command(flatten)]
     live: LiveArgs,
@@ -61,8 +63,21 @@ pub struct RunArgs {
 /// Runs a policy on the robot.
 pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     crate::stop::outlive_the_terminal();
+    // What can be refused is refused here: later the robot may be limp.
+    let seconds = args.seconds.map(duration).transpose()?;
     let (player, limits) = args.player.load()?;
+    let NetworkArgs { domain, interface, no_switcher } = args.network;
+    let place = EyesPlace { domain, interface };
+    let eyes = args.eyes.as_deref().map(EyesConfig::read).transpose()?;
+    if let Some(config) = &eyes {
+        Eyes::check(config, &player, place)?;
+    }
+    if args.view {
+        Screen::check().map_err(no_terminal)?;
+    }
     let stop = crate::stop::flag()?;
+    let mut mirror = Mirror::open(&args.live, &args.player, &player, &stop)?;
+    // A log in which nothing was written is gone again if the start is refused.
     let log = match &args.log {
         Some(file) => {
             let header = LogHeader { player: args.player.spec(), limits: limits.clone() };
@@ -70,13 +85,20 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         }
         None => None,
     };
-    let NetworkArgs { domain, interface, no_switcher } = args.network;
     let link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
     let switcher = if no_switcher {
         None
     } else {
         let mut client = SwitcherClient::new(link.switcher().map_err(Failure::input)?);
-        await_release(&mut client, args.release, Patience::default(), |line| eprintln!("{line}"))?;
+        let patience = Patience::default();
+        match await_release(&mut client, args.release, patience, &stop, |line| eprintln!("{line}")) {
+            Ok(()) => {}
+            Err(stopped @ DeployError::Stopped) => {
+                eprintln!("{stopped}");
+                return Ok(ExitCode::from(STOPPED));
+            }
+            Err(error) => return Err(error.into()),
+        }
         Some(client.into_line())
     };
     if !args.json && !args.quiet {
@@ -87,11 +109,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     let writer = Writer::new(&limits, player.joints());
     let runtime = Runtime::new(Arc::clone(&player), limits);
     let last_words = LastWords::default();
-    let place = EyesPlace { domain, interface };
-    let opened = args
-        .eyes
-        .as_ref()
-        .map(|file| Eyes::open(&EyesConfig::read(file)?, &player, place, runtime.phase(), &last_words));
+    let opened = eyes.map(|config| Eyes::open(&config, &player, place, runtime.phase(), &last_words));
     let (eyes, lines) = opened.transpose()?.unzip();
     let sensed = match &eyes {
         Some(eyes) => eyes.sensed(),
@@ -102,8 +120,6 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         println!("without --eyes or --virtual-senses the robot sees no ball: it does not kick");
     }
     let link = SensedLink::new(link, sensed);
-    // Before the terminal is taken.
-    let mut mirror = Mirror::open(&args.live, &args.player, &player, &stop)?;
     let keys = args.view.then(Arc::default);
     let live = Live {
         writer,
@@ -113,7 +129,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         switcher,
         keys: keys.clone(),
         last_words: last_words.clone(),
-        duration: args.seconds.map(Duration::from_secs_f64),
+        duration: seconds,
     };
     let mut screen = match &keys {
         Some(keys) => Some(Viewer::begin(keys, &stop, &last_words)?),
@@ -211,6 +227,11 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     }
 }
 
+/// `--view` without a terminal.
+pub(super) fn no_terminal(error: std::io::Error) -> Failure {
+    Failure::input(format!("--view needs a terminal: {error}"))
+}
+
 /// Prints a line of JSON: what it is, and what there is to say. Infinite ages are null.
 fn json_line(kind: &str, content: &impl serde::Serialize) {
     println!("{}", serde_json::json!({ kind: content }));
@@ -226,12 +247,13 @@ pub struct CheckArgs {
     limits: Option<PathBuf>,
     /// How long to listen. Move one joint after another by hand meanwhile, in the table's order, and first in the
     /// direction that is positive: the table shows which one moved, how far, and which way first.
-    #[arg(long, value_name = "S", default_value_t = 60.0)]
+    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
     seconds: f64,
 }
 
 /// Listens. Exit code 1 if a runtime should not start by what was seen.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
+    let seconds = duration(args.seconds)?;
     let limits = read_limits(args.limits.as_deref())?;
     let stop = crate::stop::flag()?;
     let NetworkArgs { domain, interface, no_switcher } = args.network;
@@ -241,7 +263,7 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let mut checker = checker.with_limits(limits);
     let begin = Instant::now();
     let mut asked_s = 0;
-    while begin.elapsed().as_secs_f64() < args.seconds && !stop.load(Ordering::Relaxed) {
+    while begin.elapsed() < seconds && !stop.load(Ordering::Relaxed) {
         while let Some(packet) = link.receive().map_err(Failure::input)? {
             checker.take(begin.elapsed().as_micros() as u64, &packet);
         }

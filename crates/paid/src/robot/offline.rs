@@ -1,20 +1,19 @@
-//! What needs no network: matches in lockstep, replays, drills.
+//! A virtual robot, and its matches in lockstep, which need no network.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use paid_deploy::Player;
-use paid_deploy::log::{LogHeader, LogReader, LogWriter};
+use paid_deploy::log::{LogHeader, LogWriter};
 use paid_deploy::sim::{
-    Fault, KickResult, LockstepOptions, MatchOptions, MatchResult, OwnEyesOptions, TorsoSource, Watcher,
-    play_match,
+    KickResult, LockstepOptions, MatchOptions, MatchResult, OwnEyesOptions, TorsoSource, Watcher, play_match,
 };
 
 use super::serve::serve_network;
 use super::watch::Watching;
-use super::{PlayerArgs, print_event, print_latency};
+use super::{PlayerArgs, at_least_one, print_latency};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::stop::{self, STOPPED};
@@ -32,9 +31,10 @@ pub struct SimArgs {
     #[arg(long, value_name = "N")]
     pub(super) kicks: Option<usize>,
     /// Matches, each with the next seed.
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with_all = ["log", "record"])]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with = "record")]
     matches: u64,
-    /// Write every step to this log.
+    /// Write every step to this log, a new file. Each of several matches has its own, with the seed in its name: match.mcap becomes
+    /// match_0.mcap, match_1.mcap and so on.
     #[arg(long, value_name = "FILE", requires = "lockstep")]
     log: Option<PathBuf>,
     /// Record the camera's pictures, color and depth, as MCAP with ROS 2's messages (half a megabyte each). In lockstep, with --eyes, also what
@@ -134,8 +134,42 @@ fn own_eyes(args: &SimArgs) -> OwnEyesOptions {
     }
 }
 
+/// The seed of the last match.
+fn last_seed(args: &SimArgs) -> Result<u64, Failure> {
+    let (seed, matches) = (args.seed, args.matches);
+    let more =
+        matches.checked_sub(1).ok_or_else(|| Failure::input("--matches: expected at least 1, found 0"))?;
+    seed.checked_add(more).ok_or_else(|| {
+        let most = u64::MAX;
+        Failure::input(format!(
+            "--seed: expected a last seed up to {most}, found {matches} matches from {seed} on"
+        ))
+    })
+}
+
+/// The log of a match: the file itself if there is one match only.
+fn log_of(args: &SimArgs, file: &Path, seed: u64) -> PathBuf {
+    if args.matches == 1 {
+        return file.to_owned();
+    }
+    let mut name = file.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_{seed}"));
+    if let Some(extension) = file.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    file.with_file_name(name)
+}
+
 /// A virtual robot.
 pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
+    if let Some(kicks) = args.kicks {
+        at_least_one("--kicks", kicks)?;
+    }
+    let last_seed = last_seed(args)?;
+    if let Some(file) = &args.log {
+        (args.seed..=last_seed).try_for_each(|seed| LogWriter::check_new(&log_of(args, file, seed)))?;
+    }
     let (player, limits) = args.player.load()?;
     if let (Some(domain), Some(interface), false) = (args.domain, args.interface, args.lockstep) {
         return serve_network(args, &player, domain, interface);
@@ -147,11 +181,11 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
     let stop = stop::flag()?;
     print_head();
     let mut results = Vec::new();
-    for seed in args.seed..args.seed + args.matches {
+    for seed in args.seed..=last_seed {
         let log = match &args.log {
             Some(file) => {
                 let header = LogHeader { player: args.player.spec(), limits: limits.clone() };
-                Some(LogWriter::create(file, &header)?)
+                Some(LogWriter::create(&log_of(args, file, seed), &header)?)
             }
             None => None,
         };
@@ -247,88 +281,4 @@ fn one_match(
         println!("the runtime damped the robot: {why}");
     }
     Ok(result)
-}
-
-/// Arguments of `paid robot replay`.
-#[derive(Debug, clap::Args)]
-pub struct ReplayArgs {
-    /// The log.
-    log: PathBuf,
-    /// The policy, if it is no longer where it was.
-    #[arg(long, value_name = "RUN|FILE")]
-    policy: Option<PathBuf>,
-    /// The motions, if they are no longer where they were.
-    #[arg(long, value_name = "DIR")]
-    motions: Option<PathBuf>,
-    /// Print every transition.
-    #[arg(long)]
-    events: bool,
-    /// Print how long the steps took, in processor time.
-    #[arg(long)]
-    times: bool,
-    /// Draw how it went, as STEM.png and STEM.svg: states, the pelvis from above, its tilt, the ball as it was believed.
-    #[arg(long, value_name = "STEM")]
-    plot: Option<PathBuf>,
-}
-
-/// Compares a log with what the runtime does today. Exit code 1 if anything differs.
-pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    let mut log = LogReader::open(&args.log)?;
-    if let Some(policy) = &args.policy {
-        log.header.player.policy.clone_from(policy);
-    }
-    if args.motions.is_some() {
-        log.header.player.motions.clone_from(&args.motions);
-    }
-    let player = Arc::new(Player::load(&log.header.player)?);
-    if args.events {
-        let mut reader = LogReader::open(&args.log)?;
-        while let Some(frame) = reader.next_frame()? {
-            for event in frame.events {
-                print_event(&event);
-            }
-        }
-    }
-    let found = paid_deploy::log::replay(&mut log, &player)?;
-    println!("{} steps, {} of them with the policy", found.frames, found.policy_steps);
-    if args.times {
-        print!("{}", found.times.table());
-    }
-    if let Some(stem) = &args.plot {
-        found.course.draw().save(stem)?;
-    }
-    match found.difference {
-        None => {
-            println!("every command, observation and action came out bit for bit");
-            Ok(ExitCode::SUCCESS)
-        }
-        Some((frame, what)) => {
-            println!("step {frame}: {what} came out otherwise");
-            Ok(ExitCode::from(1))
-        }
-    }
-}
-
-/// Arguments of `paid robot drill`.
-#[derive(Debug, clap::Args)]
-pub struct DrillArgs {
-    #[command(flatten)]
-    player: PlayerArgs,
-    /// Trials of each fault, at different moments.
-    #[arg(long, value_name = "N", default_value_t = 20)]
-    trials: usize,
-    /// Drill this fault only (repeatable), such as silence.
-    #[arg(long = "fault", value_name = "NAME")]
-    faults: Vec<Fault>,
-}
-
-/// Drills. Exit code 1 if a fault was not damped in time.
-pub fn drill(args: &DrillArgs) -> Result<ExitCode, Failure> {
-    let (player, limits) = args.player.load()?;
-    let faults = if args.faults.is_empty() { Fault::ALL.to_vec() } else { args.faults.clone() };
-    let report = paid_deploy::sim::drill(&player, &limits, &faults, args.trials.max(1), |row| {
-        eprintln!("{}: worst {:.0} ms", row.fault.name(), row.worst_ms());
-    })?;
-    print!("{}", report.table());
-    Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

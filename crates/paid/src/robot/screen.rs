@@ -8,6 +8,7 @@ use std::time::Duration;
 use paid_deploy::view::{Pressed, Screen, View};
 use paid_deploy::{LastWords, Mailbox, Told};
 
+use super::network::no_terminal;
 use crate::failure::Failure;
 
 /// The terminal's end of a run.
@@ -26,7 +27,7 @@ impl Viewer {
         stop: &Arc<AtomicBool>,
         last_words: &LastWords,
     ) -> Result<Self, Failure> {
-        let screen = Screen::take().map_err(|e| Failure::input(format!("--view needs a terminal: {e}")))?;
+        let screen = Screen::take().map_err(no_terminal)?;
         let over = Arc::new(AtomicBool::new(false));
         let (keys, stop, ended) = (Arc::clone(keys), Arc::clone(stop), Arc::clone(&over));
         let words = last_words.clone();

@@ -161,6 +161,19 @@ pub(super) enum Torso {
 }
 
 impl Torso {
+    /// Looks whether [`Self::open`] will work. No socket is kept: what waited in it would be old.
+    pub fn check(input: &OdometryInput) -> Result<(), DeployError> {
+        if let OdometryInput::Lidar { points, imu, .. } = input {
+            UdpSource::bind(*points, *imu).map_err(DeployError::eyes)?;
+        }
+        match input {
+            OdometryInput::Lidar { latency_s, .. } | OdometryInput::LidarTopics { latency_s, .. } => {
+                TorsoEyes::lidar(paid_lidar::Config::g1(), *latency_s).map(drop)
+            }
+            OdometryInput::Topic { .. } => Ok(()),
+        }
+    }
+
     pub fn open(input: &OdometryInput, topics: &RosTopics) -> Result<Self, DeployError> {
         Ok(match input {
             OdometryInput::Lidar { points, imu, latency_s } => {

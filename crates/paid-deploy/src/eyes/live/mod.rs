@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use paid_sight::Finder;
+use paid_sight::{Finder, SightSetup};
 use paid_vision::detect::Detector;
 
 use super::{BallEyes, Desk, EyesConfig, Sensed};
@@ -50,6 +50,16 @@ pub struct Eyes {
 }
 
 impl Eyes {
+    /// Looks whether eyes can be opened, as far as that can be known before there is a robot. Joins no network.
+    ///
+    /// # Errors
+    /// As [`Eyes::open`].
+    pub fn check(config: &EyesConfig, player: &Player, place: EyesPlace) -> Result<(), DeployError> {
+        BallEyes::new(setup(config, player)?)?;
+        crate::interface::check(config.interface.unwrap_or(place.interface))?;
+        Torso::check(&config.odometry)
+    }
+
     /// Opens the eyes. `phase` is the runtime's. The other end gives what they have to say: a line for each fault of a sensor, and one
     /// when it is well again. A line that nobody takes is lost. A thread of theirs that panics leaves its words in `last_words`.
     ///
@@ -62,18 +72,7 @@ impl Eyes {
         phase: Arc<Phase>,
         last_words: &LastWords,
     ) -> Result<(Self, Receiver<String>), DeployError> {
-        let mut setup = BallEyes::setup(player)?;
-        setup.intrinsics = config.camera.intrinsics;
-        if let Some(mount) = config.camera.mount {
-            setup.torso_from_camera = mount.pose();
-        }
-        if let Some(path) = &config.detector {
-            let detector = Detector::load(path, None).map_err(DeployError::eyes)?;
-            setup.finder = Finder::Network(Box::new(detector));
-        }
-        if let Some(least) = config.confidence {
-            setup.finder = setup.finder.with_confidence(least);
-        }
+        let setup = setup(config, player)?;
         let topics = RosTopics::open(
             config.domain.unwrap_or(place.domain),
             config.interface.unwrap_or(place.interface),
@@ -116,6 +115,23 @@ impl Drop for Eyes {
             let _ = thread.join();
         }
     }
+}
+
+/// What looks for the ball, as the configuration says.
+fn setup(config: &EyesConfig, player: &Player) -> Result<SightSetup, DeployError> {
+    let mut setup = BallEyes::setup(player)?;
+    setup.intrinsics = config.camera.intrinsics;
+    if let Some(mount) = config.camera.mount {
+        setup.torso_from_camera = mount.pose();
+    }
+    if let Some(path) = &config.detector {
+        let detector = Detector::load(path, None).map_err(DeployError::eyes)?;
+        setup.finder = Finder::Network(Box::new(detector));
+    }
+    if let Some(least) = config.confidence {
+        setup.finder = setup.finder.with_confidence(least);
+    }
+    Ok(setup)
 }
 
 /// A thread whose panic is told.
