@@ -5,8 +5,11 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use paid_policy::PlayContract;
+use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
 use paid_train::policy_file::{LICENSE, POLICY_FILE};
 use paid_train::policy_weights::{WEIGHTS_FILE, write_play};
@@ -16,6 +19,7 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::clips::{ClipsOptions, shots};
 use crate::episodes::EvalSetup;
+use crate::monitor::Monitor;
 use crate::policy::DriverMaker;
 use crate::subject::{Subject, SubjectSpec};
 use crate::table::{Table, number};
@@ -116,20 +120,34 @@ pub fn measure(setup: &EvalSetup, policy: &DriverMaker) -> Result<ContactReport,
     Ok(ContactReport { rows: rows.collect() })
 }
 
+/// True if a policy of the task is told where the ball will be at its contact, which is then to be measured.
+pub fn matter_to(task: &TaskPreset) -> bool {
+    task.predicts_ball() && task.scene.ball
+}
+
 /// Measures the contacts of a run's policy, in the built-in engine and with `truth`, and writes them into both of its policy files, the
-/// checkpoint and the ONNX file. `None` where its task has no strike or does not predict the ball.
+/// checkpoint and the ONNX file. `None` where its task has no strike or does not predict the ball, and
+/// where `stop` was set before the end: nothing is written then.
 ///
 /// # Errors
 /// As [`Subject::load`] and [`measure`], or if the file cannot be written.
-pub fn keep_of_run(run: &Path, threads: usize) -> Result<Option<ContactReport>, EvalError> {
+pub fn keep_of_run(
+    run: &Path,
+    threads: usize,
+    stop: &Arc<AtomicBool>,
+) -> Result<Option<ContactReport>, EvalError> {
     let task = RunPreset::of_run(run, &[])?.task;
-    if !task.predicts_ball() || !task.scene.ball {
+    if !matter_to(&task) {
         return Ok(None);
     }
     let spec =
         SubjectSpec { threads, knowledge: Some(KnowledgeMode::Truth), ..SubjectSpec::new(run.to_owned()) };
-    let subject = Subject::load(&spec)?;
+    let mut subject = Subject::load(&spec)?;
+    subject.setup.monitor = Monitor::stopped_by(Arc::clone(stop));
     let report = measure(&subject.setup, &*subject.maker)?;
+    if subject.setup.monitor.stopped() {
+        return Ok(None);
+    }
     let play = PlayContract { contact_s: report.times(), ..task.play() };
     write_play(&run.join(WEIGHTS_FILE), play)?;
     TrainedPolicy::load(run)?.write_onnx(&run.join(POLICY_FILE), LICENSE, None)?;

@@ -9,7 +9,7 @@ use paid_train::{RunPreset, Scene};
 use serde::Serialize;
 
 use crate::failure::Failure;
-use crate::train::motions_value;
+use crate::train::{motion_folder, motions_value, whole};
 
 /// Arguments of `paid agent`.
 #[derive(Debug, clap::Args)]
@@ -27,7 +27,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 500)]
     steps: usize,
     /// Environments; a multiple of the lanes of the instruction set (at most 16).
-    #[arg(long, value_name = "N", default_value_t = 64)]
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = envs)]
     envs: usize,
     /// Seed of everything random.
     #[arg(long, value_name = "N", default_value_t = 0)]
@@ -38,6 +38,14 @@ pub struct Args {
     /// Print one line of JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// Environments at most, as in a run preset.
+const MOST_ENVS: usize = 1_000_000;
+
+fn envs(text: &str) -> Result<usize, String> {
+    let found = text.parse().ok().filter(|envs| (1..=MOST_ENVS).contains(envs));
+    found.ok_or_else(|| format!("expected 1 to {MOST_ENVS}, found '{text}'"))
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -60,13 +68,14 @@ struct Report<'a> {
 
 /// Runs the agent and prints each term's mean.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
-    let mut sets = args.sets.clone();
+    let mut sets = whole(&args.sets)?;
     sets.extend([
         format!("run.envs={}", args.envs),
         "run.shards=1".to_owned(),
         format!("run.seed={}", args.seed),
     ]);
     if let Some(motions) = &args.motions {
+        motion_folder(motions)?;
         sets.push(motions_value(motions));
     }
     let preset = RunPreset::resolve(&args.preset, &sets).map_err(Failure::input)?;

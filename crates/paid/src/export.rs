@@ -10,6 +10,7 @@ use paid_train::policy_file::{LICENSE, POLICY_FILE};
 use paid_train::policy_weights::{load_mean, load_weights, write_weights};
 use serde::Serialize;
 
+use crate::eval::out::writable_file;
 use crate::failure::Failure;
 
 /// Arguments of `paid export`.
@@ -58,7 +59,9 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     }
     .map_err(Failure::input)?;
     let trained = TrainedPolicy::of(&weights).map_err(Failure::input)?;
+    writable_file("--out", &args.out)?;
     if let Some(path) = &args.checkpoint {
+        writable_file("--checkpoint", path)?;
         write_weights(&weights, path).map_err(Failure::input)?;
     }
     let clip = match &args.with_reference {

@@ -50,7 +50,7 @@ impl Failure {
 }
 
 /// The options of the command line, by the names that the libraries give to values.
-const FLAGS: [(&str, &str); 22] = [
+const FLAGS: [(&str, &str); 23] = [
     ("knowledge", "--knowledge"),
     ("trials", "--trials"),
     ("workspace trials", "--workspace-trials"),
@@ -62,6 +62,7 @@ const FLAGS: [(&str, &str); 22] = [
     ("rolling", "--speed"),
     ("physics step", "--physics-dt"),
     ("scene twist2", "--protocol twist2"),
+    ("record", "--record"),
     ("recording", "--rerun"),
     ("seconds", "--seconds"),
     ("part of the motion", "--from, --to"),

@@ -26,9 +26,11 @@ mod threads;
 mod train;
 mod viewer;
 
+use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// Train and score a humanoid kick on a CPU.
 #[derive(Debug, Parser)]
@@ -74,17 +76,25 @@ enum Command {
 
 fn main() -> ExitCode {
     stop::end_with_the_reader();
-    let result = match Cli::parse().command {
+    let matches = command().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command()).exit());
+    // A robot is damped before its program ends, whatever cannot be printed.
+    let robot = matches.subcommand_matches("robot");
+    if robot.and_then(ArgMatches::subcommand_name) != Some("run") {
+        end_at_a_full_disk();
+    }
+    let given = given(&matches);
+    let result = match cli.command {
         Command::Train(args) => train::run(args),
         Command::Eval(args) => eval::run(*args),
         Command::Demo(args) => eval::demo::run(&args),
         Command::Motion(args) => motion::run(args),
-        Command::Play(args) => play::run(&args),
+        Command::Play(args) => play::run(&args, &given),
         Command::Export(args) => export::run(args),
         Command::Curves(args) => curves::run(&args),
         Command::Bench(args) => bench::run(args),
         Command::Perceive(args) => perceive::run(&args),
-        Command::Sysid(args) => sysid::run(*args),
+        Command::Sysid(args) => sysid::run(*args, &given),
         Command::Ablate(args) => ablate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Task(args) => task::run(&args),
@@ -97,5 +107,63 @@ fn main() -> ExitCode {
             eprintln!("error: {failure}");
             failure.exit_code()
         }
+    }
+}
+
+/// The command line. A negative number is a value and no option: whoever reads it tells its range.
+fn command() -> clap::Command {
+    values_may_be_negative(Cli::command())
+}
+
+fn values_may_be_negative(command: clap::Command) -> clap::Command {
+    command
+        .mut_args(|arg| {
+            let negative = arg.get_action().takes_values() && !arg.is_positional();
+            if negative { arg.allow_negative_numbers(true) } else { arg }
+        })
+        .mut_subcommands(values_may_be_negative)
+}
+
+/// The arguments of the innermost subcommand that the user gave, by the names of their fields: what stays at its default is not there.
+fn given(matches: &ArgMatches) -> Vec<String> {
+    let mut innermost = matches;
+    while let Some((_, of)) = innermost.subcommand() {
+        innermost = of;
+    }
+    let by_user = |id: &&clap::Id| innermost.value_source(id.as_str()) == Some(ValueSource::CommandLine);
+    innermost.ids().filter(by_user).map(ToString::to_string).collect()
+}
+
+/// Ends the program with one error where standard output cannot be written, such as on a full disk: `println!` panics there.
+fn end_at_a_full_disk() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        match info.payload_as_str().and_then(|words| words.strip_prefix("failed printing to stdout: ")) {
+            Some(why) => {
+                // Standard error may be on the same disk.
+                let _ = writeln!(std::io::stderr(), "error: standard output: {why}");
+                std::process::exit(2);
+            }
+            None => usual(info),
+        }
+    }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        command().debug_assert();
+    }
+
+    #[test]
+    fn a_negative_number_is_a_value_of_every_option() {
+        let of = |line: &[&str]| command().try_get_matches_from(line).map(|matches| given(&matches));
+        let found = of(&["paid", "eval", "shooting", "--policy", "a", "--limit", "-1"]).expect("parses");
+        assert!(found.iter().any(|id| id == "limit") && !found.iter().any(|id| id == "trials"), "{found:?}");
+        let error = of(&["paid", "train", "--iterations", "-1"]).expect_err("refused").to_string();
+        assert!(error.contains("invalid value '-1' for '--iterations"), "{error}");
     }
 }

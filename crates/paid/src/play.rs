@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::Ordering;
 
 use paid_eval::dataset::Dataset;
 use paid_eval::footage::{Footage, Recorder, Shows, picture};
-use paid_eval::picture::Animation;
+use paid_eval::picture::{Animation, Kind};
 use paid_eval::shooting::Grid;
 use paid_eval::shot::Shot;
 use paid_eval::subject::Subject;
@@ -19,7 +20,7 @@ use crate::eval::subject::Setting;
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::motion::{How, Place, retarget_file};
-use crate::stop::flag;
+use crate::stop::{STOPPED, flag};
 use crate::viewer::Target;
 
 /// Arguments of `paid play`.
@@ -27,7 +28,6 @@ use crate::viewer::Target;
 pub struct Args {
     /// What to show: a robot's motion (.npz, .csv, .pkl), a human's (.bvh, .amc: retargeted, shown beside the robot), or a folder of
     /// motions [default: the built-in kicks].
-    #[arg(conflicts_with = "policy")]
     input: Option<PathBuf>,
     /// Clip to show, by its name or its number from 0 [default: 0; with --policy the nearest to the ball].
     #[arg(long, value_name = "CLIP")]
@@ -53,7 +53,7 @@ pub struct Args {
     #[command(flatten)]
     policy: EpisodeArgs,
     /// Where a kick's own ball lies, for the figures of motions on the page.
-    #[arg(long, value_enum, default_value_t = Place::TorsoEnd, requires = "live", conflicts_with = "policy")]
+    #[arg(long, value_enum, default_value_t = Place::TorsoEnd, requires = "live")]
     place: Place,
     #[command(flatten)]
     live: LiveArgs,
@@ -86,8 +86,53 @@ fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
+/// The options of a human's motion, by the names of their fields.
+const HUMAN: [&str; 10] =
+    ["skeleton", "unit", "height", "from", "to", "slow", "speed_limit", "rate", "label", "license"];
+
+/// Refuses what was given and would change nothing. Clap's own `requires` and `conflicts_with` are not enough: what conflicts with an
+/// argument takes back that others require it.
+fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
+    const A_HUMANS: &str = "a human's motion (.bvh, .amc)";
+    const A_FILE: &str = "the file of one motion";
+    const A_SET: &str = "a folder of motions";
+    let human = HUMAN.map(|id| (id, A_HUMANS));
+    let file = [("fps", A_FILE), ("joint_order", A_FILE)];
+    let (found, ignored): (String, Vec<(&str, &str)>) = match (&args.policy.policy, &args.input) {
+        (Some(_), Some(path)) => {
+            let found = path.display();
+            return Err(Failure::input(format!(
+                "motion {found}: cannot be used with --policy, whose motions are named with --motions"
+            )));
+        }
+        (Some(_), None) => {
+            let place = [("place", A_SET)];
+            ("--policy".to_owned(), [&human[..], &file, &place].concat())
+        }
+        (None, None) => ("the built-in kicks".to_owned(), [&human[..], &file].concat()),
+        (None, Some(path)) if path.is_dir() => {
+            (format!("the folder {}", path.display()), [&human[..], &file].concat())
+        }
+        (None, Some(path)) if is_human_file(path) => {
+            let clip = [("clip", A_SET), ("joint_order", "a robot's motion (.csv, .pkl)")];
+            (format!("the file {}", path.display()), clip.to_vec())
+        }
+        (None, Some(path)) => {
+            (format!("the file {}", path.display()), [&human[..], &[("clip", A_SET)]].concat())
+        }
+    };
+    match ignored.iter().find(|(id, _)| given.iter().any(|one| one == id)) {
+        None => Ok(()),
+        Some((id, expected)) => {
+            let flag = id.replace('_', "-");
+            Err(Failure::input(format!("--{flag}: expected {expected}, found {found}")))
+        }
+    }
+}
+
 /// Records what there is to see and shows it.
-pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+pub fn run(args: &Args, given: &[String]) -> Result<ExitCode, Failure> {
+    refuse_ignored(args, given)?;
     if !(2.0..=50.0).contains(&args.pictures) {
         return Err(Failure::input(format!("--pictures: expected 2 to 50 Hz, found {}", args.pictures)));
     }
@@ -95,6 +140,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return live(args);
     }
     // Refusals come before work.
+    args.record.as_deref().map(Kind::of).transpose()?;
     let target = args.rerun.as_deref().map(Target::new).transpose()?;
     let footage = match &args.policy.policy {
         Some(policy) => episode(args, policy)?,
@@ -107,8 +153,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let shows = Shows { ghost: !args.policy.no_ghost, forces: !args.policy.no_forces };
     if let Some(path) = &args.record {
         let count = (footage.duration_s() * args.pictures + 1e-9).floor() as usize + 1;
+        let stop = flag()?;
         let mut animation = Animation::create(path, args.size, args.pictures, count)?;
         for k in 0..count {
+            if stop.load(Ordering::SeqCst) {
+                // An animation that is given up takes its part of a file with it.
+                return Ok(ExitCode::from(STOPPED));
+            }
             let t = (k as f64 / (args.pictures * footage.dt_s)).round() as usize;
             let image = picture(&footage, t.min(footage.frames.len() - 1), args.size, shows);
             animation.add(&image)?;

@@ -27,9 +27,9 @@ enum Command {
 }
 
 /// Runs the identification or a subcommand.
-pub fn run(args: Args) -> Result<ExitCode, Failure> {
+pub fn run(args: Args, given: &[String]) -> Result<ExitCode, Failure> {
     match args.command {
-        Some(Command::Simulate(args)) => simulate::run(&args),
+        Some(Command::Simulate(args)) => simulate::run(&args, given),
         None => fit::run(&args.fit),
     }
     .map(|()| ExitCode::SUCCESS)

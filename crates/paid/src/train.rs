@@ -1,10 +1,13 @@
 //! `paid train`: Stage I, Stage II from it, then the evaluation; or one stage.
 
+mod printer;
+mod values;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use clap::ValueEnum;
 use paid_eval::EvalError;
@@ -15,7 +18,9 @@ use paid_eval::judge::MujocoJudge;
 use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_live::TrainingPage;
+use paid_task::TaskPreset;
 use paid_train::folder::PRESET_FILE;
+use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
 };
@@ -26,6 +31,9 @@ use crate::live::LiveArgs;
 use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
+
+use printer::Printer;
+pub use values::{motion_folder, motions_value, whole};
 
 /// Arguments of `paid train`.
 #[derive(Debug, clap::Args)]
@@ -99,6 +107,20 @@ impl Stage {
             Self::Stage2 => "stage2",
         }
     }
+
+    /// Refuses a task of the other stage; `place` says where it comes from.
+    fn check(self, place: &str, task: &TaskPreset) -> Result<(), Failure> {
+        match (self, task.scene.ball) {
+            (Self::Stage1, false) | (Self::Stage2, true) => Ok(()),
+            (Self::Stage1, true) => Err(Failure::input(format!(
+                "{place}: Stage I follows motions without a ball; expected task.scene.ball = false, found true, which is for \
+                 `paid train stage2`"
+            ))),
+            (Self::Stage2, false) => Err(Failure::input(format!(
+                "{place}: Stage II kicks a ball; expected task.scene.ball = true, found false"
+            ))),
+        }
+    }
 }
 
 impl Args {
@@ -115,8 +137,9 @@ impl Args {
 
     /// The values of a run of `stage` in `out`.
     fn resolve(&self, stage: Stage, start: &Start, out: &Path) -> Result<Resolved, Failure> {
-        let mut sets = self.sets.clone();
+        let mut sets = whole(&self.sets)?;
         if let Some(motions) = &self.motions {
+            motion_folder(motions)?;
             sets.push(motions_value(motions));
         }
         if let Some(iterations) = self.iterations {
@@ -125,7 +148,12 @@ impl Args {
         let asked = self.preset_of(stage);
         if matches!(start, Start::Resume) {
             return match asked {
-                None => Resolved::of_run(out, &sets).map_err(Failure::input),
+                None => {
+                    let resolved = Resolved::of_run(out, &sets).map_err(Failure::input)?;
+                    let place = format!("--resume: the run in {}", out.display());
+                    stage.check(&place, &resolved.preset.task)?;
+                    Ok(resolved)
+                }
                 Some((option, name)) => Err(Failure::input(format!(
                     "{option} {name}: the run in {} has its preset; change its values with --set",
                     out.display()
@@ -134,11 +162,7 @@ impl Args {
         }
         let (option, name) = asked.unwrap_or(("--preset", stage.name()));
         let resolved = Resolved::load(name, &sets, "").map_err(Failure::input)?;
-        if stage == Stage::Stage2 && !resolved.preset.task.scene.ball {
-            return Err(Failure::input(format!(
-                "{option} {name}: Stage II kicks a ball; expected task.scene.ball = true, found false"
-            )));
-        }
+        stage.check(&format!("{option} {name}"), &resolved.preset.task)?;
         Ok(resolved)
     }
 
@@ -267,12 +291,6 @@ fn write_course(out: &Path, eval: &Path) -> Result<(), Failure> {
     Ok(write_whole(&eval.join("training.txt"), lines.as_bytes())?)
 }
 
-/// The folder of the motions as a preset value.
-pub fn motions_value(motions: &Path) -> String {
-    // A debug-formatted string is a TOML string for every path that people use.
-    format!("run.motions={:?}", motions.to_string_lossy())
-}
-
 fn exit_code(outcome: &Outcome) -> ExitCode {
     if outcome.end == End::Stopped { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
 }
@@ -294,7 +312,7 @@ fn run_stage(
     start: Start,
     out: PathBuf,
     minutes: Option<f64>,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     Watched { joined, page }: &Watched<'_>,
 ) -> Result<Outcome, Failure> {
     let preset = args.resolve(stage, &start, &out)?.preset;
@@ -308,12 +326,25 @@ fn run_stage(
     let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
     let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);
-    let outcome = train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))?;
+    let mut outcome =
+        train_judged_stage(&job, stop, &mut report, judge.as_mut().map(|j| j as &mut dyn Judge))?;
     printer.end(&job, &outcome);
-    if first && outcome.end != End::Stopped {
-        let report = contacts::keep_of_run(&job.out, threads)?;
-        if let Some(report) = report.filter(|_| !printer.quiet && !printer.json) {
-            println!("{}", report.summary());
+    if first && outcome.end != End::Stopped && contacts::matter_to(&job.preset.task) {
+        if !printer.quiet {
+            // Standard output may be lines of JSON.
+            eprintln!("measuring contacts");
+        }
+        match contacts::keep_of_run(&job.out, threads, stop)? {
+            Some(report) if !printer.quiet && !printer.json => println!("{}", report.summary()),
+            None if stop.load(Ordering::SeqCst) => {
+                let policy = job.out.join(WEIGHTS_FILE);
+                eprintln!(
+                    "the contacts were not measured; `paid eval contacts --policy {} --keep` does it",
+                    policy.display()
+                );
+                outcome.end = End::Stopped;
+            }
+            _ => {}
         }
     }
     Ok(outcome)
@@ -329,48 +360,4 @@ fn judge(job: &StageJob) -> Option<MujocoJudge<'static>> {
     MujocoJudge::new(config, job.threads, failed)
         .map_err(|error| eprintln!("run.judge: no scores in the log: {error}"))
         .ok()
-}
-
-/// Progress in the terminal: a block of text every few seconds, or JSON lines, or nothing.
-struct Printer {
-    json: bool,
-    quiet: bool,
-    last: Option<Instant>,
-}
-
-impl Printer {
-    /// Iterations take fractions of a second; nobody reads faster than this.
-    const PAUSE: Duration = Duration::from_secs(5);
-
-    fn iteration(&mut self, record: &Record) {
-        if self.json {
-            match serde_json::to_string(record) {
-                Ok(line) => println!("{line}"),
-                Err(error) => eprintln!("iteration {}: {error}", record.iteration),
-            }
-        } else if !self.quiet
-            && (!record.judge.is_empty() || self.last.is_none_or(|last| last.elapsed() >= Self::PAUSE))
-        {
-            print!("{}", record.text());
-            self.last = Some(Instant::now());
-        }
-    }
-
-    fn end(&self, job: &StageJob, outcome: &Outcome) {
-        if self.json || self.quiet {
-            return;
-        }
-        let why = match outcome.end {
-            End::Done => "done",
-            End::TimeUp => "time is up",
-            End::Stopped => "stopped",
-        };
-        println!(
-            "{} {why} after {} iterations and {:.2} M samples: {}",
-            job.preset.stage,
-            outcome.iteration,
-            outcome.samples as f64 / 1e6,
-            outcome.checkpoint.display()
-        );
-    }
 }

@@ -43,6 +43,84 @@ fn a_reader_that_went_away_ends_the_program_in_silence() {
     }
 }
 
+/// Output on a disk that is full.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_standard_output_is_one_error() {
+    use std::process::Command;
+
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    for args in [
+        &["motion", "info", "motions"][..],
+        &["task", "terms"],
+        &["train", "stage1", "--explain"],
+        &["train", "stage1", "--explain", "--json"],
+    ] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_paid"));
+        let output = command.args(args).current_dir(folder.path()).stdout(full).output().expect("starts");
+        let error = refuses(&output);
+        assert!(error.starts_with("error: standard output: No space left on device"), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn a_preset_or_a_run_of_the_other_stage_is_refused_before_anything_is_trained() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let base = ["train", "--motions", "motions", "--iterations", "1", "--quiet"];
+    let error = refuses(&paid(folder.path(), &small(&[&base[..], &["--stage1-preset", "stage2"]].concat())));
+    assert!(error.contains("--stage1-preset stage2: Stage I follows motions without a ball"), "{error}");
+    for preset in ["stage2", "amp", "pure_rl", "single_stage"] {
+        let error = refuses(&paid(folder.path(), &["train", "stage1", "--preset", preset, "--explain"]));
+        assert!(error.contains(&format!("--preset {preset}: Stage I follows motions")), "{error}");
+        succeeds(&paid(folder.path(), &["train", "stage2", "--preset", preset, "--explain"]));
+    }
+    assert!(!folder.path().join("runs").exists());
+
+    let one =
+        small(&["train", "stage1", "--motions", "motions", "--iterations", "1", "--out", "one", "--quiet"]);
+    succeeds(&paid(folder.path(), &one));
+    let resume = ["train", "stage2", "--resume", "--iterations", "2", "--out", "one"];
+    let error = refuses(&paid(folder.path(), &resume));
+    assert!(error.contains("--resume: the run in one: Stage II kicks a ball"), "{error}");
+    assert!(!folder.path().join("one/model_2.safetensors").exists());
+}
+
+#[test]
+fn numbers_that_no_machine_holds_are_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (args, expected) in [
+        (
+            &["train", "stage1", "--set", "run.envs=1000000000000"][..],
+            "run.envs: expected at most 1000000, found 1000000000000",
+        ),
+        (
+            &["train", "stage1", "--set", "run.shards=4611686018427387904"],
+            "run.shards: expected at most 1000000, found 4611686018427387904",
+        ),
+        (&["train", "stage1", "--threads", "99999999"], "--threads: expected 1 to 1024, found 99999999"),
+        (&["agent", "zero", "--envs", "10000000000"], "expected 1 to 1000000, found '10000000000'"),
+    ] {
+        let error = refuses(&paid(folder.path(), args));
+        assert!(error.contains(expected), "{args:?}: {error}");
+    }
+}
+
+#[test]
+fn a_file_of_motions_and_a_change_without_a_value_are_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    for command in [&["train", "stage1"][..], &["agent", "zero"]] {
+        let file = [command, &["--motions", "motions/swing_left.npz"]].concat();
+        let error = refuses(&paid(folder.path(), &file));
+        assert!(error.contains("--motions: expected a folder of motion files, found the file"), "{error}");
+        let error = refuses(&paid(folder.path(), &[command, &["--set", "learn.ppo.epochs"]].concat()));
+        assert!(error.contains("such as learn.ppo.epochs=5, found 'learn.ppo.epochs'"), "{error}");
+    }
+}
+
 #[test]
 fn every_term_is_listed_with_its_parameters_as_text_and_json() {
     let folder = tempfile::tempdir().expect("folder");
@@ -106,6 +184,8 @@ fn a_trained_policy_is_exported_and_acts() {
     assert_eq!(actions, same);
     assert!(actions.iter().all(|a| a.is_finite()) && actions.iter().any(|a| *a != 0.0), "{actions:?}");
 
+    let error = refuses(&paid(folder.path(), &["export", "run", "--out", "nowhere/policy.onnx"]));
+    assert!(error.contains("nowhere/policy.onnx") && !error.contains(".part"), "{error}");
     let error = refuses(&paid(folder.path(), &["export", "run", "--average", "99"]));
     assert!(error.contains("run: expected at least 99 checkpoints, found"), "{error}");
 

@@ -284,36 +284,6 @@ fn the_scene_is_written_for_mujocos_viewer() {
 }
 
 #[test]
-fn bad_arguments_are_named() {
-    let folder = folder();
-    let eval = |args: &[&str]| refuses(&paid(folder.path(), &[&["eval"], args].concat()));
-    let error = eval(&["shooting", "--policy", "run"]);
-    assert!(error.contains("scene.ball = false") && error.contains("--task paper_stage2"), "{error}");
-    let error = eval(&["tracking", "--policy", "absent"]);
-    assert!(error.contains("absent"), "{error}");
-    let error = eval(&["tracking", "--policy", "run", "--motions", "nowhere"]);
-    assert!(error.contains("nowhere"), "{error}");
-    fs::write(folder.path().join("bad.onnx"), b"no model").expect("writes");
-    let error = eval(&["tracking", "--policy", "bad.onnx", "--motions", "motions"]);
-    assert!(error.contains("bad.onnx"), "{error}");
-    if mujoco("bad_arguments_are_named") {
-        let error = eval(&["tracking", "--policy", "run", "--engine", "mujoco", "--physics-dt", "0.003"]);
-        assert!(error.contains("--physics-dt") && error.contains("0.003"), "{error}");
-    }
-    let shooting = ["shooting", "--policy", "run", "--task", "paper_stage2", "--ball", "static"];
-    let error = eval(&[&shooting[..], &["--speed", "0.1", "0.3"]].concat());
-    assert!(error.contains("--speed") && error.contains("--ball static"), "{error}");
-    let error = eval(&[&shooting[..], &["--eyes-noise", "2"]].concat());
-    assert!(error.contains("--knowledge: expected perceived, for eyes.noise_scale"), "{error}");
-    let error = eval(&[&shooting[..], &["--knowledge", "perceived", "--eyes-latency-ms", "900"]].concat());
-    assert!(
-        error.contains("eyes.latency_s is [0.9, 0.9], expected [lo, hi] with lo <= hi, 0 to 0.5 s"),
-        "{error}"
-    );
-    assert!(!Path::new("scores").exists());
-}
-
-#[test]
 fn a_policys_contacts_are_measured_and_kept_in_its_file() {
     let folder = tempfile::tempdir().expect("folder");
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo");

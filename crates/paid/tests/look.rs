@@ -46,6 +46,31 @@ fn what_does_not_go_together_is_refused() {
     assert!(error.contains("--policy"), "{error}");
     let error = refused(&["motions", "--policy", "run", "--record", "a.gif"]);
     assert!(error.contains("cannot be used with"), "{error}");
+    // A motion's file has no place for what concerns a policy, a set or a human.
+    let file = "motions/swing_left.npz";
+    for (option, value) in [("--ball", "1,0"), ("--knowledge", "truth"), ("--engine", "mujoco")] {
+        let error = refused(&[file, "--record", "a.gif", option, value]);
+        assert!(error.contains("--policy"), "{option}: {error}");
+    }
+    for (option, value, expected) in [
+        ("--from", "3", "--from: expected a human's motion (.bvh, .amc), found the file"),
+        ("--to", "1", "--to: expected a human's motion"),
+        ("--height", "1.2", "--height: expected a human's motion"),
+        ("--speed-limit", "off", "--speed-limit: expected a human's motion"),
+        ("--clip", "foo", "--clip: expected a folder of motions, found the file"),
+    ] {
+        let error = refused(&[file, "--record", "a.gif", option, value]);
+        assert!(error.contains(expected), "{error}");
+    }
+    let error = refused(&["motions", "--record", "a.gif", "--from", "1"]);
+    assert!(
+        error.contains("--from: expected a human's motion") && error.contains("folder motions"),
+        "{error}"
+    );
+    let error = refused(&["--policy", "run", "--record", "a.gif", "--height", "1.2"]);
+    assert!(error.contains("--height: expected a human's motion"), "{error}");
+    let error = refused(&[file, "--record", "a.mp4"]);
+    assert!(error.contains("--record: expected a name that ends in .gif or .png"), "{error}");
     let error = refused(&["--policy", "run"]);
     assert!(error.contains("--record"), "{error}");
     let error = refused(&["--policy", "run", "--record", "a.gif", "--clip", "none"]);
@@ -56,6 +81,38 @@ fn what_does_not_go_together_is_refused() {
     let error = refused(&["--policy", "run", "--record", "a.gif", "--ball", "1,0"]);
     assert!(error.contains("scene.ball = false"), "{error}");
     assert!(!folder.path().join("a.gif").exists());
+}
+
+/// Ctrl-C while the pictures are drawn.
+#[cfg(unix)]
+#[test]
+fn a_recording_that_is_stopped_leaves_nothing_behind() {
+    use std::process::{Command, Stdio};
+    use std::thread::sleep;
+    use std::time::Duration;
+
+    let folder = tempfile::tempdir().expect("folder");
+    common::write_motions(folder.path());
+    // The largest pictures at the highest rate: they take long enough.
+    let args = ["play", "motions", "--record", "a.gif", "--size", "2000x2000", "--pictures", "50"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_paid"));
+    let mut child = command
+        .args(args)
+        .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    while !folder.path().join("a.gif.part").exists() {
+        assert!(child.try_wait().expect("waits").is_none(), "it ended before it was stopped");
+        sleep(Duration::from_millis(5));
+    }
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("a signal");
+    assert!(kill.success());
+    assert_eq!(child.wait().expect("ends").code(), Some(130));
+    let names: Vec<_> =
+        fs::read_dir(folder.path()).expect("folder").map(|e| e.expect("entry").file_name()).collect();
+    assert_eq!(names, ["motions"]);
 }
 
 #[cfg(not(feature = "rerun"))]

@@ -182,5 +182,16 @@ fn wrong_options_are_refused() {
     assert!(error.contains("absent.csv"), "{error}");
     let error = refuses(&paid(folder.path(), &["sysid", "simulate", "--out", "x", "--surface", "mud"]));
     assert!(error.contains("mud") && error.contains("grass"), "{error}");
+    // What the source does not look at.
+    for (more, expected) in [
+        (&["--from", "turf", "--surface", "grass"][..], "--surface: expected --from parameters or mujoco"),
+        (&["--from", "steel", "--parameters", "1,1,1,1,1"], "--parameters: expected --from parameters or"),
+        (&["--rebound", "1"], "--rebound: expected --from turf or steel, found --from parameters"),
+        (&["--from", "mujoco", "--roll-length", "5"], "--roll-length: expected --from turf or steel"),
+        (&["--from", "turf", "--damping-ratio", "0.2"], "--damping-ratio: expected --from mujoco"),
+    ] {
+        let error = refuses(&paid(folder.path(), &[&["sysid", "simulate", "--out", "x"], more].concat()));
+        assert!(error.contains(expected), "{error}");
+    }
     assert!(!folder.path().join("x").exists());
 }

@@ -30,7 +30,7 @@ impl Kind {
             Some("png" | "apng") => Ok(Self::Apng),
             None => Ok(Self::Folder),
             Some(other) => Err(EvalError::Option {
-                option: "recording",
+                option: "record",
                 expected: "a name that ends in .gif or .png, or a folder".to_owned(),
                 found: format!("{} ('.{other}')", path.display()),
             }),
@@ -123,7 +123,7 @@ impl Animation {
     pub fn add(&mut self, image: &Canvas) -> Result<(), EvalError> {
         if [image.width(), image.height()] != self.size || self.frames == self.expected {
             return Err(EvalError::Option {
-                option: "recording",
+                option: "record",
                 expected: format!("{} pictures of {:?} pixels", self.expected, self.size),
                 found: format!("number {} of {:?}", self.frames + 1, [image.width(), image.height()]),
             });
@@ -235,7 +235,7 @@ mod tests {
             Animation::create(Path::new("a.mp4"), [16, 8], 25.0, 3).err().expect("refused").to_string();
         assert_eq!(
             error,
-            "recording: expected a name that ends in .gif or .png, or a folder, found a.mp4 ('.mp4')"
+            "record: expected a name that ends in .gif or .png, or a folder, found a.mp4 ('.mp4')"
         );
         let given_up = folder.path().join("b.gif");
         drop(Animation::create(&given_up, [16, 8], 25.0, 3).expect("begins"));

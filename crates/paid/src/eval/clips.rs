@@ -7,7 +7,7 @@ use paid_eval::html::write_report;
 use paid_eval::results::{Evaluation, to_json, write_clips};
 use paid_eval::subject::Subject;
 
-use super::engine::positive;
+use super::engine::{count, positive};
 use super::progress::Progress;
 use super::subject::Common;
 use super::{Output, ended};
@@ -19,7 +19,7 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Shots of a clip.
-    #[arg(long, default_value_t = 40)]
+    #[arg(long, default_value_t = 40, value_parser = count)]
     trials: usize,
     /// Balls lie within this distance of the clip's own place [m].
     #[arg(long, value_name = "M", default_value_t = 0.25, value_parser = positive)]
@@ -36,16 +36,20 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.common.setting.one_engine()?;
     let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
+    args.output.prepare()?;
     let options = ClipsOptions { trials: args.trials, radius_m: args.radius, limit_s: args.limit };
     let (monitor, progress) = Progress::start(args.output.json)?;
     subject.setup.monitor = monitor;
     let report = clips::evaluate(&subject.setup, &*subject.maker, &options)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("clips", &subject.name, &report, timing))?;
-    if let Some(out) = &args.output.out {
-        write_clips(out, subject.setup.engine.name(), &report, &json)?;
-        write_report(out)?;
+    if args.output.nothing(&subject.setup.monitor, &timing) {
+        return Ok(ended(&subject.setup.monitor));
     }
     args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    args.output.write(|out| {
+        write_clips(out, subject.setup.engine.name(), &report, &json)?;
+        write_report(out)
+    })?;
     Ok(ended(&subject.setup.monitor))
 }

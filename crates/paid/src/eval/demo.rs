@@ -14,12 +14,16 @@ use paid_eval::subject::{Subject, SubjectSpec};
 use paid_task::InitialState;
 use paid_train::policy_weights::WEIGHTS_FILE;
 
-use super::ended;
+use super::engine::count;
+use super::out::writable;
+use super::policy_file;
 use super::progress::Progress;
 use super::shoot::{STRIPS, film_worst};
+use super::{Output, ended};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::threads::thread_count;
+use crate::train::motion_folder;
 
 /// The policy that plays when none is given.
 const POLICY: &[u8] = include_bytes!("../../../../policies/demo/stage2.safetensors");
@@ -41,10 +45,10 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Shots at each of 63 places of the workspace, from random points around it.
-    #[arg(long, default_value_t = 4)]
+    #[arg(long, default_value_t = 4, value_parser = count)]
     trials: usize,
     /// Shots to record.
-    #[arg(long, default_value_t = 4)]
+    #[arg(long, default_value_t = 4, value_parser = count)]
     record: usize,
     /// Seed of everything random.
     #[arg(long, default_value_t = 0)]
@@ -64,8 +68,12 @@ pub struct Args {
 
 /// Shoots, prints the score, writes the pictures.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    args.motions.as_deref().map_or(Ok(()), motion_folder)?;
     let policy = match &args.policy {
-        Some(path) => path.clone(),
+        Some(path) => {
+            policy_file::check(path)?;
+            path.clone()
+        }
         None => own_policy(&args.out)?,
     };
     let mut subject = Subject::load(&SubjectSpec {
@@ -78,6 +86,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if args.live.live {
         return args.live.serve(&subject, None);
     }
+    writable("--out", &args.out)?;
     let options = ShootingOptions {
         grid: Grid::EFFECTIVE,
         trials: args.trials,
@@ -91,13 +100,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let timing = progress.finish();
     let whole = Evaluation::new("demo", &subject.name, &report, timing);
     let json = to_json(&whole)?;
+    let output = Output { json: args.json, ..Output::default() };
+    if output.nothing(&subject.setup.monitor, &timing) {
+        return Ok(ended(&subject.setup.monitor));
+    }
+    output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
     write_shooting(&args.out, subject.setup.engine.name(), &report, &json)?;
     film_worst(&args.out, &subject, &report, STRIPS)?;
-    if args.json {
-        println!("{json}");
-    } else {
-        println!("{}\n{}", report.table(), timing.text());
-    }
     if args.record > 0 && !subject.setup.monitor.stopped() {
         if !args.json {
             eprintln!("recording {} of these shots", args.record);
@@ -147,6 +156,9 @@ fn record(
     let mut animation = Animation::create(&out.join("shots.gif"), SIZE, RATE_HZ, frames)?;
     for (i, film) in &films {
         for t in (0..film.poses.len()).step_by(every) {
+            if setup.monitor.stopped() {
+                return Ok(());
+            }
             let image = film_frame(&setup.robot, film, t, ball, half_width, SIZE);
             animation.add(&image)?;
         }

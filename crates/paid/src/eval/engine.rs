@@ -9,6 +9,7 @@ use paid_mujoco::mjcf_scene;
 use paid_task::TaskPreset;
 use paid_train::setup::load_robot;
 
+use super::out::writable;
 use crate::failure::Failure;
 
 /// Engine that simulates.
@@ -126,6 +127,13 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A count of trials, kicks, pictures and such: more than the most that anyone waits for is a slip.
+pub fn count(text: &str) -> Result<usize, String> {
+    const MOST: usize = 1_000_000;
+    let found = text.parse().ok().filter(|count| (0..=MOST).contains(count));
+    found.ok_or_else(|| format!("expected a whole number from 0 to {MOST}, found '{text}'"))
+}
+
 /// A number that is not negative, and finite.
 fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -135,6 +143,33 @@ fn not_negative(text: &str) -> Result<f64, String> {
 }
 
 impl EngineArgs {
+    /// An option that was given and changes nothing but MuJoCo's scene.
+    pub fn only_in_mujoco(&self) -> Option<&'static str> {
+        let args = &self.scene;
+        // The public protocol has another ball, in both engines.
+        let protocol = args.protocol.is_some_and(|protocol| protocol != Protocol::Public);
+        [
+            ("--protocol", protocol),
+            ("--physics-dt", args.physics_dt.is_some()),
+            ("--floor-friction", args.floor_friction.is_some()),
+            ("--ball-friction", args.ball_friction.is_some()),
+            ("--ball-contact-time", args.ball_contact_time.is_some()),
+            ("--floor-contact-time", args.floor_contact_time.is_some()),
+            ("--ball-contact-damping", args.ball_contact_damping.is_some()),
+            ("--ball-damping", args.ball_damping),
+            ("--training-ball", args.training_ball),
+            ("--training-soles", args.training_soles),
+            ("--implicit-pd", args.implicit_pd),
+            ("--elliptic-cone", args.elliptic_cone),
+            ("--no-self-collision", args.no_self_collision),
+            ("--self-friction", args.self_friction.is_some()),
+            ("--self-contact-time", args.self_contact_time.is_some()),
+            ("--no-friction-loss", args.no_friction_loss),
+        ]
+        .into_iter()
+        .find_map(|(flag, given)| given.then_some(flag))
+    }
+
     /// The scene that was asked for.
     pub fn spec(&self) -> SceneSpec {
         let args = &self.scene;
@@ -181,6 +216,9 @@ pub fn write_scene(args: &SceneArgs) -> Result<(), Failure> {
     let scene = args.engine.spec().resolve(&mut task, ScenePreset::Paper)?;
     check_feet(&scene, &robot)?;
     let xml = mjcf_scene(&robot, &control, &scene);
+    if let Some(folder) = args.out.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        writable("--out", folder)?;
+    }
     write_whole(&args.out, xml.as_bytes())?;
     println!("{}: {} bodies, {} joints", args.out.display(), robot.bodies.len(), robot.joints.len());
     Ok(())

@@ -6,6 +6,7 @@ use paid_eval::picture::{Animation, Canvas, Film, Path as BallPath, film_frame, 
 use paid_eval::subject::Subject;
 
 use super::episode::ShotArgs;
+use super::out::writable;
 use super::subject::Common;
 use crate::failure::Failure;
 
@@ -31,6 +32,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.common.setting.one_engine()?;
     let subject = Subject::load(&args.common.spec("paper_stage2")?)?;
+    writable("--frames", &args.frames)?;
     let setup = &subject.setup;
     let watched = args.shot.shot(args.motion).watch(&subject, |_| Film::default())?;
     let (film, half_width, dt) = (&watched.kept, watched.goal_half_width_m, setup.preset.control_dt_s());

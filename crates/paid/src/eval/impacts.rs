@@ -38,6 +38,7 @@ pub struct Args {
 /// Throws the ball in both engines and compares.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Engines::Both.check()?;
+    args.output.prepare()?;
     let (robot, spec) = load_robot(&args.robot).map_err(Failure::input)?;
     let mut task = TaskPreset::builtin("paper_stage2").map_err(Failure::input)?;
     let options = ImpactOptions {
@@ -48,11 +49,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     let report = impacts::evaluate(&robot, &spec, &options)?;
     let json = to_json(&report)?;
+    args.output.print(&report.table(), &json);
     args.output.write(|out| {
         let file = |name: &str| -> PathBuf { out.join(name) };
         write_whole(&file("impacts.json"), json.as_bytes())?;
         write_whole(&file("impacts.txt"), report.table().as_bytes())
     })?;
-    args.output.print(&report.table(), &json);
     Ok(ExitCode::SUCCESS)
 }

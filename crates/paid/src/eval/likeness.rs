@@ -9,6 +9,7 @@ use paid_eval::results::{Evaluation, to_json, write_likeness};
 use paid_eval::shooting::{Grid, ShootingOptions};
 use paid_eval::subject::Subject;
 
+use super::engine::count;
 use super::progress::Progress;
 use super::subject::Common;
 use super::{Output, ended};
@@ -23,7 +24,7 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     clips: Option<PathBuf>,
     /// Shots at each of the 63 places of the effective workspace.
-    #[arg(long, default_value_t = 1, value_name = "N")]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = count)]
     trials: usize,
     #[command(flatten)]
     output: Output,
@@ -34,6 +35,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.common.setting.one_engine()?;
     let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
+    args.output.prepare()?;
     let (monitor, progress) = Progress::start(args.output.json)?;
     subject.setup.monitor = monitor;
     let setup = &subject.setup;
@@ -44,10 +46,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let report = likeness::evaluate(setup, &*subject.maker, clips, &subject.name, &options)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("likeness", &subject.name, &report, timing))?;
-    if let Some(out) = &args.output.out {
-        write_likeness(out, setup.engine.name(), &report, &json)?;
-        write_report(out)?;
+    if args.output.nothing(&setup.monitor, &timing) {
+        return Ok(ended(&setup.monitor));
     }
     args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    args.output.write(|out| {
+        write_likeness(out, setup.engine.name(), &report, &json)?;
+        write_report(out)
+    })?;
     Ok(ended(&subject.setup.monitor))
 }

@@ -6,12 +6,12 @@ use std::process::ExitCode;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::html::write_report;
 use paid_eval::matches::{self, Audience, MatchOptions, Spectator};
-use paid_eval::picture::{Animation, Film, film_frame};
+use paid_eval::picture::{Animation, Film, Kind, film_frame};
 use paid_eval::results::{Evaluation, to_json, write_match};
 use paid_eval::shooting::ROLLING_SPEED;
 use paid_eval::subject::Subject;
 
-use super::engine::positive;
+use super::engine::{count, positive};
 use super::progress::Progress;
 use super::subject::Common;
 use super::{Output, ended, shared};
@@ -30,10 +30,10 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Kicks of a match.
-    #[arg(long, default_value_t = 50)]
+    #[arg(long, default_value_t = 50, value_parser = count)]
     kicks: usize,
     /// Matches.
-    #[arg(long, default_value_t = 10)]
+    #[arg(long, default_value_t = 10, value_parser = count)]
     matches: usize,
     /// Balls roll at 0.1 to 0.3 m/s in any direction instead of lying still.
     #[arg(long)]
@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     film: Option<PathBuf>,
     /// Kicks of the film.
-    #[arg(long, value_name = "N", default_value_t = 6, requires = "film")]
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = count, requires = "film")]
     film_kicks: usize,
     #[command(flatten)]
     output: Output,
@@ -56,6 +56,14 @@ pub struct Args {
 /// Plays the matches, writes and prints the report.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.common.setting.one_engine()?;
+    if let Some(path) = &args.film
+        && Kind::of(path).is_err()
+    {
+        return Err(Failure::input(format!(
+            "--film: expected a name that ends in .gif or .png, or a folder, found {}",
+            path.display()
+        )));
+    }
     let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
     let options = MatchOptions {
@@ -88,6 +96,10 @@ fn play(
     let (report, films) = matches::evaluate(&subject.setup, &*subject.maker, options, audience)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("match", &subject.name, &report, timing))?;
+    if output.nothing(&subject.setup.monitor, &timing) {
+        return Ok(ended(&subject.setup.monitor));
+    }
+    output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
     output.write(|out| {
         write_match(out, subject.setup.engine.name(), &report, &json)?;
         write_report(out)
@@ -95,7 +107,6 @@ fn play(
     if let Some(path) = args.film.as_ref().filter(|_| !output.silent) {
         film(&subject.setup, options, &films, path)?;
     }
-    output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
     Ok(ended(&subject.setup.monitor))
 }
 

@@ -11,7 +11,9 @@ mod gap;
 mod impacts;
 mod likeness;
 mod matches;
+pub mod out;
 mod panel;
+mod policy_file;
 mod progress;
 mod protocol;
 pub mod shoot;
@@ -19,11 +21,10 @@ pub mod subject;
 pub mod track;
 
 use std::fmt::Debug;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use paid_eval::EvalError;
 use paid_eval::monitor::Monitor;
 use paid_eval::scene::Engines;
 use paid_eval::subject::Subject;
@@ -33,6 +34,8 @@ use paid_train::meeting::{Introduction, meet};
 use crate::failure::Failure;
 use crate::ranks;
 use crate::stop::STOPPED;
+
+pub use out::Output;
 
 /// Arguments of `paid eval`.
 #[derive(Debug, clap::Args)]
@@ -105,7 +108,9 @@ fn shared(
             ));
         }
         meet(&*joined.ranks, |own| introduce(own, subject, options))?;
-        work(subject, &Output { silent: !joined.is_first(), ..output.clone() })
+        let output = Output { silent: !joined.is_first(), ..output.clone() };
+        output.prepare()?;
+        work(subject, &output)
     })
 }
 
@@ -130,42 +135,4 @@ fn introduce(own: &mut Introduction, subject: &Subject, options: &dyn Debug) -> 
 /// The exit code of an evaluation that ran to its end or was stopped.
 fn ended(monitor: &Monitor) -> ExitCode {
     if monitor.stopped() { ExitCode::from(STOPPED) } else { ExitCode::SUCCESS }
-}
-
-/// Where the results go.
-#[derive(Clone, Debug, Default, clap::Args)]
-pub struct Output {
-    /// Print one line of JSON per report instead of tables.
-    #[arg(long)]
-    pub json: bool,
-    /// Write JSON, CSV, tables, pictures and report.html to this folder.
-    #[arg(long, value_name = "DIR")]
-    pub out: Option<PathBuf>,
-    /// True if another process writes and prints.
-    #[arg(skip)]
-    pub silent: bool,
-}
-
-impl Output {
-    /// Writes to the folder, if there is one.
-    fn write(&self, write: impl FnOnce(&Path) -> Result<(), EvalError>) -> Result<(), Failure> {
-        Ok(self.folder().map_or(Ok(()), write)?)
-    }
-
-    /// The folder to write to.
-    pub fn folder(&self) -> Option<&Path> {
-        self.out.as_deref().filter(|_| !self.silent)
-    }
-
-    /// True if no progress is to be told.
-    pub fn quiet(&self) -> bool {
-        self.json || self.silent
-    }
-
-    /// Prints the one form or the other.
-    fn print(&self, text: &str, json: &str) {
-        if !self.silent {
-            println!("{}", if self.json { json } else { text });
-        }
-    }
 }

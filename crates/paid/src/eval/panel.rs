@@ -9,7 +9,7 @@ use paid_eval::scene::Engines;
 use paid_eval::shooting::ROLLING_SPEED;
 use paid_eval::subject::Subject;
 
-use super::engine::positive;
+use super::engine::{count, positive};
 use super::progress::Progress;
 use super::protocol::Ball;
 use super::subject::Common;
@@ -22,7 +22,7 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Trials at each of the 63 places of the effective workspace.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = count)]
     trials: usize,
     /// Kind of ball.
     #[arg(long, value_enum, default_value = "both")]
@@ -39,9 +39,10 @@ pub struct Args {
 
 /// Runs the panel in MuJoCo, whatever --engine says.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
+    let mut subject = Subject::load(&args.common.spec_of_referee("paper_stage2")?)?;
     subject.require_ball()?;
     Engines::Mujoco.check()?;
+    args.output.prepare()?;
     let rolling = Some(ROLLING_SPEED);
     let balls = match args.ball {
         Ball::Static => vec![None],
@@ -54,10 +55,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("panel", &subject.name, &report, timing))?;
-    if let Some(out) = &args.output.out {
-        write_panel(out, &report, &json)?;
-        write_report(out)?;
+    if args.output.nothing(&subject.setup.monitor, &timing) {
+        return Ok(ended(&subject.setup.monitor));
     }
     args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    args.output.write(|out| {
+        write_panel(out, &report, &json)?;
+        write_report(out)
+    })?;
     Ok(ended(&subject.setup.monitor))
 }

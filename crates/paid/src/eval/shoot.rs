@@ -13,6 +13,7 @@ use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport};
 use paid_eval::subject::Subject;
 use paid_eval::worst::{self, write_strips};
 
+use super::engine::count;
 use super::eyes::EyesArgs;
 use super::progress::Progress;
 use super::protocol::ProtocolArgs;
@@ -27,15 +28,15 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Trials per ball place.
-    #[arg(long, default_value_t = 50)]
+    #[arg(long, default_value_t = 50, value_parser = count)]
     trials: usize,
     #[command(flatten)]
     protocol: ProtocolArgs,
     #[command(flatten)]
     eyes: EyesArgs,
-    /// With --out: the worst N shots of one engine again, as film strips for the report.
-    #[arg(long, value_name = "N", default_value_t = STRIPS)]
-    strips: usize,
+    /// With --out: the worst N shots of one engine again, as film strips for the report [default: 10].
+    #[arg(long, value_name = "N", value_parser = count, requires = "out", conflicts_with = "eyes")]
+    strips: Option<usize>,
     #[command(flatten)]
     output: Output,
 }
@@ -52,7 +53,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         ranks::alone("eval shooting --eyes")?;
         return look(&mut subject, &kinds, &options, &args.output);
     }
-    shared(&mut subject, &kinds, &args.output, |subject, output| score(subject, &kinds, output, args.strips))
+    let strips = args.strips.unwrap_or(STRIPS);
+    shared(&mut subject, &kinds, &args.output, |subject, output| score(subject, &kinds, output, strips))
 }
 
 /// Scores with the robot's own eyes, one kind of ball after the other.
@@ -62,26 +64,32 @@ fn look(
     eyes: &EyesOptions,
     output: &Output,
 ) -> Result<ExitCode, Failure> {
+    output.prepare()?;
+    let mut reported = false;
     for options in kinds {
         let (monitor, progress) = Progress::start(output.json)?;
         subject.setup.monitor = monitor;
         let (report, kick) = eyes::evaluate(&subject.setup, &*subject.maker, options, eyes)?;
         let timing = progress.finish();
+        if output.nothing(&subject.setup.monitor, &timing) {
+            break;
+        }
         let whole = Evaluation::new("eyes", &subject.name, &report, timing);
         let json = to_json(&whole)?;
-        output.write(|out| write_eyes(out, &report, kick.as_ref(), &json))?;
         output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
+        output.write(|out| write_eyes(out, &report, kick.as_ref(), &json))?;
+        reported = true;
         if subject.setup.monitor.stopped() {
             break;
         }
     }
-    if let Some(out) = &output.out {
-        write_report(out)?;
+    if reported {
+        output.write(write_report)?;
     }
     Ok(ended(&subject.setup.monitor))
 }
 
-/// Scores, writes and prints one kind of ball after the other.
+/// Scores, prints and writes one kind of ball after the other.
 pub fn score(
     subject: &mut Subject,
     kinds: &[ShootingOptions],
@@ -101,7 +109,7 @@ pub fn score(
             break;
         }
     }
-    if let Some(out) = output.folder() {
+    if let Some(out) = output.folder().filter(|_| !reports.is_empty()) {
         for (engine, of) in &reports {
             write_summary(out, engine, of)?;
         }
@@ -129,7 +137,7 @@ pub fn film_worst(
     write_strips(out, &stem, &worst::strips(&subject.setup, &*subject.maker, report, strips)?)
 }
 
-/// One kind of ball: runs, writes, prints, and returns the report of each engine.
+/// One kind of ball: runs, prints, writes, and returns the report of each engine; none if it was stopped before the first trial.
 fn one(
     subject: &mut Subject,
     options: &ShootingOptions,
@@ -138,25 +146,30 @@ fn one(
 ) -> Result<Vec<(&'static str, ShootingReport)>, Failure> {
     let (monitor, progress) = Progress::start(output.quiet())?;
     subject.setup.monitor = monitor;
-    let (text, json, reports) = if subject.engines == Engines::Both {
+    let monitor = subject.setup.monitor.clone();
+    if subject.engines == Engines::Both {
         let report = agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, options)?;
         let timing = progress.finish();
+        if output.nothing(&monitor, &timing) {
+            return Ok(Vec::new());
+        }
+        let json = to_json(&Evaluation::new("agreement", &subject.name, &report, timing))?;
+        output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
         output.write(|out| write_agreement(out, &report))?;
-        let whole = Evaluation::new("agreement", &subject.name, &report, timing);
-        let (text, json) = (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?);
-        (text, json, vec![("builtin", report.builtin), ("mujoco", report.mujoco)])
+        Ok(vec![("builtin", report.builtin), ("mujoco", report.mujoco)])
     } else {
         let report = shooting::evaluate(&subject.setup, &*subject.maker, options)?;
         let timing = progress.finish();
-        let whole = Evaluation::new("shooting", &subject.name, &report, timing);
-        let (text, json) = (format!("{}\n{}", report.table(), timing.text()), to_json(&whole)?);
+        if output.nothing(&monitor, &timing) {
+            return Ok(Vec::new());
+        }
+        let json = to_json(&Evaluation::new("shooting", &subject.name, &report, timing))?;
+        output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
         let engine = subject.setup.engine.name();
         output.write(|out| {
             write_shooting(out, engine, &report, &json)?;
             film_worst(out, subject, &report, strips)
         })?;
-        (text, json, vec![(engine, report)])
-    };
-    output.print(&text, &json);
-    Ok(reports)
+        Ok(vec![(engine, report)])
+    }
 }

@@ -7,8 +7,10 @@ use paid_eval::subject::SubjectSpec;
 use paid_task::preset::KnowledgeMode;
 
 use super::engine::{EngineArgs, EngineName, positive};
+use super::policy_file;
 use crate::failure::Failure;
 use crate::threads::thread_count;
+use crate::train::motion_folder;
 
 /// What all evaluations take.
 #[derive(Debug, clap::Args)]
@@ -26,14 +28,19 @@ impl Common {
     pub fn spec(&self, fallback_task: &str) -> Result<SubjectSpec, Failure> {
         self.setting.spec(&self.policy, fallback_task)
     }
+
+    /// [`Common::spec`] of an evaluation that runs in MuJoCo, whatever `--engine` says.
+    pub fn spec_of_referee(&self, fallback_task: &str) -> Result<SubjectSpec, Failure> {
+        self.setting.spec_in_any_engine(&self.policy, fallback_task)
+    }
 }
 
 /// The conditions in which a policy is scored or played.
 #[derive(Debug, clap::Args)]
 pub struct Setting {
-    /// Robot of an ONNX file: built in, or a robot file.
-    #[arg(long, default_value = "g1")]
-    robot: String,
+    /// Robot of an ONNX file: built in, or a robot file [default: g1].
+    #[arg(long, value_name = "ROBOT", requires = "policy")]
+    robot: Option<String>,
     /// Folder of motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
     #[arg(long, value_name = "DIR", requires = "policy")]
     motions: Option<PathBuf>,
@@ -48,7 +55,7 @@ pub struct Setting {
     #[arg(long, value_name = "FACTOR", value_parser = positive, requires = "policy")]
     eyes_noise: Option<f64>,
     /// Age of a picture when it arrives [ms; default: the task's]. With --knowledge perceived.
-    #[arg(long, value_name = "MS", requires = "policy")]
+    #[arg(long, value_name = "MS", value_parser = latency, requires = "policy")]
     eyes_latency_ms: Option<f64>,
     /// Change a value of the task, such as scene.ground.restitution=0 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "policy")]
@@ -67,6 +74,14 @@ pub struct Setting {
     engine: EngineName,
     #[command(flatten)]
     scene: EngineArgs,
+}
+
+/// Longest age of a picture [ms], as in a task.
+const MOST_LATENCY_MS: f64 = 500.0;
+
+fn latency(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|ms| (0.0..=MOST_LATENCY_MS).contains(ms));
+    found.ok_or_else(|| format!("expected 0 to {MOST_LATENCY_MS} ms, found '{text}'"))
 }
 
 /// What the policy is told of ball and goal.
@@ -108,8 +123,25 @@ impl Setting {
 
     /// What is scored, with the policy apart from its conditions.
     pub fn spec(&self, policy: &Path, fallback_task: &str) -> Result<SubjectSpec, Failure> {
+        if let Some(flag) = self.scene.only_in_mujoco().filter(|_| self.engine == EngineName::Builtin) {
+            return Err(Failure::input(format!(
+                "{flag}: expected --engine mujoco or both, whose scene it changes, found builtin"
+            )));
+        }
+        self.spec_in_any_engine(policy, fallback_task)
+    }
+
+    fn spec_in_any_engine(&self, policy: &Path, fallback_task: &str) -> Result<SubjectSpec, Failure> {
+        policy_file::check(policy)?;
+        self.motions.as_deref().map_or(Ok(()), motion_folder)?;
+        if let Some(robot) = self.robot.as_ref().filter(|_| !policy_file::is_onnx(policy)) {
+            let file = policy.display();
+            return Err(Failure::input(format!(
+                "--robot {robot}: expected an ONNX file as --policy, found {file}, which knows its robot"
+            )));
+        }
         Ok(SubjectSpec {
-            robot: self.robot.clone(),
+            robot: self.robot.clone().unwrap_or_else(|| "g1".to_owned()),
             motions: self.motions.clone(),
             task: self.task.clone(),
             fallback_task: fallback_task.to_owned(),

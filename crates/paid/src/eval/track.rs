@@ -9,6 +9,7 @@ use paid_eval::subject::Subject;
 use paid_eval::tracking::{self, TrackingOptions};
 use paid_eval::tracking_agreement;
 
+use super::engine::count;
 use super::progress::Progress;
 use super::subject::Common;
 use super::{Output, ended, shared};
@@ -23,7 +24,7 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Starts with reset noise per clip, besides the exact one.
-    #[arg(long, default_value_t = STARTS)]
+    #[arg(long, default_value_t = STARTS, value_parser = count)]
     starts: usize,
     /// End a run only at the motion's end or a fall, not at the limits of training: for policies that drift.
     #[arg(long)]
@@ -42,7 +43,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     })
 }
 
-/// Scores, writes and prints: `starts` perturbed runs per clip, which end at the limits of training or (`limits` false) at a fall
+/// Scores, prints and writes: `starts` perturbed runs per clip, which end at the limits of training or (`limits` false) at a fall
 /// only.
 pub fn score(
     subject: &mut Subject,
@@ -53,22 +54,28 @@ pub fn score(
     let options = TrackingOptions { starts, sets: subject.sets.clone(), limits };
     let (monitor, progress) = Progress::start(output.quiet())?;
     subject.setup.monitor = monitor;
-    let (text, json) = if subject.engines == Engines::Both {
+    let monitor = subject.setup.monitor.clone();
+    if subject.engines == Engines::Both {
         let report = tracking_agreement::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
         let timing = progress.finish();
-        output.write(|out| write_tracking_agreement(out, &report))?;
+        if output.nothing(&monitor, &timing) {
+            return Ok(ended(&monitor));
+        }
         let whole = Evaluation::new("tracking_agreement", &subject.name, &report, timing);
         let tables = [report.builtin.table(), report.mujoco.table(), report.table()];
-        (format!("{}\n{}", tables.join("\n"), timing.text()), to_json(&whole)?)
+        output.print(&format!("{}\n{}", tables.join("\n"), timing.text()), &to_json(&whole)?);
+        output.write(|out| write_tracking_agreement(out, &report))?;
     } else {
         let report = tracking::evaluate(&subject.setup, &*subject.maker, &options)?;
         let timing = progress.finish();
+        if output.nothing(&monitor, &timing) {
+            return Ok(ended(&monitor));
+        }
         let whole = Evaluation::new("tracking", &subject.name, &report, timing);
         let json = to_json(&whole)?;
+        output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
         output.write(|out| write_tracking(out, subject.setup.engine.name(), &report, &json))?;
-        (format!("{}\n{}", report.table(), timing.text()), json)
-    };
+    }
     output.write(write_report)?;
-    output.print(&text, &json);
-    Ok(ended(&subject.setup.monitor))
+    Ok(ended(&monitor))
 }

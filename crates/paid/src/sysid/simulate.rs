@@ -94,7 +94,8 @@ struct Made {
 }
 
 /// Simulates, writes, prints.
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args, given: &[String]) -> Result<(), Failure> {
+    refuse_ignored(args.from, given)?;
     let (source, truth) = source(args)?;
     let fifa = matches!(source, Source::Fifa(_));
     let default_speed = if fifa { ramp_speed() } else { Experiment::default().speed };
@@ -138,6 +139,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         println!("{described}: {}", files.join(", "));
     }
     Ok(())
+}
+
+/// Refuses an option that the source does not look at.
+fn refuse_ignored(from: SourceArg, given: &[String]) -> Result<(), Failure> {
+    const BALL: [SourceArg; 2] = [SourceArg::Parameters, SourceArg::Mujoco];
+    const FIFA: [SourceArg; 2] = [SourceArg::Turf, SourceArg::Steel];
+    let options: [(&str, &[SourceArg], &str); 6] = [
+        ("surface", &BALL, "parameters or mujoco"),
+        ("parameters", &BALL, "parameters or mujoco"),
+        ("rebound", &FIFA, "turf or steel"),
+        ("roll_length", &FIFA, "turf or steel"),
+        ("damping_ratio", &[SourceArg::Mujoco], "mujoco"),
+        ("rolling_friction", &[SourceArg::Mujoco], "mujoco"),
+    ];
+    let ignored =
+        |(id, of, _): &&(&str, &[SourceArg], &str)| !of.contains(&from) && given.iter().any(|one| one == id);
+    match options.iter().find(ignored) {
+        None => Ok(()),
+        Some((id, _, expected)) => {
+            let found = from.to_possible_value().map_or_else(String::new, |name| name.get_name().to_owned());
+            Err(Failure::input(format!(
+                "--{}: expected --from {expected}, found --from {found}",
+                id.replace('_', "-")
+            )))
+        }
+    }
 }
 
 /// The source, and the true parameters where it has them.
