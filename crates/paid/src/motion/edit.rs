@@ -24,7 +24,7 @@ pub struct CutArgs {
     #[arg(long, value_name = "S")]
     to: Option<f64>,
     /// Move the stated kick frame by this many frames.
-    #[arg(long, value_name = "FRAMES", allow_negative_numbers = true)]
+    #[arg(long, value_name = "FRAMES")]
     shift_kick: Option<i64>,
     /// Label the leg with the faster foot, and the frame of its peak as the kick.
     #[arg(long)]

@@ -54,7 +54,7 @@ pub struct RunArgs {
     #[arg(long, conflicts_with_all = ["json", "quiet"])]
     view: bool,
     /// End after so many seconds [default: runs until Ctrl-C].
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     #[command(flatten)]
     live: LiveArgs,
@@ -247,7 +247,7 @@ pub struct CheckArgs {
     limits: Option<PathBuf>,
     /// How long to listen. Move one joint after another by hand meanwhile, in the table's order, and first in the
     /// direction that is positive: the table shows which one moved, how far, and which way first.
-    #[arg(long, value_name = "S", default_value_t = 60.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 60.0)]
     seconds: f64,
 }
 

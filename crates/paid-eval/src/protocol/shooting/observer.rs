@@ -27,7 +27,7 @@ pub(crate) struct Watch {
     after: Option<u32>,
     /// The robot follows a clip, in which it may fall after the shot is decided.
     follows_clip: bool,
-    /// What the ball does from then on changes nothing.
+    /// The ball no longer counts.
     decided: bool,
     /// Control steps until then.
     decided_steps: u32,
