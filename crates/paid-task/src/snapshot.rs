@@ -1,4 +1,5 @@
-//! Exact save and restore of a shard: the numbers of the lanes widen to `f64` and come back exactly.
+//! Exact save and restore of a shard: the numbers of the lanes widen to `f64` and come back exactly, in groups of as many lanes as
+//! this instruction set has.
 
 use paid_lanes::Real;
 use paid_physics::{EnvParams, LaneState, Simulator};
@@ -100,6 +101,34 @@ fn narrow<V: Real>(what: &str, mut numbers: Vec<&mut V>, from: &[f64]) -> Result
     Ok(())
 }
 
+/// What groups of `found` lanes hold, in groups of `own` lanes: [group][number x lane]. Environments keep their order.
+fn regroup(groups: &[Vec<f64>], found: usize, own: usize) -> Result<Vec<Vec<f64>>, String> {
+    let size = groups.first().map_or(0, Vec::len);
+    for group in groups {
+        expect("numbers of a group", size, group.len())?;
+    }
+    let (envs, numbers) = (groups.len() * found, size / found.max(1));
+    expect("numbers of a group", numbers * found, size)?;
+    let value = |env: usize, number: usize| groups[env / found][number * found + env % found];
+    let group = |first: usize| {
+        (0..numbers).flat_map(|number| (first..first + own).map(move |env| value(env, number))).collect()
+    };
+    expect("environments beyond whole groups", 0, envs % own)?;
+    Ok((0..envs).step_by(own).map(group).collect())
+}
+
+/// Running sums of `found` lanes in `own` lanes: the sum over the lanes of each stays.
+fn refold(sums: &[f64], found: usize, own: usize) -> Vec<f64> {
+    let fold = |lanes: &[f64]| {
+        let mut folded = vec![0.0; own];
+        for (lane, x) in lanes.iter().enumerate() {
+            folded[lane % own] += x;
+        }
+        folded
+    };
+    sums.chunks(found).flat_map(fold).collect()
+}
+
 impl<V: Real, S: Simulator<V>> Task<V, S> {
     fn header(&self) -> Header {
         Header {
@@ -138,12 +167,15 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let mut reader = Reader::new(bytes, MAGIC)?;
         let (header, found): (Header, Header) = (self.header(), reader.value()?);
         expect("environments", header.envs, found.envs)?;
-        expect("lanes", header.lanes, found.lanes)?;
         expect("joints", header.joints, found.joints)?;
         expect("motions", header.motions, found.motions)?;
         expect("phase bins", header.bins, found.bins)?;
         expect("seed", header.seed, found.seed)?;
-        let shard: Shard = reader.value()?;
+        let mut shard: Shard = reader.value()?;
+        if found.lanes != header.lanes {
+            shard.sums = refold(&shard.sums, found.lanes, header.lanes);
+            shard.groups = regroup(&shard.groups, found.lanes, header.lanes)?;
+        }
         let pairs = self.failures.len();
         expect("failure counts", pairs, shard.failures.len())?;
         expect("failures of the sampler", pairs, shard.sampler.failures.len())?;
@@ -196,5 +228,44 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         self.sim.set_params(group, lane, &self.envs[index].params);
         self.sim.reset_lane(group, lane, &state);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Number n of environment e is 10 e + n.
+    fn groups(envs: usize, lanes: usize) -> Vec<Vec<f64>> {
+        let value = |env: usize, number: usize| (10 * env + number) as f64;
+        let group = |first: usize| {
+            (0..3).flat_map(|number| (first..first + lanes).map(move |env| value(env, number))).collect()
+        };
+        (0..envs).step_by(lanes).map(group).collect()
+    }
+
+    #[test]
+    fn environments_keep_their_numbers_in_groups_of_other_lanes() {
+        assert_eq!(groups(4, 2)[1], [20.0, 30.0, 21.0, 31.0, 22.0, 32.0]);
+        for (found, own) in [(16, 8), (8, 16), (8, 1), (1, 8), (8, 8)] {
+            assert_eq!(regroup(&groups(48, found), found, own), Ok(groups(48, own)), "{found} {own}");
+        }
+        assert_eq!(regroup(&[], 16, 8), Ok(vec![]));
+    }
+
+    #[test]
+    fn groups_that_cannot_be_whole_are_refused() {
+        let error = regroup(&groups(24, 8), 8, 16).expect_err("half a group is left");
+        assert_eq!(error, "task snapshot: environments beyond whole groups: expected 0, found 8");
+        let mut uneven = groups(32, 16);
+        uneven[1].pop();
+        assert!(regroup(&uneven, 16, 8).is_err());
+        assert!(regroup(&[vec![0.0; 17]], 16, 8).is_err());
+    }
+
+    #[test]
+    fn a_running_sum_stays_what_it_is() {
+        assert_eq!(refold(&[1.0, 2.0, 3.0, 4.0, 10.0, 20.0, 30.0, 40.0], 4, 2), [4.0, 6.0, 40.0, 60.0]);
+        assert_eq!(refold(&[1.0, 2.0], 2, 4), [1.0, 2.0, 0.0, 0.0]);
     }
 }

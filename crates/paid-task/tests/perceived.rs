@@ -35,6 +35,10 @@ struct Fixture {
 }
 
 fn fixture(overrides: &[&str], envs: usize) -> Fixture {
+    fixture_on(Isa::detect(), overrides, envs)
+}
+
+fn fixture_on(isa: Isa, overrides: &[&str], envs: usize) -> Fixture {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 1.0 / DT).expect("the built-in kicks");
     let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit"));
@@ -48,7 +52,7 @@ fn fixture(overrides: &[&str], envs: usize) -> Fixture {
         first_env: 0,
         seed: SEED,
     };
-    let shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds");
+    let shard = build_shard(&ShardSetup { task, isa, num_envs: envs }).expect("builds");
     Fixture { shard, library, preset, height_m: spec.nominal_height_m }
 }
 
@@ -231,6 +235,31 @@ fn a_restored_shard_sees_on_bit_for_bit() {
         step(b.as_mut());
     }
     assert!(a.save() == b.save());
+}
+
+#[test]
+fn a_shard_goes_on_in_groups_of_other_lanes() {
+    let test = "a_shard_goes_on_in_groups_of_other_lanes";
+    if !Isa::Avx512.available() {
+        return paid_testing::skipped(test, "this CPU has lanes of one width only");
+    }
+    let ranges = [PERCEIVED, "eyes.latency_s=[0.02, 0.12]", "eyes.noise_scale=[0.5, 2]", "ball.rolling_share=0.5"];
+    for (before, after) in [(Isa::Avx512, Isa::Portable), (Isa::Portable, Isa::Avx512)] {
+        let (mut a, mut b) = (fixture_on(before, &ranges, 32).shard, fixture_on(after, &ranges, 32).shard);
+        run_agent(a.as_mut(), Agent::Random, 40, 3).expect("finite");
+        run_agent(b.as_mut(), Agent::Random, 7, 4).expect("finite");
+        b.restore(&a.save()).expect("fits");
+        for _ in 0..3 {
+            let (one, two) = (seen(a.as_mut()), seen(b.as_mut()));
+            for (x, y) in one[0].iter().zip(&two[0]) {
+                assert!(distance(x, y) < 1e-3, "{before:?} {after:?}: {x:?} {y:?}");
+            }
+            step(a.as_mut());
+            step(b.as_mut());
+        }
+        let back = b.save();
+        a.restore(&back).expect("and back");
+    }
 }
 
 #[test]
