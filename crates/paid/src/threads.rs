@@ -1,5 +1,8 @@
 //! The option `--threads`.
 
+use paid_lanes::Isa;
+use paid_train::RunConfig;
+
 use crate::failure::Failure;
 
 /// More than any machine has, and no more than a system starts.
@@ -14,9 +17,44 @@ pub fn thread_count(asked: Option<usize>) -> Result<usize, Failure> {
     }
 }
 
+/// What to say of a run that has no work for some of its threads: a shard is one thread's work.
+pub fn without_work(threads: usize, run: &RunConfig) -> Option<String> {
+    let lanes = run.isa.parse::<Isa>().ok()?.lanes();
+    let groups = run.envs / lanes;
+    let fits = |shards: &usize| groups.is_multiple_of(*shards);
+    let more = (run.shards + 1..=threads).rev().find(fits)?;
+    Some(format!(
+        "{threads} threads, but the environments are in {} shards, and a shard is one thread's work; \
+         `--set run.shards={more} --set learn.ppo.slices={more}` uses more of them (sums are then rounded otherwise)",
+        run.shards
+    ))
+}
+
 #[cfg(test)]
 mod tests {
+    use paid_train::RunPreset;
+
     use super::*;
+
+    #[test]
+    fn a_run_whose_shards_leave_threads_without_work_says_how_to_use_them() {
+        let run = |sets: &[&str]| {
+            let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+            RunPreset::resolve("stage1", &sets).expect("valid").run
+        };
+        // 1920 environments are 240 groups of eight lanes; 16 shards are 15 groups each.
+        let portable = run(&["run.isa=portable"]);
+        let said = without_work(16, &portable).expect("eight threads have nothing to do");
+        assert!(said.starts_with("16 threads, but the environments are in 8 shards"), "{said}");
+        assert!(said.contains("--set run.shards=16 --set learn.ppo.slices=16"), "{said}");
+        // Of 240 the largest divisor below 19 is 16.
+        assert_eq!(without_work(19, &portable), Some(said.replacen("16", "19", 1)));
+        assert_eq!(without_work(8, &portable), None);
+        // 9 divides 240 into no whole groups.
+        assert_eq!(without_work(9, &portable), None);
+        let wanted = run(&["run.isa=portable", "run.shards=16"]);
+        assert_eq!(without_work(16, &wanted), None);
+    }
 
     #[test]
     fn a_number_of_threads_that_no_system_starts_is_refused() {

@@ -30,7 +30,7 @@ use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
-use crate::threads::thread_count;
+use crate::threads::{thread_count, without_work};
 
 use printer::Printer;
 pub use values::{motion_folder, motions_value, whole};
@@ -324,6 +324,10 @@ fn run_stage(
         page.follow(&job.out);
     }
     let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
+    if !printer.quiet && job.ranks.count() == 1 && !matches!(job.start, Start::Resume) {
+        // A run that goes on keeps its shards.
+        without_work(threads, &job.preset.run).iter().for_each(|text| eprintln!("{text}"));
+    }
     let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);
     let mut outcome =
