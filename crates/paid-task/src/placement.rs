@@ -3,8 +3,8 @@
 use paid_lanes::rng::Rng;
 use paid_perceive::effective_time;
 
-use crate::MotionFacts;
 use crate::preset::{BallPlacement, GoalPreset};
+use crate::{MotionFacts, TaskPreset};
 
 /// A point given in a motion's start frame (origin: anchor at frame 0, x along its heading, y left), in the world `[m]`.
 pub(crate) fn from_start_frame(facts: &MotionFacts, xy: [f64; 2]) -> [f64; 2] {
@@ -52,6 +52,13 @@ pub struct RollingBall {
 }
 
 impl RollingBall {
+    /// The ball by which a task's motions are chosen, in training, by the judges and on a robot: one whose policy does not see where it
+    /// will be lies where it is.
+    #[must_use]
+    pub fn as_chosen_by(self, task: &TaskPreset) -> Self {
+        if task.predicts_ball() { self } else { Self { velocity: [0.0; 2], ..self } }
+    }
+
     /// Where it will be when it is met in a motion that has begun at `frame` `[m]`.
     pub(crate) fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
         let wait = facts.contact_frame.saturating_sub(frame) as f64 * dt_s;
@@ -302,6 +309,16 @@ mod tests {
         assert!((ball([0.0, 0.3], 0.0).at_strike(&motions[0], 60, 0.02)[1] - 0.26).abs() < 1e-12);
         // One that stops at once stays where it is.
         assert_eq!(motion_for(&motions, &ball([0.0, 0.3], 50.0), 0.02), 0);
+    }
+
+    #[test]
+    fn a_policy_that_does_not_predict_chooses_by_the_ball_s_place() {
+        let set = |terms: &str| [format!("observations.policy={terms}")];
+        let task = |terms| TaskPreset::builtin_with("paper_stage2", &set(terms)).expect("valid");
+        let ball = RollingBall { place: [0.8, 0.2], velocity: [0.0, 0.3], decay: 0.5 };
+        assert_eq!(ball.as_chosen_by(&task(r#"["ball_at_strike"]"#)), ball);
+        let still = RollingBall { velocity: [0.0; 2], ..ball };
+        assert_eq!(ball.as_chosen_by(&task(r#"["ball_pos"]"#)), still);
     }
 
     #[test]

@@ -131,11 +131,8 @@ impl StartContext<'_> {
         // It errs on a ball that rolls to this place as on one that lies there: the error of a linear filter is that of its pictures.
         let ball = RollingBall { place, velocity: [0.0; 2], decay: roll_decay(&preset.ball_params) };
         let seen = believed(&preset.eyes, &ball, self.config.nominal_height_m, &mut rng);
-        if !preset.predicts_ball() {
-            return seen.place;
-        }
         let motions = self.library.facts();
-        seen.at_strike(&motions[nearest_motion(motions, place)], 0, self.config.dt_s)
+        seen.as_chosen_by(preset).at_strike(&motions[nearest_motion(motions, place)], 0, self.config.dt_s)
     }
 
     /// A frame of a bin, not too late for the ball.

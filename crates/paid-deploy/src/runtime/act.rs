@@ -54,11 +54,7 @@ impl Runtime {
         if belief.ball.covariance[2].sqrt() > limits.ball_speed_known_m_s {
             return Err("a steady view of the ball");
         }
-        let mut ball = self.sight.ball_ahead(&belief).ok_or("odometry")?;
-        if !self.player.task.predicts_ball() {
-            // Such a policy chose by where the ball was, in training and in both judges.
-            ball.velocity = [0.0; 2];
-        }
+        let ball = self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(&self.player.task);
         let facts = self.player.library.facts();
         let motion = motion_for(facts, &ball, POLICY_US as f64 * 1e-6);
         let wait = facts[motion].contact_frame as f64 * POLICY_US as f64 * 1e-6;

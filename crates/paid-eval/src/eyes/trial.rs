@@ -7,7 +7,7 @@ use paid_lidar::sim::processor_clock;
 use paid_perceive::{Pose, effective_time, predicted_displacement, turned};
 use paid_policy::{SceneView, StepBuffers, VecEnv};
 use paid_sight::{Believed, Recorder, Sight, seconds};
-use paid_task::{EvalControl, RollingBall, Shown, motion_for, nearest_motion};
+use paid_task::{EvalControl, RollingBall, Shown, motion_for};
 
 use super::judge::EyesOutcome;
 use super::kick::{Kick, KickLog, LEAST_SHOWN, SUBSTEPS};
@@ -126,12 +126,8 @@ impl Stage<'_> {
             velocity: velocity.map(|v| v * kept),
             decay: rolling.decay,
         };
-        let dt_s = self.setup.preset.control_dt_s();
-        Some(if self.setup.preset.predicts_ball() {
-            motion_for(self.facts(), &ball, dt_s)
-        } else {
-            nearest_motion(self.facts(), ball.place)
-        })
+        let task = &self.setup.preset;
+        Some(motion_for(self.facts(), &ball.as_chosen_by(task), task.control_dt_s()))
     }
 
     /// From the choice to the end.
