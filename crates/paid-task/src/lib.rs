@@ -20,6 +20,7 @@ mod episode_preset;
 mod episode_rules;
 mod error;
 mod eval_control;
+mod exploration;
 mod eyes;
 #[cfg(test)]
 mod fixture;

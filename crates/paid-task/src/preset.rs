@@ -15,6 +15,7 @@ pub use crate::ball_preset::{
 };
 use crate::contact_kind;
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
+pub use crate::exploration::ExplorationPreset;
 pub use crate::eyes::KnowledgeMode;
 use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
@@ -69,6 +70,9 @@ pub struct TaskPreset {
     pub resets: ResetPreset,
     /// Which motion and phase they begin with.
     pub sampling: SamplingPreset,
+    /// How much the policy tries out.
+    #[serde(default)]
+    pub exploration: ExplorationPreset,
     /// Where the ball is placed.
     pub ball: BallPlacement,
     /// Where the goal is placed.
@@ -202,6 +206,7 @@ impl TaskPreset {
         self.randomization.check(self.control_dt_s())?;
         contact_kind::check(&self.contact_kind)?;
         self.sampling.check(self.reference, self.hold_s)?;
+        self.exploration.check(self.reference)?;
         if let Some((name, time_s)) = self.play().wrong_time() {
             return Err(value_error(
                 &format!("ball.contact_s.{name}"),

@@ -238,6 +238,28 @@ fn a_restored_shard_sees_on_bit_for_bit() {
 }
 
 #[test]
+fn less_is_tried_out_near_the_strike() {
+    let mut factors = vec![7.0; ENVS];
+    let none = fixture(&[], ENVS).shard;
+    assert!(!none.exploration(&mut factors) && factors == [7.0; ENVS]);
+    let mut f = fixture(&["exploration.near_strike=0.5", "exploration.around_s=0.1"], ENVS);
+    f.shard.eval().set_rules(EpisodeRules::evaluation());
+    let facts = &f.library.facts()[0];
+    for env in 0..ENVS {
+        // The first two act toward the frame of the strike, the others ever farther from it, in turn after and before.
+        let (now, apart) = (facts.strike_frame - 1, env / 2);
+        let frame = if env % 2 == 0 { now + apart } else { now - apart };
+        let start = InitialState { frame, ..InitialState::nominal(0) };
+        f.shard.eval().force_start(env, &start).expect("exists");
+    }
+    f.shard.observe(&mut [&mut vec![0.0; 9 * ENVS], &mut vec![0.0; 9 * ENVS]]);
+    assert!(f.shard.exploration(&mut factors));
+    // 0.1 s are five frames.
+    let expected: Vec<f32> = (0..ENVS).map(|env| if env / 2 <= 5 { 0.5 } else { 1.0 }).collect();
+    assert_eq!(factors, expected);
+}
+
+#[test]
 fn a_shard_goes_on_in_groups_of_other_lanes() {
     let test = "a_shard_goes_on_in_groups_of_other_lanes";
     if !Isa::Avx512.available() {

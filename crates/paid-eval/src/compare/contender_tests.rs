@@ -85,7 +85,7 @@ fn the_shipped_plans_fit() {
         ("fewer_samples.toml", 11),
         ("environments.toml", 5),
         ("mirror.toml", 2),
-        ("stage2_tries.toml", 5),
+        ("stage2_tries.toml", 6),
         ("iterations.toml", 4),
         ("iterations_stage2.toml", 3),
     ] {
