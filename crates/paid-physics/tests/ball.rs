@@ -190,3 +190,69 @@ fn a_ball_alone_moves_as_in_a_full_step() {
         "several steps at once are steps one by one"
     );
 }
+
+/// The paper's ball on its two surfaces (table of optimized ball parameters) and the restitution against the task's ground, 0.8, multiplied.
+fn identified() -> [(&'static str, BallParams, f64); 2] {
+    [("grass", [0.98, 0.15, 0.71], 4.95), ("hard", [0.77, 0.07, 0.75], 4.28)].map(
+        |(name, [still, sliding, restitution], angular_damping)| {
+            let damped =
+                BallParams { linear_damping: 0.01, angular_damping, ..ball(still, sliding, restitution) };
+            (name, damped, 0.8 * restitution)
+        },
+    )
+}
+
+/// The ground of the soccer task.
+fn task_ground() -> SceneConfig {
+    SceneConfig {
+        ground: Material { static_friction: 1.0, dynamic_friction: 1.0, restitution: 0.8 },
+        ground_friction_combine: Combine::Multiply,
+        ground_restitution_combine: Combine::Multiply,
+        ..scene()
+    }
+}
+
+#[test]
+fn the_identified_balls_rest_roll_and_bounce_as_their_numbers_say() {
+    for (name, params, restitution) in identified() {
+        let radius = params.radius_m;
+        let start = |height, speed| {
+            with_ball::<F32Array<8>>(&task_ground(), &params, [0.3, -0.2, radius + height], [speed, 0.0, 0.0])
+        };
+        let mut engine = start(0.0, 0.0);
+        for _ in 0..400 {
+            step(&mut engine);
+        }
+        let b = &engine.state(0).ball;
+        let moved = [b.pos.0[0].lane(0) - 0.3, b.pos.0[1].lane(0) + 0.2, b.pos.0[2].lane(0) - radius];
+        assert!(moved.iter().all(|x| x.abs() < 1e-4), "{name}: a resting ball moved by {moved:?} m");
+
+        // 0.8 m/s without spin; once it rolls both dampings slow it: (c + k a) / (1 + k), k = 2/3.
+        let mut engine = start(0.0, 0.8);
+        for _ in 0..200 {
+            step(&mut engine);
+        }
+        let rolling = engine.state(0).ball.vel.0[0].lane(0);
+        for _ in 0..200 {
+            step(&mut engine);
+        }
+        let later = engine.state(0).ball.vel.0[0].lane(0);
+        let rate = (0.01 + 2.0 / 3.0 * params.angular_damping) / (5.0 / 3.0);
+        let got = (rolling / later).ln();
+        assert!((got - rate).abs() < 0.02 * rate, "{name}: slows at {got}/s, expected {rate}");
+
+        let mut engine = start(0.5, 0.0);
+        let (mut before, mut after) = (0.0, 0.0);
+        for _ in 0..200 {
+            step(&mut engine);
+            after = engine.state(0).ball.vel.0[2].lane(0);
+            if after > 0.0 {
+                break;
+            }
+            before = -after;
+        }
+        // One step of fall more than the last one that was seen.
+        let ratio = after / (before + 0.5 * 9.81 * 0.005);
+        assert!((ratio - restitution).abs() < 0.02, "{name}: returns {ratio}, expected {restitution}");
+    }
+}
