@@ -8,8 +8,9 @@ use paid_motion::MotionLibrary;
 use paid_policy::{Pose, SceneView, StepBuffers};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, Shown,
-    TaskPreset, TaskSetup, TaskShard, build_shard, first_look, motion_for, roll_decay, run_agent,
+    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, Shown, Task,
+    TaskPreset, TaskSetup, TaskShard, build_engine, build_shard, first_look, motion_for, roll_decay,
+    run_agent,
 };
 
 const DT: f64 = 0.02;
@@ -35,10 +36,6 @@ struct Fixture {
 }
 
 fn fixture(overrides: &[&str], envs: usize) -> Fixture {
-    fixture_on(Isa::detect(), overrides, envs)
-}
-
-fn fixture_on(isa: Isa, overrides: &[&str], envs: usize) -> Fixture {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 1.0 / DT).expect("the built-in kicks");
     let library = Arc::new(ReferenceLibrary::from_motions(&motions, &robot, &spec).expect("they fit"));
@@ -52,7 +49,7 @@ fn fixture_on(isa: Isa, overrides: &[&str], envs: usize) -> Fixture {
         first_env: 0,
         seed: SEED,
     };
-    let shard = build_shard(&ShardSetup { task, isa, num_envs: envs }).expect("builds");
+    let shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds");
     Fixture { shard, library, preset, height_m: spec.nominal_height_m }
 }
 
@@ -261,28 +258,38 @@ fn less_is_tried_out_near_the_strike() {
 
 #[test]
 fn a_shard_goes_on_in_groups_of_other_lanes() {
-    let test = "a_shard_goes_on_in_groups_of_other_lanes";
-    if !Isa::Avx512.available() {
-        return paid_testing::skipped(test, "this CPU has lanes of one width only");
-    }
     let ranges =
         [PERCEIVED, "eyes.latency_s=[0.02, 0.12]", "eyes.noise_scale=[0.5, 2]", "ball.rolling_share=0.5"];
-    for (before, after) in [(Isa::Avx512, Isa::Portable), (Isa::Portable, Isa::Avx512)] {
-        let (mut a, mut b) = (fixture_on(before, &ranges, 32).shard, fixture_on(after, &ranges, 32).shard);
-        run_agent(a.as_mut(), Agent::Random, 40, 3).expect("finite");
-        run_agent(b.as_mut(), Agent::Random, 7, 4).expect("finite");
-        b.restore(&a.save()).expect("fits");
-        // The same to begin with; then contacts round otherwise.
-        for apart in [1e-3, 1e-2] {
-            let (one, two) = (seen(a.as_mut()), seen(b.as_mut()));
-            for (x, y) in one[0].iter().zip(&two[0]) {
-                assert!(distance(x, y) < apart, "{before:?} {after:?}: {x:?} {y:?}");
-            }
-            step(a.as_mut());
-            step(b.as_mut());
+    let mut wide = fixture(&ranges, 32);
+    let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let task = TaskSetup {
+        robot: &robot,
+        spec: &spec,
+        library: &wide.library,
+        preset: &wide.preset,
+        first_env: 0,
+        seed: SEED,
+    };
+    let engine = build_engine::<f64>(&robot, &spec, &wide.preset, 32).expect("fits");
+    let mut narrow = Task::new(engine, &task).expect("fits");
+    run_agent(wide.shard.as_mut(), Agent::Random, 40, 3).expect("finite");
+    run_agent(&mut narrow, Agent::Random, 7, 4).expect("finite");
+    goes_on(wide.shard.as_mut(), &mut narrow);
+    run_agent(&mut narrow, Agent::Random, 20, 5).expect("finite");
+    goes_on(&mut narrow, wide.shard.as_mut());
+}
+
+/// Puts `before` into `after`, which has other lanes, and lets both go on.
+fn goes_on(before: &mut dyn TaskShard, after: &mut dyn TaskShard) {
+    after.restore(&before.save()).expect("fits");
+    // The same to begin with; then contacts round otherwise.
+    for apart in [1e-3, 1e-2] {
+        let (one, two) = (seen(before), seen(after));
+        for (x, y) in one[0].iter().zip(&two[0]) {
+            assert!(distance(x, y) < apart, "{x:?} {y:?}");
         }
-        let back = b.save();
-        a.restore(&back).expect("and back");
+        step(before);
+        step(after);
     }
 }
 
