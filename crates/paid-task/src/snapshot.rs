@@ -101,13 +101,13 @@ fn narrow<V: Real>(what: &str, mut numbers: Vec<&mut V>, from: &[f64]) -> Result
     Ok(())
 }
 
-/// What groups of `found` lanes hold, in groups of `own` lanes: [group][number x lane]. Environments keep their order.
+/// What groups of `found` lanes (at least one) hold, in groups of `own` lanes: [group][number x lane]. Environments keep their order.
 fn regroup(groups: &[Vec<f64>], found: usize, own: usize) -> Result<Vec<Vec<f64>>, String> {
     let size = groups.first().map_or(0, Vec::len);
     for group in groups {
         expect("numbers of a group", size, group.len())?;
     }
-    let (envs, numbers) = (groups.len() * found, size / found.max(1));
+    let (envs, numbers) = (groups.len() * found, size / found);
     expect("numbers of a group", numbers * found, size)?;
     let value = |env: usize, number: usize| groups[env / found][number * found + env % found];
     let group = |first: usize| {
@@ -117,7 +117,7 @@ fn regroup(groups: &[Vec<f64>], found: usize, own: usize) -> Result<Vec<Vec<f64>
     Ok((0..envs).step_by(own).map(group).collect())
 }
 
-/// Running sums of `found` lanes in `own` lanes: the sum over the lanes of each stays.
+/// Running sums of `found` lanes (at least one) in `own` lanes: the sum over the lanes of each stays.
 fn refold(sums: &[f64], found: usize, own: usize) -> Vec<f64> {
     let fold = |lanes: &[f64]| {
         let mut folded = vec![0.0; own];
@@ -167,6 +167,12 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let mut reader = Reader::new(bytes, MAGIC)?;
         let (header, found): (Header, Header) = (self.header(), reader.value()?);
         expect("environments", header.envs, found.envs)?;
+        if found.lanes == 0 || !found.envs.is_multiple_of(found.lanes) {
+            let (envs, lanes) = (found.envs, found.lanes);
+            return Err(format!(
+                "task snapshot: lanes: expected a divisor of {envs} environments, found {lanes}"
+            ));
+        }
         expect("joints", header.joints, found.joints)?;
         expect("motions", header.motions, found.motions)?;
         expect("phase bins", header.bins, found.bins)?;

@@ -279,6 +279,19 @@ fn a_shard_goes_on_in_groups_of_other_lanes() {
     goes_on(&mut narrow, wide.shard.as_mut());
 }
 
+#[test]
+fn a_snapshot_of_no_lanes_is_refused() {
+    let mut shard = fixture(&[], ENVS).shard;
+    let mut bytes = shard.save();
+    // Eight bytes that tell what it is; then the numbers of environments and of lanes, a byte each.
+    assert_eq!(bytes[8..10], [ENVS as u8, Isa::detect().lanes() as u8]);
+    for (lanes, found) in [(0, "found 0"), (7, "found 7")] {
+        bytes[9] = lanes;
+        let error = shard.restore(&bytes).expect_err("refused");
+        assert!(error.contains("lanes: expected a divisor of 16") && error.ends_with(found), "{error}");
+    }
+}
+
 /// Puts `before` into `after`, which has other lanes, and lets both go on.
 fn goes_on(before: &mut dyn TaskShard, after: &mut dyn TaskShard) {
     after.restore(&before.save()).expect("fits");
