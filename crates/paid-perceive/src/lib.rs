@@ -33,6 +33,7 @@
 //! ```
 
 mod after_strike;
+mod ball_history;
 mod belief;
 mod camera;
 mod error;
@@ -49,6 +50,7 @@ mod tracker;
 mod tracker_preset;
 
 pub use after_strike::{AfterStrike, AfterStrikeTimes};
+pub use ball_history::{BallHistory, STEPS_AGO};
 pub use belief::{Belief, Estimate, Picture, Rolling};
 pub use camera::{Camera, CameraPreset};
 pub use error::ValueError;

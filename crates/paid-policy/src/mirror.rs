@@ -76,6 +76,7 @@ impl Mirror {
                     Self::of_joints(sides).rows.into_iter().map(shifted).collect()
                 }
                 Shape::Vector => blocks(&[0], vector),
+                Shape::ThreeVectors => blocks(&[0, 1, 2], vector),
                 Shape::Rotation => blocks(&[0], &ROTATION),
                 Shape::BodyVectors => blocks(&sides.bodies, vector),
                 Shape::BodyRotations => blocks(&sides.bodies, &ROTATION),
@@ -255,7 +256,12 @@ mod tests {
                 anchor: pose(5.0),
                 anchor_ang_vel: turning,
             }),
-            scene: Some(SceneView { ball: scene[0], ball_at_strike: scene[1], goal: scene[2] }),
+            scene: Some(SceneView {
+                ball: scene[0],
+                ball_at_strike: scene[1],
+                ball_before: scene,
+                goal: scene[2],
+            }),
         };
         let image = Views {
             robot: RobotView {
@@ -279,6 +285,7 @@ mod tests {
             scene: Some(SceneView {
                 ball: polar(scene[0]),
                 ball_at_strike: polar(scene[1]),
+                ball_before: scene.map(polar),
                 goal: polar(scene[2]),
             }),
         };

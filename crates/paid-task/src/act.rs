@@ -21,6 +21,9 @@ impl<V: Real> Kernel for Act<'_, V> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
+        if let Some(before) = &mut self.group.balls_before {
+            before.advance();
+        }
         let control = &self.config.control;
         for j in 0..self.config.joints() {
             let m = self.config.to_model[j];

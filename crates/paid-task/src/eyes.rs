@@ -168,10 +168,7 @@ pub(crate) fn seen_scene<V: Real>(
     let at_strike = ball + predicted_displacement(Vec3([vx, vy, V::zero()]), wait);
     let BodyPose { pos, rot } = eyes.estimated(&pose(base));
     let base = Pose { pos, rot };
-    let scene = SceneView {
-        ball: base.point_in_body(ball),
-        ball_at_strike: base.point_in_body(at_strike),
-        goal: base.point_in_body(goal),
-    };
+    let mut scene = SceneView::new(base.point_in_body(ball), base.point_in_body(goal));
+    scene.ball_at_strike = base.point_in_body(at_strike);
     (scene, base)
 }

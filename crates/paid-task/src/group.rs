@@ -6,6 +6,7 @@ use paid_perceive::Eyes;
 use crate::REWARD_TERMS;
 use crate::after_strike::ShownBall;
 use crate::anchoring::LaneAnchoring;
+use crate::ball_before::BallsBefore;
 use crate::camera::CameraState;
 use crate::config::TaskConfig;
 use crate::delay::Delays;
@@ -46,6 +47,8 @@ pub(crate) struct GroupTask<V> {
     pub camera: Option<CameraState<V>>,
     /// Where the ball lay at the strike, where the preset shows that.
     pub shown_ball: Option<ShownBall<V>>,
+    /// Where the ball was shown before, where an observation has that.
+    pub balls_before: Option<BallsBefore<V>>,
     /// Ball and goal through the robot's eyes, where the preset's knowledge is perceived.
     pub eyes: Option<Eyes<V>>,
     /// Ball and goal as an evaluation shows them.
@@ -80,6 +83,7 @@ impl<V: Real> GroupTask<V> {
             memory: BallMemory::new(),
             camera: CameraState::new(config),
             shown_ball: ShownBall::new(config),
+            balls_before: BallsBefore::new(config),
             eyes: config.preset.perceives().then(|| Eyes::new(&config.preset.eyes, config.dt_s)),
             shown: None,
             delays: Delays::new(config),
@@ -105,6 +109,7 @@ impl<V: Real> GroupTask<V> {
         fields.extend(self.camera.iter_mut().flat_map(CameraState::fields));
         fields.extend(self.delays.iter_mut().flat_map(Delays::fields));
         fields.extend(self.shown_ball.iter_mut().flat_map(ShownBall::fields));
+        fields.extend(self.balls_before.iter_mut().flat_map(BallsBefore::fields));
         fields.extend(self.eyes.iter_mut().flat_map(Eyes::fields));
         fields
     }

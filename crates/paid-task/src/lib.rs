@@ -7,6 +7,7 @@ mod act;
 mod after_strike;
 mod agent;
 mod anchoring;
+mod ball_before;
 mod ball_preset;
 mod camera;
 mod codec;

@@ -142,13 +142,12 @@ pub(crate) fn in_base<V: Real>(state: &GroupState<V>, point: Vec3<V>) -> Vec3<V>
 /// Ball and goal in truth.
 #[inline(always)]
 fn true_scene<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTask<V>) -> SceneView<V> {
-    let ball = in_base(state, state.ball.pos);
-    let ball_at_strike = if config.observations.predicts {
-        in_base(state, state.ball.pos + predicted_displacement(state.ball.vel, group.prediction_s))
-    } else {
-        ball
-    };
-    SceneView { ball, ball_at_strike, goal: in_base(state, group.goal) }
+    let mut scene = SceneView::new(in_base(state, state.ball.pos), in_base(state, group.goal));
+    if config.observations.predicts {
+        let displacement = predicted_displacement(state.ball.vel, group.prediction_s);
+        scene.ball_at_strike = in_base(state, state.ball.pos + displacement);
+    }
+    scene
 }
 
 /// A feature-major matrix seen from one lane group: each number is the group's lanes of the next row.
@@ -243,6 +242,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
             (None, None) => (self.perceived.unwrap_or(truth), base),
         };
         group.show_after_strike(config, [&base, &believed_base], &mut truth, &mut seen);
+        group.show_before([&base, &believed_base], &mut truth, &mut seen);
         let views = Views {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),

@@ -15,8 +15,7 @@ pub(crate) struct ShownScene<V> {
 impl<V: Real> ShownScene<V> {
     /// Nothing yet: zeros.
     pub(crate) fn new() -> Self {
-        let zero = Vec3::zero();
-        Self { scene: SceneView { ball: zero, ball_at_strike: zero, goal: zero }, base: Pose::identity() }
+        Self { scene: SceneView::new(Vec3::zero(), Vec3::zero()), base: Pose::identity() }
     }
 
     /// Takes in what is shown to one lane.

@@ -398,8 +398,10 @@ fn the_next_kick_begins_with_a_first_look_of_its_own_number() {
 
 /// Ball and goal as somebody else believes them, in the base frame.
 fn shown_scene(ball: [f64; 3]) -> Shown {
-    let scene =
-        SceneView { ball: Vec3(ball), ball_at_strike: Vec3([1.0, 2.0, 3.0]), goal: Vec3([4.0, 0.5, -0.6]) };
+    let scene = SceneView {
+        ball_at_strike: Vec3([1.0, 2.0, 3.0]),
+        ..SceneView::new(Vec3(ball), Vec3([4.0, 0.5, -0.6]))
+    };
     Shown { scene, base: Pose { pos: Vec3([5.0, 6.0, 0.8]), rot: Mat3::identity() } }
 }
 

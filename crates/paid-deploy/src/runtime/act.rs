@@ -75,6 +75,7 @@ impl Runtime {
             self.done.fill(0.0);
         }
         self.memory.reset(0);
+        self.sight.history.reset_lane(0);
         self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
         if self.controller == Controller::Policy {
             // Memory and motion change from one step to the next.
@@ -247,5 +248,5 @@ impl Runtime {
 /// Ball and goal straight ahead, for a robot that has lost itself.
 fn nothing() -> SceneView<f64> {
     let ball = Pose::identity().point_in_world(Vec3([1.0, 0.0, -0.65]));
-    SceneView { ball, ball_at_strike: ball, goal: Vec3([5.0, 0.0, -0.65]) }
+    SceneView::new(ball, Vec3([5.0, 0.0, -0.65]))
 }

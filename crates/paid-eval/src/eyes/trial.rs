@@ -276,11 +276,9 @@ fn scene(believed: &Believed, goal: [f64; 2], rolling: &Rolling, to_contact_s: f
     let wait = effective_time(to_contact_s, rolling.decay);
     let then = now + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
     let base = paid_policy::Pose { pos: base.pos, rot: base.rot };
-    let scene = SceneView {
-        ball: base.point_in_body(now),
-        ball_at_strike: base.point_in_body(then),
-        goal: base.point_in_body(Vec3([goal[0], goal[1], z])),
-    };
+    let goal = base.point_in_body(Vec3([goal[0], goal[1], z]));
+    let mut scene = SceneView::new(base.point_in_body(now), goal);
+    scene.ball_at_strike = base.point_in_body(then);
     Some(Shown { scene, base })
 }
 

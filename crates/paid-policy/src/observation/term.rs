@@ -61,6 +61,8 @@ pub enum Shape {
     Joints,
     /// x, y, z.
     Vector,
+    /// x, y, z of each of three moments, the latest first.
+    ThreeVectors,
     /// The first two columns of a rotation, row by row.
     Rotation,
     /// x, y, z per tracked body.
@@ -75,6 +77,7 @@ impl Shape {
         match self {
             Self::Joints => dimensions.joints,
             Self::Vector => 3,
+            Self::ThreeVectors => 9,
             Self::Rotation => 6,
             Self::BodyVectors => 3 * dimensions.bodies,
             Self::BodyRotations => 6 * dimensions.bodies,
@@ -86,6 +89,7 @@ impl Shape {
         match self {
             Self::Joints => "joints",
             Self::Vector => "x,y,z",
+            Self::ThreeVectors => "three moments, the latest first; x,y,z",
             Self::Rotation => "first two columns of the rotation, row by row",
             Self::BodyVectors => "tracked bodies; x,y,z",
             Self::BodyRotations => "tracked bodies; first two columns of the rotation, row by row",

@@ -304,6 +304,9 @@ pub(crate) fn begin_to_see<V: Real>(
     if let Some(camera) = &mut task.camera {
         camera.reset_lane(lane, [ball, goal], &pose, config, rng);
     }
+    if let Some(before) = &mut task.balls_before {
+        before.reset_lane(lane);
+    }
     if let Some(shown) = &mut task.shown_ball {
         shown.reset_lane(lane, start.struck.map_or(start.state.ball_pos, |struck| struck.lay));
     }

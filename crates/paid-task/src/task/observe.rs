@@ -144,7 +144,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         }
         let (state, task) = (self.sim.state(group), &self.groups[group]);
         let [ball, goal] = task.remembered(&self.config, state);
-        let mut scene = SceneView { ball, ball_at_strike: ball, goal };
+        let mut scene = SceneView::new(ball, goal);
         if self.config.observations.predicts {
             let mut velocity = state.ball.vel;
             if preset.gaussian {

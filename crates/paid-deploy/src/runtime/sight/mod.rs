@@ -9,7 +9,7 @@ mod place;
 mod tests;
 
 use paid_lanes::Vec3;
-use paid_perceive::{AfterStrike, Belief, effective_time, predicted_displacement};
+use paid_perceive::{AfterStrike, BallHistory, Belief, effective_time, predicted_displacement};
 use paid_policy::{Pose, SceneView};
 use paid_task::RollingBall;
 
@@ -28,11 +28,19 @@ pub(crate) struct Sight {
     pub goal: Option<[f64; 2]>,
     /// What is shown of the ball after the strike.
     pub after_strike: AfterStrike<f64>,
+    /// Where the ball was shown at the policy's last steps.
+    pub history: BallHistory<f64>,
 }
 
 impl Sight {
     pub fn new(player: &Player) -> Self {
-        Self { place: Place::new(), ball: Ball::new(player), goal: None, after_strike: AfterStrike::new() }
+        Self {
+            place: Place::new(),
+            ball: Ball::new(player),
+            goal: None,
+            after_strike: AfterStrike::new(),
+            history: BallHistory::new(),
+        }
     }
 
     /// Takes in a pose of the pelvis.
@@ -46,6 +54,7 @@ impl Sight {
             // What was known in the old frame means nothing in the new one.
             self.goal = None;
             self.ball.forget_report();
+            self.history.reset_lane(0);
         }
     }
 
@@ -140,10 +149,13 @@ impl Sight {
             ball = self.after_strike.shown(ball, to_strike_s, times);
             at_strike = self.after_strike.shown(at_strike, to_strike_s, times);
         }
+        let before = self.history.look(ball);
+        self.history.advance();
         let [gx, gy] = self.goal.unwrap_or_default();
         SceneView {
             ball: base.point_in_body(ball),
             ball_at_strike: base.point_in_body(at_strike),
+            ball_before: before.map(|place| base.point_in_body(place)),
             goal: base.point_in_body(Vec3([gx, gy, self.ball.height()])),
         }
     }
