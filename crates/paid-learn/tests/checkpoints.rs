@@ -223,3 +223,36 @@ fn a_learner_that_forgot_its_shards_can_be_saved() {
     learner.save(&path, &[]).unwrap();
     assert_eq!(Checkpoint::load(&path).unwrap().policy().unwrap().params, learner.policy().params);
 }
+
+#[test]
+fn a_policy_with_new_inputs_does_what_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("two.safetensors");
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+        let config = config(kind, &[8]);
+        let mut learner = Learner::new(2, 2, 1, &config, 4).unwrap();
+        learner.iterate(&mut recalls(), 2).unwrap();
+        learner.save(&path, &[("preset", b"x")]).unwrap();
+        let before = Checkpoint::load(&path).unwrap();
+        let after = before.with_policy_inputs(&[None, Some(1), None, Some(0)]).unwrap();
+        assert_eq!((after.meta().policy_obs, after.blob("preset")), (4, Some(&b"x"[..])));
+        let (one, two) = (before.policy().unwrap(), after.policy().unwrap());
+        let (mut memory, mut other_memory) = (one.start(1), two.start(1));
+        for step in 0..4_i16 {
+            let [a, b] = [0.3 * f32::from(step), 1.0 - f32::from(step)];
+            let (mut out, mut other) = ([0.0], [0.0]);
+            one.act(&[a, b], &mut memory, &mut out);
+            two.act(&[5.0, b, -7.0, a], &mut other_memory, &mut other);
+            assert!(out[0] != 0.0 && (out[0] - other[0]).abs() < 1e-6, "{kind:?} {step}: {out:?} {other:?}");
+        }
+        // The critic's inputs are the same; what was for resuming is gone.
+        let mut next = Learner::new(4, 2, 1, &config, 9).unwrap();
+        next.load_weights(&after).unwrap();
+        assert_eq!(next.critic().params, learner.critic().params);
+        assert!(next.restore(&after).is_err());
+        // New inputs learn from their own beginning on: the normalizer takes them for normalized.
+        let normalizer = after.normalizer("policy", 4).unwrap();
+        assert_eq!(normalizer.mean()[0], 0.0);
+        assert!((normalizer.inv_std()[0] - 1.0 / 1.01).abs() < 1e-6);
+    }
+}

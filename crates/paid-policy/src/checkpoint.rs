@@ -181,6 +181,44 @@ impl Checkpoint {
         Ok(mean)
     }
 
+    /// The same with other inputs of the policy, for a start with these weights: input `k` is the one numbered `from[k]` here, or a
+    /// new one, which weighs nothing and counts as normalized. What is for resuming is left out.
+    ///
+    /// # Errors
+    /// If a tensor is missing, has another shape or is not finite.
+    ///
+    /// # Panics
+    /// If `from` names an input that there is not.
+    pub fn with_policy_inputs(&self, from: &[Option<usize>]) -> Result<Self, CheckpointError> {
+        let (old, new) = (self.meta.policy_obs, from.len());
+        let rearranged = |row: &[f64], unknown: f64| -> Vec<f64> {
+            from.iter().map(|&k| k.map_or(unknown, |k| row[k])).collect()
+        };
+        let mut other = self.clone();
+        other.file.tensors.retain(|name, _| name.starts_with("blob.") || is_weight(name));
+        let net = Network::new(old, self.meta.actions, &self.meta.actor);
+        let first = &net.layout().tensors()[0];
+        let (name, outputs) = (format!("actor.{}", first.name), first.shape[0]);
+        let weights: Vec<f32> = self
+            .file
+            .numbers(&name, &[outputs, old])?
+            .chunks(old)
+            .flat_map(|row| rearranged(row, 0.0))
+            .map(|x| x as f32)
+            .collect();
+        other.file.put_f32s(name, &[outputs, new], &weights);
+        let moments = self.normalizer("policy", old)?.moments().clone();
+        other.file.put_f64s("normalizer.policy.mean", &[new], &rearranged(&moments.mean, 0.0));
+        other.file.put_f64s("normalizer.policy.m2", &[new], &rearranged(&moments.m2, moments.count));
+        other.meta.policy_obs = new;
+        let text = serde_json::to_string(&other.meta).map_err(|error| CheckpointError::Format {
+            path: self.file.path.clone(),
+            reason: error.to_string(),
+        })?;
+        other.file.metadata.insert("paid".to_owned(), text);
+        Ok(other)
+    }
+
     /// Writes weights and normalizers with the caller's `blobs` and nothing else: enough for evaluation, export and
     /// a start with these weights, not for resuming. States of environments, which come from motions, stay behind.
     ///

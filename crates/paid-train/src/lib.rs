@@ -13,6 +13,7 @@ mod error;
 pub mod events;
 pub mod explain;
 pub mod folder;
+mod inputs;
 pub mod judge;
 pub mod load;
 pub mod meeting;

@@ -11,6 +11,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::folder::PRESET_FILE;
+use crate::inputs::inputs_from;
 use crate::progress::{Progress, describe};
 use crate::{LossRecord, Record, RunPreset, TrainError};
 
@@ -357,13 +358,20 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
 
     /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
     /// stay fresh. So does the noise where the ball is new: a policy that has learned to follow motions ends with little, and does not
-    /// find the strike with it.
+    /// find the strike with it. A policy that observes more terms than the checkpoint's begins with weights of zero for the new ones.
     ///
     /// # Errors
     /// If it holds no preset or is of other networks.
     pub fn start_from(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         let before = RunPreset::of_checkpoint(checkpoint)?;
-        self.learner.load_weights(checkpoint)?;
+        let lists = [&before, &self.preset].map(|preset| &preset.task.observations.policy);
+        let meta = checkpoint.meta();
+        match inputs_from(lists[0], lists[1], meta.actions) {
+            Some(from) if from.iter().flatten().count() == meta.policy_obs => {
+                self.learner.load_weights(&checkpoint.with_policy_inputs(&from)?)?;
+            }
+            _ => self.learner.load_weights(checkpoint)?,
+        }
         if self.preset.task.scene.ball && !before.task.scene.ball {
             let std = self.preset.learn.ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;
