@@ -79,15 +79,14 @@ fn an_optional_entry_without_its_file_is_left_out_and_named() {
 fn the_shipped_plans_fit() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
     for (name, rows) in [
-        ("paper.toml", 8),
+        ("paper.toml", 7),
         ("short.toml", 7),
         ("ablations.toml", 32),
         ("fewer_samples.toml", 11),
         ("environments.toml", 5),
         ("mirror.toml", 2),
-        ("stage2_tries.toml", 6),
+        ("stage2_tries.toml", 7),
         ("iterations.toml", 4),
-        ("iterations_stage2.toml", 3),
     ] {
         let plan = Plan::read(&folder.join(name)).expect(name);
         assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
@@ -219,9 +218,8 @@ fn the_papers_plan_trains_what_the_pilots_chose() {
     let plan = Plan::read(&folder.join("paper.toml")).expect("reads");
     let contenders = plan.contenders(&folder, None).expect("fits");
     let of = |name: &str| &contenders.iter().find(|c| c.name == name).expect(name).stages[0];
-    for name in ["AMP", "AMP, Wasserstein"] {
-        assert_eq!(of(name).amp.as_ref().map(|amp| amp.style), Some(2.0), "{name}");
-    }
+    let amp = of("AMP").amp.as_ref().expect("a discriminator");
+    assert_eq!((amp.style, format!("{:?}", amp.discriminator.formulation).as_str()), (2.0, "Wasserstein"));
     let single = &of("Single-Stage").learn.ppo;
     assert_eq!((single.initial_std, single.max_std), (0.5, 0.5));
 }
