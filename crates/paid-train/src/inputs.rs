@@ -1,7 +1,7 @@
 //! A policy that is to see more than the one it starts from.
 
-use paid_policy::Dimensions;
 use paid_policy::observation::{ObservationId, Shape};
+use paid_policy::{Dimensions, ObservationTerms};
 
 /// For each number of the observation `now` its number in the observation `before`, `None` for those of new terms; or `None` if `now`
 /// lacks a term of `before`, or has none beside them.
@@ -13,15 +13,16 @@ pub(crate) fn inputs_from(
     if now.len() <= before.len() || before.iter().any(|id| !now.contains(id)) {
         return None;
     }
-    let bodies = |id: &&ObservationId| matches!(id.info().shape, Shape::BodyVectors | Shape::BodyRotations);
-    if now.iter().any(|id| bodies(&id)) {
+    let of_bodies = |id: &ObservationId| matches!(id.info().shape, Shape::BodyVectors | Shape::BodyRotations);
+    if now.iter().any(of_bodies) {
         return None; // what only a simulator knows: no policy has it
     }
-    let size = |id: &ObservationId| id.info().shape.size(Dimensions { joints, bodies: 0 });
+    let terms = |list| ObservationTerms::new(list, Dimensions { joints, bodies: 0 });
+    let (before, now) = (terms(before), terms(now));
     let mut from = Vec::new();
-    for id in now {
-        let first = before.iter().position(|other| other == id).map(|at| before[..at].iter().map(size).sum());
-        from.extend((0..size(id)).map(|k| first.map(|first: usize| first + k)));
+    for term in now.terms() {
+        let place = before.place(&term.name);
+        from.extend((0..term.size).map(|k| place.as_ref().map(|place| place.start + k)));
     }
     Some(from)
 }
