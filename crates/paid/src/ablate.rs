@@ -9,13 +9,14 @@ use paid_eval::ablation::{
     variant_preset,
 };
 use paid_eval::file::write_whole;
-use paid_eval::monitor::Monitor;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_train::folder::PRESET_FILE;
 use paid_train::{Alone, End, Limits, StageJob, Start, train_stage};
 
+use crate::eval::progress::Progress;
 use crate::failure::Failure;
+use crate::stage_progress::StageProgress;
 use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
 use crate::train::motions_value;
@@ -49,6 +50,9 @@ pub struct Args {
     /// Print the table as one line of JSON.
     #[arg(long)]
     json: bool,
+    /// Print no progress, only the table.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// How policies are judged.
@@ -130,7 +134,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             )));
         }
         let start = if taken { Start::Resume } else { Start::From(args.from.clone()) };
-        let iterations = preset.run.iterations;
         let job = StageJob {
             preset,
             out: folder.clone(),
@@ -139,15 +142,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             threads,
             ranks: Arc::new(Alone),
         };
-        let mut said = 0;
-        let outcome = train_stage(&job, &stop, &mut |record| {
-            let tenth = record.iteration * 10 / iterations.max(1);
-            if tenth > said {
-                said = tenth;
-                eprintln!("{variant}: {}% of {iterations} iterations", 10 * tenth);
-            }
-        })
-        .map_err(Failure::input)?;
+        let mut progress = StageProgress::new(variant.to_owned(), args.quiet);
+        let outcome =
+            train_stage(&job, &stop, &mut |record| progress.tell(record)).map_err(Failure::input)?;
         if outcome.end == End::Stopped {
             return Ok(ExitCode::from(STOPPED));
         }
@@ -158,16 +155,18 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             let score = match known {
                 Some(score) => score,
                 None => {
-                    let monitor = Monitor::stopped_by(stop::flag()?);
-                    let Some(score) = judge.score(variant, surface, outcome.samples, &monitor)? else {
-                        return Ok(ExitCode::from(STOPPED));
-                    };
+                    let (monitor, progress) = Progress::start(args.quiet)?;
+                    let score = judge.score(variant, surface, outcome.samples, &monitor);
+                    progress.finish();
+                    let Some(score) = score? else { return Ok(ExitCode::from(STOPPED)) };
                     let text = serde_json::to_string_pretty(&score).map_err(Failure::input)?;
                     write_whole(&file, text.as_bytes())?;
                     score
                 }
             };
-            eprintln!("{variant}, {surface}: {}", score.workspace.text());
+            if !args.quiet {
+                eprintln!("{variant}, {surface}: {}", score.workspace.text());
+            }
             scores.scores.push(score);
         }
     }

@@ -9,13 +9,13 @@ use paid_eval::compare::curves::{self, Course};
 use paid_eval::compare::{Comparison, Contender, Plan, Row, Scores, films};
 use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
-use paid_eval::monitor::Monitor;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
 use paid_train::Scene;
 use paid_train::meeting::{Introduction, meet};
 
+use crate::eval::progress::Progress;
 use crate::failure::Failure;
 use crate::ranks::{self, Joined};
 use crate::stop::{self, STOPPED};
@@ -46,6 +46,9 @@ pub struct Args {
     /// Print the comparison as one line of JSON.
     #[arg(long)]
     json: bool,
+    /// Print no progress, only the comparison.
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// Trains and judges every entry, or takes up what an earlier call left. Of several processes each takes its share of the entries, and
@@ -165,7 +168,7 @@ fn work(args: &Args, plan: &Plan, part: &Part, name: &str, threads: usize) -> Re
         Some(scores) => scores,
         None => {
             let contender = &part.contender;
-            let trained = stages::train(&args.out, contender, name, threads, &stop::flag()?)?;
+            let trained = stages::train(&args.out, contender, name, threads, args.quiet, &stop::flag()?)?;
             let Some((policy, samples)) = trained else { return Ok(false) };
             let motions = contender.motions(args.motions.as_deref());
             let spec = SubjectSpec { motions, threads, ..SubjectSpec::new(policy) };
@@ -175,6 +178,9 @@ fn work(args: &Args, plan: &Plan, part: &Part, name: &str, threads: usize) -> Re
             }
         }
     };
+    if args.quiet {
+        return Ok(true);
+    }
     for judgment in &scores.judgments {
         let goals = [judgment.fixed, judgment.rolling].map(|shots| shots.goals.text());
         eprintln!("{name}, {:?}: static {}, rolling {}", judgment.knowledge, goals[0], goals[1]);
@@ -232,14 +238,15 @@ fn score(
     spec: &SubjectSpec,
     samples: &[u64],
 ) -> Result<Option<Scores>, Failure> {
-    let monitor = Monitor::stopped_by(stop::flag()?);
+    let (monitor, progress) = Progress::start(args.quiet)?;
     let (judge, folder) = (&plan.judge, args.out.join(&part.contender.folder));
     let scores = if part.contender.tracks {
-        Scores::track(judge, spec, samples, &monitor)?
+        Scores::track(judge, spec, samples, &monitor)
     } else {
-        Scores::judge(judge, spec, samples, &folder, &monitor)?
+        Scores::judge(judge, spec, samples, &folder, &monitor)
     };
-    let Some(scores) = scores else { return Ok(None) };
+    progress.finish();
+    let Some(scores) = scores? else { return Ok(None) };
     let scores = Scores { of: part.of.clone(), ..scores };
     let text = serde_json::to_string_pretty(&scores).map_err(Failure::input)?;
     write_whole(&folder.join(SCORES), text.as_bytes())?;

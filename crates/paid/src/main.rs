@@ -19,6 +19,7 @@ mod perceive;
 mod play;
 mod ranks;
 mod robot;
+mod stage_progress;
 mod stop;
 mod sysid;
 mod task;

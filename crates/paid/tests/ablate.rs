@@ -45,7 +45,9 @@ fn three_variants_are_trained_judged_and_not_done_twice() {
     let changed = before.replace("\"surface\": \"hard\"", "\"surface\": \"known\"");
     assert_ne!(changed, before);
     fs::write(&file, &changed).expect("writes");
-    let json = succeeds(&paid(folder.path(), &small(&[&line[..], &["--json"]].concat())));
+    let output = paid(folder.path(), &small(&[&line[..], &["--json", "--quiet"]].concat()));
+    let json = succeeds(&output);
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
     let report: serde_json::Value = serde_json::from_str(json.trim()).expect("JSON");
     let scores = report["scores"].as_array().expect("scores");
     assert_eq!(scores.len(), 6);

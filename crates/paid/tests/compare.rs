@@ -43,7 +43,14 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
     let folder = tempfile::tempdir().expect("folder");
     fs::write(folder.path().join("plan.toml"), PLAN).expect("writes");
     let line = ["compare", "plan.toml", "--out", "out", "--threads", "1"];
-    let table = succeeds(&paid(folder.path(), &line));
+    let output = paid(folder.path(), &line);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    for progress in
+        ["1 of 3: Without clips, seed 1, pure_rl: 50% of 2 iterations", ", stage2: 100% of 1 iterations"]
+    {
+        assert!(said.contains(progress), "{progress}: {said}");
+    }
+    let table = succeeds(&output);
     for word in
         ["a small comparison", "Without clips", "AMP", "Two stages", "truth", "33.0%", "46.8%", "the clips"]
     {
@@ -73,7 +80,9 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
             fs::remove_file(entry.path()).expect("removes");
         }
     }
-    let json = succeeds(&paid(folder.path(), &[&line[..], &["--json"]].concat()));
+    let output = paid(folder.path(), &[&line[..], &["--json", "--quiet"]].concat());
+    let json = succeeds(&output);
+    assert_eq!(String::from_utf8_lossy(&output.stderr), "");
     let report: serde_json::Value = serde_json::from_str(json.trim()).expect("JSON");
     assert_eq!(report["rows"][1]["scores"]["judgments"][0]["fixed"]["accuracy"], 0.125);
     assert_eq!(one("out/amp/seed-1/amp/metrics.jsonl").lines().count(), 2);
@@ -226,9 +235,8 @@ fn a_killed_comparison_goes_on_and_repeats_no_finished_part() {
         .expect("starts");
     let log = path.join("out/amp/seed-1/amp/metrics.jsonl");
     let iterations = || fs::read_to_string(&log).map_or(0, |text| text.lines().count());
-    let begun = std::time::Instant::now();
     while iterations() < 3 {
-        assert!(begun.elapsed().as_secs() < 120 && child.try_wait().expect("a child").is_none());
+        assert!(child.try_wait().expect("a child").is_none(), "it ended before its third iteration");
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     child.kill().expect("killed");

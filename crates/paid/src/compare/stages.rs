@@ -13,6 +13,7 @@ use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{Alone, End, Limits, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
+use crate::stage_progress::StageProgress;
 
 /// Where a stage of a contender is trained.
 pub fn run_folder(out: &Path, contender: &Contender, preset: &RunPreset) -> PathBuf {
@@ -61,12 +62,14 @@ fn carried(folder: &Path, preset: &RunPreset) -> Result<Option<(PathBuf, u64)>, 
     }
 }
 
-/// Trains what is to be trained. The policy and the samples of its stages; `None` after Ctrl-C.
+/// Trains what is to be trained, and tells the progress under `name` unless `quiet`. The policy and the samples of its stages; `None` after
+/// Ctrl-C.
 pub fn train(
     out: &Path,
     contender: &Contender,
     name: &str,
     threads: usize,
+    quiet: bool,
     stop: &Arc<AtomicBool>,
 ) -> Result<Option<(PathBuf, Vec<u64>)>, Failure> {
     if let Some(policy) = &contender.policy {
@@ -82,7 +85,6 @@ pub fn train(
         }
         let start =
             if has_run(&folder) { Start::Resume } else { before.take().map_or(Start::Fresh, Start::From) };
-        let (stage, iterations) = (&preset.stage, preset.run.iterations);
         let job = StageJob {
             preset: preset.clone(),
             out: folder.clone(),
@@ -91,19 +93,8 @@ pub fn train(
             threads,
             ranks: Arc::new(Alone),
         };
-        let mut said = 0;
-        let outcome = train_stage(&job, stop, &mut |record| {
-            let tenth = record.iteration * 10 / iterations.max(1);
-            if tenth > said {
-                said = tenth;
-                let minutes = record.eta_s / 60.0;
-                eprintln!(
-                    "{name}, {stage}: {}% of {iterations} iterations, {minutes:.0} min left",
-                    10 * tenth
-                );
-            }
-        })
-        .map_err(Failure::input)?;
+        let mut progress = StageProgress::new(format!("{name}, {}", preset.stage), quiet);
+        let outcome = train_stage(&job, stop, &mut |record| progress.tell(record)).map_err(Failure::input)?;
         if outcome.end == End::Stopped {
             return Ok(None);
         }

@@ -14,7 +14,7 @@ mod matches;
 pub mod out;
 mod panel;
 mod policy_file;
-mod progress;
+pub mod progress;
 mod protocol;
 pub mod shoot;
 pub mod subject;
