@@ -12,7 +12,7 @@ use crate::folder::PRESET_FILE;
 use crate::{RunPreset, TrainError};
 
 /// Run presets that the binary carries: name, file and TOML text.
-pub const BUILTIN: [(&str, &str, &str); 16] = [
+pub const BUILTIN: [(&str, &str, &str); 17] = [
     ("paper_stage1", "paper_stage1.toml", include_str!("../../../configs/presets/paper_stage1.toml")),
     ("paper_stage2", "paper_stage2.toml", include_str!("../../../configs/presets/paper_stage2.toml")),
     ("stage1", "stage1.toml", include_str!("../../../configs/presets/stage1.toml")),
@@ -35,6 +35,11 @@ pub const BUILTIN: [(&str, &str, &str); 16] = [
         include_str!("../../../configs/presets/stage3_no_noise.toml"),
     ),
     ("pure_rl", "pure_rl.toml", include_str!("../../../configs/presets/pure_rl.toml")),
+    (
+        "pure_rl_scattered",
+        "pure_rl_scattered.toml",
+        include_str!("../../../configs/presets/pure_rl_scattered.toml"),
+    ),
     ("amp", "amp.toml", include_str!("../../../configs/presets/amp.toml")),
     ("single_stage", "single_stage.toml", include_str!("../../../configs/presets/single_stage.toml")),
 ];

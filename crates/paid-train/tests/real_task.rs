@@ -98,6 +98,32 @@ fn baselines_train_as_they_stand_and_a_style_reward_survives_an_interruption() {
     }
 }
 
+/// The second stage changes the scene and what is seen of it, and nothing of what is paid.
+#[test]
+fn pure_rl_goes_on_in_scenes_that_are_scattered_as_those_of_stage2() {
+    let folder = tempfile::tempdir().expect("folder");
+    let sets = ["run.envs=64", "run.shards=4", "run.iterations=2", "run.checkpoint_interval=1"];
+    let resolve = |name: &str| RunPreset::resolve(name, &sets.map(str::to_owned)).expect("resolves");
+    let (first, second) = (resolve("pure_rl"), resolve("pure_rl_scattered"));
+    assert_eq!(first.task.rewards, second.task.rewards);
+    assert_eq!(first.task.observations.policy, second.task.observations.policy);
+    let ours = &resolve("stage2").phases[0].values["task"];
+    let own = toml::Value::try_from(&second.task).expect("TOML");
+    for table in ["randomization", "eyes"] {
+        for (key, value) in ours[table].as_table().expect("a table") {
+            let own = &own[table][key];
+            // Of the odometry stage2 changes some keys.
+            match value.as_table() {
+                Some(keys) => assert!(keys.iter().all(|(k, v)| own.get(k) == Some(v)), "{key}"),
+                None => assert_eq!(own, value, "{key}"),
+            }
+        }
+    }
+    run(folder.path().join("one"), &first, Start::Fresh, 2, u64::MAX);
+    let two = run(folder.path().join("two"), &second, Start::From(folder.path().join("one")), 2, u64::MAX);
+    assert_eq!((two.end, two.samples), (End::Done, 2 * 64 * 24));
+}
+
 #[test]
 fn a_style_reward_and_what_it_sees_go_together() {
     let refused =

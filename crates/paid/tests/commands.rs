@@ -72,7 +72,7 @@ fn a_preset_or_a_run_of_the_other_stage_is_refused_before_anything_is_trained() 
     let base = ["train", "--motions", "motions", "--iterations", "1", "--quiet"];
     let error = refuses(&paid(folder.path(), &small(&[&base[..], &["--stage1-preset", "stage2"]].concat())));
     assert!(error.contains("--stage1-preset stage2: Stage I follows motions without a ball"), "{error}");
-    for preset in ["stage2", "amp", "pure_rl", "single_stage"] {
+    for preset in ["stage2", "amp", "pure_rl", "pure_rl_scattered", "single_stage"] {
         let error = refuses(&paid(folder.path(), &["train", "stage1", "--preset", preset, "--explain"]));
         assert!(error.contains(&format!("--preset {preset}: Stage I follows motions")), "{error}");
         succeeds(&paid(folder.path(), &["train", "stage2", "--preset", preset, "--explain"]));

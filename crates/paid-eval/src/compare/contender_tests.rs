@@ -217,9 +217,17 @@ fn the_papers_plan_trains_what_the_pilots_chose() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
     let plan = Plan::read(&folder.join("paper.toml")).expect("reads");
     let contenders = plan.contenders(&folder, None).expect("fits");
-    let of = |name: &str| &contenders.iter().find(|c| c.name == name).expect(name).stages[0];
-    let amp = of("AMP").amp.as_ref().expect("a discriminator");
-    assert_eq!((amp.style, format!("{:?}", amp.discriminator.formulation).as_str()), (2.0, "Wasserstein"));
-    let single = &of("Single-Stage").learn.ppo;
+    let of = |name: &str| &contenders.iter().find(|c| c.name == name).expect(name).stages;
+    for stage in of("AMP") {
+        let amp = stage.amp.as_ref().expect("a discriminator");
+        let formulation = format!("{:?}", amp.discriminator.formulation);
+        assert_eq!((amp.style, formulation.as_str()), (2.0, "Wasserstein"), "{}", stage.stage);
+    }
+    let seen = |stage: usize| (&of("AMP")[stage].task.observations, &of("AMP")[stage].task.rewards);
+    assert_eq!(seen(0).0.style, seen(1).0.style);
+    assert_eq!(seen(0).1, seen(1).1);
+    let lengths = |name: &str| of(name).iter().map(|stage| stage.run.iterations).collect::<Vec<_>>();
+    assert_eq!((lengths("Pure RL"), lengths("AMP")), (vec![6700, 2000], vec![6700, 2000]));
+    let single = &of("Single-Stage")[0].learn.ppo;
     assert_eq!((single.initial_std, single.max_std), (0.5, 0.5));
 }
