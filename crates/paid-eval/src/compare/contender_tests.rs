@@ -218,14 +218,12 @@ fn the_papers_plan_trains_what_the_pilots_chose() {
     let plan = Plan::read(&folder.join("paper.toml")).expect("reads");
     let contenders = plan.contenders(&folder, None).expect("fits");
     let of = |name: &str| &contenders.iter().find(|c| c.name == name).expect(name).stages;
-    for stage in of("AMP") {
-        let amp = stage.amp.as_ref().expect("a discriminator");
-        let formulation = format!("{:?}", amp.discriminator.formulation);
-        assert_eq!((amp.style, formulation.as_str()), (2.0, "Wasserstein"), "{}", stage.stage);
-    }
-    let seen = |stage: usize| (&of("AMP")[stage].task.observations, &of("AMP")[stage].task.rewards);
-    assert_eq!(seen(0).0.style, seen(1).0.style);
-    assert_eq!(seen(0).1, seen(1).1);
+    let (first, second) = (&of("AMP")[0], &of("AMP")[1]);
+    let amp = first.amp.as_ref().expect("a discriminator");
+    assert_eq!((amp.style, format!("{:?}", amp.discriminator.formulation).as_str()), (2.0, "Wasserstein"));
+    assert_eq!(first.amp, second.amp);
+    assert_eq!(first.task.observations.style, second.task.observations.style);
+    assert_eq!(first.task.rewards, second.task.rewards);
     let lengths = |name: &str| of(name).iter().map(|stage| stage.run.iterations).collect::<Vec<_>>();
     assert_eq!((lengths("Pure RL"), lengths("AMP")), (vec![6700, 2000], vec![6700, 2000]));
     let single = &of("Single-Stage")[0].learn.ppo;
