@@ -58,6 +58,13 @@ fn what_does_not_go_together_is_refused() {
         ("--height", "1.2", "--height: expected a human's motion"),
         ("--speed-limit", "off", "--speed-limit: expected a human's motion"),
         ("--clip", "foo", "--clip: expected a folder of motions, found the file"),
+        ("--seed", "3", "--seed: expected an episode of a policy (--policy), found the file"),
+        (
+            "--fps",
+            "30",
+            "--fps: expected a file that does not state its rate (.csv, .pkl, .amc), found the file",
+        ),
+        ("--joint-order", "policy", "--joint-order: expected a file that does not state its order"),
     ] {
         let error = refused(&[file, "--record", "a.gif", option, value]);
         assert!(error.contains(expected), "{error}");
