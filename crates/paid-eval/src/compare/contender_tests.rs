@@ -81,7 +81,7 @@ fn the_shipped_plans_fit() {
     for (name, rows) in [
         ("paper.toml", 7),
         ("short.toml", 7),
-        ("ablations.toml", 32),
+        ("ablations.toml", 24),
         ("fewer_samples.toml", 11),
         ("environments.toml", 5),
         ("mirror.toml", 2),
