@@ -79,7 +79,7 @@ fn an_optional_entry_without_its_file_is_left_out_and_named() {
 fn the_shipped_plans_fit() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/compare");
     for (name, rows) in [
-        ("paper.toml", 7),
+        ("paper.toml", 8),
         ("short.toml", 7),
         ("ablations.toml", 24),
         ("fewer_samples.toml", 11),
