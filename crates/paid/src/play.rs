@@ -90,7 +90,7 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 const HUMAN: [&str; 10] =
     ["skeleton", "unit", "height", "from", "to", "slow", "speed_limit", "rate", "label", "license"];
 
-/// The options of an episode that clap does not hold to `--policy`, because each has a default for other commands.
+/// The options of an episode that clap does not hold to `--policy`, as it does the others.
 const EPISODE: [&str; 3] = ["seed", "threads", "isa"];
 
 /// Refuses what was given and would change nothing. Clap's own `requires` and `conflicts_with` are not enough: what conflicts with an
