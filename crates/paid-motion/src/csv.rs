@@ -12,7 +12,7 @@ use std::path::Path;
 
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad_rate};
+use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad_rate, no_other_rate};
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
@@ -147,8 +147,7 @@ impl Reader<'_> {
         }
         match given {
             Some(other) if other != fps => {
-                let expected = format!("no --fps beside the {fps} frames a second that the file states");
-                Err(self.error(stated.fps_line, 1, expected, format!("--fps {other}")))
+                Err(self.error(stated.fps_line, 1, no_other_rate(fps), format!("--fps {other}")))
             }
             _ => Ok(fps),
         }

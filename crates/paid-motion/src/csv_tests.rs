@@ -165,18 +165,18 @@ fn numbers_that_are_no_motions_are_shown_with_line_and_field() {
 
 #[test]
 fn a_frame_rate_beside_the_files_own_must_be_the_same() {
-    let (_dir, path) = written(&["# kick_leg: left\n# fps: 50\n", ROW, ROW].concat());
-    let at = |fps| {
-        read_motion(&path, &model(), &spec(), &ReadOptions { fps: Some(fps), ..ReadOptions::default() })
-    };
-    assert_eq!(at(50.0).expect("the same").fps, 50.0);
-    let error = at(60.0).expect_err("another").to_string();
-    assert!(
-        error.ends_with(
-            "clip.csv:2:1: expected no --fps beside the 50 frames a second that the file states, found --fps 60"
-        ),
-        "{error}"
-    );
+    let (dir, csv) = written(&["# kick_leg: left\n# fps: 50\n", ROW, ROW].concat());
+    let npz = dir.path().join("clip.npz");
+    write_motion(&npz, &steady_clip(5, 50.0, 0.0), &model(), &spec()).expect("written");
+    for (path, place) in [(csv, "clip.csv:2:1"), (npz, "clip.npz: key 'fps'")] {
+        let at = |fps| {
+            read_motion(&path, &model(), &spec(), &ReadOptions { fps: Some(fps), ..ReadOptions::default() })
+        };
+        assert_eq!(at(50.0).expect("the same").fps, 50.0);
+        let error = at(60.0).expect_err("another").to_string();
+        let expected = "expected no --fps beside the 50 frames a second that the file states, found --fps 60";
+        assert!(error.ends_with(&format!("{place}: {expected}")), "{error}");
+    }
 }
 
 #[test]

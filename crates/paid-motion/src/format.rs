@@ -39,7 +39,7 @@ impl std::str::FromStr for JointOrder {
 /// What a file may leave open.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadOptions {
-    /// Frames a second of a CSV or pickle file that does not state it; another than the file's own is an error.
+    /// Frames a second of a CSV or pickle file that does not state it; another than a file's own is an error.
     pub fps: Option<f64>,
     /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
     pub kick_leg: Option<KickLeg>,
@@ -62,7 +62,7 @@ pub fn read_motion(
     let mut head = Vec::new();
     File::open(path).map_err(io)?.take(4).read_to_end(&mut head).map_err(io)?;
     if head == *b"PK\x03\x04" || has_extension(path, "npz") {
-        let (mut clip, labeled) = read_npz(path, model, spec)?;
+        let (mut clip, labeled) = read_npz(path, model, spec, options.fps)?;
         let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
         let leg = if labeled { options.kick_leg } else { options.kick_leg.or_else(fastest) };
         clip.kick_leg = leg.unwrap_or(clip.kick_leg);

@@ -7,7 +7,7 @@ use std::path::Path;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::pickle::{Id, Machine, PickleError, Value};
-use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad, first_bad_rate};
+use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad, first_bad_rate, no_other_rate};
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
@@ -83,8 +83,7 @@ pub fn parse_gmr(
         return Err(error("fps", &expected, fps.to_string()));
     }
     if let Some(given) = options.fps.filter(|given| *given != fps) {
-        let expected = format!("no --fps beside the {fps} frames a second that the file states");
-        return Err(error("fps", &expected, format!("--fps {given}")));
+        return Err(error("fps", &no_other_rate(fps), format!("--fps {given}")));
     }
     let (pos, rot) = (dict.rows("root_pos", 3)?, dict.rows("root_rot", 4)?);
     for (key, rows) in [("root_pos", pos.len() / 3), ("root_rot", rot.len() / 4)] {

@@ -61,13 +61,19 @@ pub fn parse_npz(
     read_arrays(npz, path, model, spec, kick_leg)
 }
 
-/// As [`read_clip`], but the label may be missing: the clip is then labeled `right` and the second value is false.
+/// As [`read_clip`], but the label may be missing: the clip is then labeled `right` and the second value is false. Another frame rate
+/// than the one that is `given` is an error.
 pub(crate) fn read_npz(
     path: &Path,
     model: &RobotModel,
     spec: &RobotSpec,
+    given: Option<f64>,
 ) -> Result<(Clip, bool), MotionError> {
     let mut npz = Npz::open(path)?;
+    let fps = frame_rate(&mut npz)?;
+    if let Some(other) = given.filter(|given| *given != fps) {
+        return Err(npz.error("fps", no_other_rate(fps), format!("--fps {other}")));
+    }
     let labeled = npz.has("kick_leg");
     let kick_leg = if labeled { label(&mut npz)? } else { KickLeg::Right };
     Ok((read_arrays(npz, path, model, spec, kick_leg)?, labeled))
@@ -119,6 +125,11 @@ fn read_arrays(
         body_lin_vel,
         body_ang_vel,
     })
+}
+
+/// What is expected of `--fps` beside a file that states its rate.
+pub(crate) fn no_other_rate(fps: f64) -> String {
+    format!("no --fps beside the {fps} frames a second that the file states")
 }
 
 fn frame_rate(npz: &mut Npz) -> Result<f64, MotionError> {

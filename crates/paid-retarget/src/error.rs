@@ -43,6 +43,18 @@ pub enum RetargetError {
         /// What is there.
         found: String,
     },
+    /// Another frame rate than the file's own.
+    #[error(
+        "{path}: expected no --fps beside the {stated:.1} frames a second that the file states, found --fps {given}"
+    )]
+    Rate {
+        /// The file.
+        path: PathBuf,
+        /// The file's own `[Hz]`.
+        stated: f64,
+        /// The one in the options `[Hz]`.
+        given: f64,
+    },
     /// Points that cannot be read.
     #[error(transparent)]
     Motion(#[from] MotionError),

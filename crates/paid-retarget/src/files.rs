@@ -17,11 +17,14 @@ pub struct HumanOptions {
     /// Meters of a unit of length of a BVH file [default: 0.01, or what a leg says], of an AMC file [default: what its ASF states, or what a leg
     /// says] or of points [default: what the TOML says, else recognized].
     pub unit_m: Option<f64>,
-    /// Frames a second of an AMC file [default: 120] or of points [default: what the files say].
+    /// Frames a second of an AMC file [default: 120] or of points [default: what the files say]. A BVH file states its own; another is an error.
     pub fps: Option<f64>,
     /// The ASF file of an AMC file, or the TOML file of points [default: the one beside it, see [`read_human`]].
     pub skeleton: Option<PathBuf>,
 }
+
+/// How much the rate of a BVH file may be off because its frame time is rounded: 0.0083 s stands for 120 Hz.
+const ROUNDED: f64 = 0.01;
 
 fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
@@ -81,7 +84,13 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
         motion_of_points(path, &read_points(path)?, &skeleton, options)
     } else if is_human_file(path) {
         let unit = options.unit_m.map_or(Unit::Usual(TEXT_UNIT_M), Unit::Told);
-        recognize(parse_bvh(&text(path)?, path, unit.meters())?, unit)
+        let motion = parse_bvh(&text(path)?, path, unit.meters())?;
+        match options.fps {
+            Some(given) if (given - motion.fps).abs() > ROUNDED * given => {
+                Err(RetargetError::Rate { path: path.to_owned(), stated: motion.fps, given })
+            }
+            _ => recognize(motion, unit),
+        }
     } else {
         Err(RetargetError::Extension { path: path.to_owned() })
     }

@@ -186,3 +186,14 @@ fn a_player_who_lies_on_the_floor_is_not_stood_up() {
         );
     }
 }
+
+#[test]
+fn a_frame_rate_beside_that_of_a_bvh_file_must_be_the_same() {
+    let (_folder, [bvh, ..]) = files(&player(130));
+    let at = |fps| read_human(&bvh, &HumanOptions { fps: Some(fps), ..HumanOptions::default() });
+    assert!((at(60.3).expect("a rounded frame time").fps - 60.0).abs() < 0.01);
+    let error = at(120.0).expect_err("another").to_string();
+    let expected =
+        "kick.bvh: expected no --fps beside the 60.0 frames a second that the file states, found --fps 120";
+    assert!(error.ends_with(expected), "{error}");
+}

@@ -37,6 +37,22 @@ impl Failure {
         Self::input(format!("{}: expected {expected}, found {found}", flag_of(name)))
     }
 
+    /// Refuses the first of `options`, names of arguments with what each is for, that is among the `given` ones and would change nothing of
+    /// what was `found`.
+    pub fn if_ignored<'a>(
+        options: impl IntoIterator<Item = (&'a str, impl fmt::Display)>,
+        given: &[String],
+        found: &str,
+    ) -> Result<(), Self> {
+        match options.into_iter().find(|(id, _)| given.iter().any(|one| one == id)) {
+            None => Ok(()),
+            Some((id, expected)) => {
+                let flag = id.replace('_', "-");
+                Err(Self::input(format!("--{flag}: expected {expected}, found {found}")))
+            }
+        }
+    }
+
     /// The exit code as a number.
     #[cfg(feature = "mpi")]
     pub fn code(&self) -> u8 {

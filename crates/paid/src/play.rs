@@ -90,19 +90,13 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 const HUMAN: [&str; 10] =
     ["skeleton", "unit", "height", "from", "to", "slow", "speed_limit", "rate", "label", "license"];
 
-/// The options of an episode that clap does not hold to `--policy`, as it does the others.
-const EPISODE: [&str; 3] = ["seed", "threads", "isa"];
-
 /// Refuses what was given and would change nothing. Clap's own `requires` and `conflicts_with` are not enough: what conflicts with an
 /// argument takes back that others require it.
 fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
     const A_HUMANS: &str = "a human's motion (.bvh, .amc)";
     const A_FILE: &str = "the file of one motion";
     const A_SET: &str = "a folder of motions";
-    const UNTIMED: &str = "a file that does not state its rate (.csv, .pkl, .amc)";
-    const UNORDERED: &str = "a file that does not state its order (.csv, .pkl)";
     let human = HUMAN.map(|id| (id, A_HUMANS));
-    let episode = EPISODE.map(|id| (id, "an episode of a policy (--policy)"));
     let file = [("fps", A_FILE), ("joint_order", A_FILE)];
     let clip = [("clip", A_SET)];
     let (found, ignored): (String, Vec<(&str, &str)>) = match (&args.policy.policy, &args.input) {
@@ -116,29 +110,23 @@ fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
             let place = [("place", A_SET)];
             ("--policy".to_owned(), [&human[..], &file, &place].concat())
         }
-        (None, None) => ("the built-in kicks".to_owned(), [&episode[..], &human, &file].concat()),
+        (None, None) => ("the built-in kicks".to_owned(), [&human[..], &file].concat()),
         (None, Some(path)) if path.is_dir() => {
-            (format!("the folder {}", path.display()), [&episode[..], &human, &file].concat())
+            (format!("the folder {}", path.display()), [&human[..], &file].concat())
         }
         (None, Some(path)) if is_human_file(path) => {
             let order = [("joint_order", "a robot's motion (.csv, .pkl)")];
-            (format!("the file {}", path.display()), [&episode[..], &clip, &order].concat())
+            (format!("the file {}", path.display()), [clip, order].concat())
         }
         (None, Some(path)) => {
-            // What a clip of this program states itself.
+            // A clip of this program has an order of its own.
             let npz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-            let stated = [("fps", UNTIMED), ("joint_order", UNORDERED)];
-            let stated = if npz { &stated[..] } else { &[] };
-            (format!("the file {}", path.display()), [&episode[..], &human, &clip, stated].concat())
+            let order = [("joint_order", "a file that does not state its order (.csv, .pkl)")];
+            let order = if npz { &order[..] } else { &[] };
+            (format!("the file {}", path.display()), [&human[..], &clip, order].concat())
         }
     };
-    match ignored.iter().find(|(id, _)| given.iter().any(|one| one == id)) {
-        None => Ok(()),
-        Some((id, expected)) => {
-            let flag = id.replace('_', "-");
-            Err(Failure::input(format!("--{flag}: expected {expected}, found {found}")))
-        }
-    }
+    Failure::if_ignored(ignored, given, &found)
 }
 
 /// Records what there is to see and shows it.

@@ -48,7 +48,13 @@ fn what_does_not_go_together_is_refused() {
     assert!(error.contains("cannot be used with"), "{error}");
     // A motion's file has no place for what concerns a policy, a set or a human.
     let file = "motions/swing_left.npz";
-    for (option, value) in [("--ball", "1,0"), ("--knowledge", "truth"), ("--engine", "mujoco")] {
+    for (option, value) in [
+        ("--ball", "1,0"),
+        ("--knowledge", "truth"),
+        ("--engine", "mujoco"),
+        ("--seed", "3"),
+        ("--isa", "avx2"),
+    ] {
         let error = refused(&[file, "--record", "a.gif", option, value]);
         assert!(error.contains("--policy"), "{option}: {error}");
     }
@@ -58,12 +64,7 @@ fn what_does_not_go_together_is_refused() {
         ("--height", "1.2", "--height: expected a human's motion"),
         ("--speed-limit", "off", "--speed-limit: expected a human's motion"),
         ("--clip", "foo", "--clip: expected a folder of motions, found the file"),
-        ("--seed", "3", "--seed: expected an episode of a policy (--policy), found the file"),
-        (
-            "--fps",
-            "30",
-            "--fps: expected a file that does not state its rate (.csv, .pkl, .amc), found the file",
-        ),
+        ("--fps", "30", "key 'fps': expected no --fps beside the 50 frames a second that the file states"),
         ("--joint-order", "policy", "--joint-order: expected a file that does not state its order"),
     ] {
         let error = refused(&[file, "--record", "a.gif", option, value]);

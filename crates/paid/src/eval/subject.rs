@@ -61,13 +61,13 @@ pub struct Setting {
     #[arg(long = "set", value_name = "KEY=VALUE", requires = "policy")]
     sets: Vec<String>,
     /// Seed of everything random.
-    #[arg(long, default_value_t = 0)]
+    #[arg(long, default_value_t = 0, requires = "policy")]
     seed: u64,
     /// Worker threads; they do not change the result [default: all cores].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", requires = "policy")]
     threads: Option<usize>,
     /// Instruction set: auto, avx512, avx2 or portable. Each rounds differently.
-    #[arg(long, default_value = "auto")]
+    #[arg(long, default_value = "auto", requires = "policy")]
     isa: String,
     /// Engine that simulates.
     #[arg(long, value_enum, default_value = "builtin", requires = "policy")]

@@ -153,18 +153,10 @@ fn refuse_ignored(from: SourceArg, given: &[String]) -> Result<(), Failure> {
         ("damping_ratio", &[SourceArg::Mujoco], "mujoco"),
         ("rolling_friction", &[SourceArg::Mujoco], "mujoco"),
     ];
-    let ignored =
-        |(id, of, _): &&(&str, &[SourceArg], &str)| !of.contains(&from) && given.iter().any(|one| one == id);
-    match options.iter().find(ignored) {
-        None => Ok(()),
-        Some((id, _, expected)) => {
-            let found = from.to_possible_value().map_or_else(String::new, |name| name.get_name().to_owned());
-            Err(Failure::input(format!(
-                "--{}: expected --from {expected}, found --from {found}",
-                id.replace('_', "-")
-            )))
-        }
-    }
+    let others = options.iter().filter(|(_, of, _)| !of.contains(&from));
+    let found =
+        from.to_possible_value().map_or_else(String::new, |name| format!("--from {}", name.get_name()));
+    Failure::if_ignored(others.map(|(id, _, expected)| (*id, format!("--from {expected}"))), given, &found)
 }
 
 /// The source, and the true parameters where it has them.
