@@ -49,7 +49,7 @@ impl StageProgress {
 }
 
 /// A time that is left, in the unit that one would use.
-fn left(seconds: f64) -> String {
+pub fn left(seconds: f64) -> String {
     if seconds < 120.0 { format!("{seconds:.0} s left") } else { format!("{:.0} min left", seconds / 60.0) }
 }
 

@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 use paid_eval::monitor::{Monitor, Timing};
 
 use crate::failure::Failure;
+use crate::stage_progress::left;
 use crate::stop;
 
-/// Pause between two lines of progress.
+/// Pause between two lines of progress, at least. Of a long evaluation it is a tenth of the time that it takes already.
 const PAUSE: Duration = Duration::from_secs(5);
 
 /// Prints progress to standard error until it is finished.
@@ -51,14 +52,14 @@ impl Progress {
 
 fn print(monitor: &Monitor, ended: &AtomicBool, start: Instant) {
     loop {
-        thread::park_timeout(PAUSE);
+        thread::park_timeout(PAUSE.max(start.elapsed() / 10));
         if ended.load(Ordering::Relaxed) {
             return;
         }
         let (done, total) = monitor.progress();
         let rate = done as f64 / start.elapsed().as_secs_f64();
         let left = if rate > 0.0 {
-            format!("{:.0} s left", (total - done.min(total)) as f64 / rate)
+            left((total - done.min(total)) as f64 / rate)
         } else {
             "no estimate yet".to_owned()
         };
