@@ -91,10 +91,12 @@ fn the_shipped_plans_fit() {
         let plan = Plan::read(&folder.join(name)).expect(name);
         assert_eq!(plan.contenders(&folder, None).expect(name).len(), rows, "{name}");
     }
-    // Its specialists need clips, which are not in the repository; all else fits.
-    let plan = Plan::read(&folder.join("trackers.toml")).expect("reads");
-    let error = plan.contenders(&folder, None).expect_err("no clips").to_string();
-    assert!(error.contains("found the built-in kicks"), "{error}");
+    // Specialists need clips, which are not in the repository; all else fits.
+    for name in ["trackers.toml", "specialists.toml"] {
+        let plan = Plan::read(&folder.join(name)).expect(name);
+        let error = plan.contenders(&folder, None).expect_err("no clips").to_string();
+        assert!(error.contains("found the built-in kicks"), "{name}: {error}");
+    }
 }
 
 #[test]
@@ -226,6 +228,7 @@ fn the_papers_plan_trains_what_the_pilots_chose() {
     assert_eq!(first.task.rewards, second.task.rewards);
     let lengths = |name: &str| of(name).iter().map(|stage| stage.run.iterations).collect::<Vec<_>>();
     assert_eq!((lengths("Pure RL"), lengths("AMP")), (vec![6700, 2000], vec![6700, 2000]));
+    assert_eq!(lengths("Two stages, the paper's weights, LSTM"), [329, 101]);
     let single = &of("Single-Stage")[0].learn.ppo;
     assert_eq!((single.initial_std, single.max_std), (0.5, 0.5));
 }
