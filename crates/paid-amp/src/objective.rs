@@ -31,6 +31,8 @@ pub struct Sums {
     pub clips: f64,
     /// Scores of the policy's pairs.
     pub policy: f64,
+    /// Their squares.
+    pub policy_squares: f64,
     /// Pairs on their own side of the middle.
     pub right: f64,
 }
@@ -44,15 +46,15 @@ impl Sums {
     }
 
     /// Every sum, in the order of their declaration.
-    pub fn all(&self) -> [f64; 5] {
-        let Self { loss, penalty, clips, policy, right } = *self;
-        [loss, penalty, clips, policy, right]
+    pub fn all(&self) -> [f64; 6] {
+        let Self { loss, penalty, clips, policy, policy_squares, right } = *self;
+        [loss, penalty, clips, policy, policy_squares, right]
     }
 
     /// Every sum to write to, in the same order.
-    pub fn all_mut(&mut self) -> [&mut f64; 5] {
-        let Self { loss, penalty, clips, policy, right } = self;
-        [loss, penalty, clips, policy, right]
+    pub fn all_mut(&mut self) -> [&mut f64; 6] {
+        let Self { loss, penalty, clips, policy, policy_squares, right } = self;
+        [loss, penalty, clips, policy, policy_squares, right]
     }
 }
 
@@ -86,8 +88,12 @@ pub fn evaluate<S: Element>(
                 Formulation::Wasserstein => (-side * d, -side),
             };
             sums.loss += loss + config.score_penalty * d * d;
-            let total = if clips { &mut sums.clips } else { &mut sums.policy };
-            *total += d;
+            if clips {
+                sums.clips += d;
+            } else {
+                sums.policy += d;
+                sums.policy_squares += d * d;
+            }
             sums.right += f64::from(u8::from(side * d > 0.0));
             let gradient = (slope + 2.0 * config.score_penalty * d) / batch.of as f64;
             work.gradient.push(S::from_f64(gradient));
@@ -214,7 +220,7 @@ mod tests {
         let sums = evaluate(&net, &params, &config, &batch, &mut Workspace::default(), &mut grads);
         // 0.5 (4.5 - 1)^2 + 0.5 (0.5 + 1)^2 = 6.125 + 1.125; 5 times the squared slope 8.
         assert_eq!((sums.penalty, sums.loss), (40.0, 47.25));
-        assert_eq!((sums.clips, sums.policy, sums.right), (4.5, 0.5, 1.0));
+        assert_eq!((sums.clips, sums.policy, sums.policy_squares, sums.right), (4.5, 0.5, 0.25, 1.0));
         // The slope's gradient is 10 (2, 2): the score's weight gets 10 (2 + 2), beside 3.5 times the hidden output 2.
         assert_eq!(grads[3], 40.0 + 7.0);
         assert_eq!(grads[4], 3.5 + 1.5);

@@ -37,6 +37,32 @@ pub struct StyleReward {
     replay: Replay,
     rng: Rng,
     last: Sums,
+    usual: Usual,
+}
+
+/// The policy's scores in the last step's pairs, its own and the replayed ones.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Usual {
+    mean: f64,
+    deviation: f64,
+}
+
+impl Usual {
+    /// Before the first step.
+    const UNKNOWN: Self = Self { mean: 0.0, deviation: 1.0 };
+    /// Scores that hardly differ are not blown up.
+    const LEAST_DEVIATION: f64 = 1e-3;
+
+    fn new(sums: &Sums, count: f64) -> Self {
+        let mean = sums.policy / count;
+        let variance = sums.policy_squares / count - mean * mean;
+        Self { mean, deviation: variance.max(0.0).sqrt().max(Self::LEAST_DEVIATION) }
+    }
+
+    /// How many deviations a score lies above the mean.
+    fn above(&self, score: f32) -> f32 {
+        ((f64::from(score) - self.mean) / self.deviation) as f32
+    }
 }
 
 impl StyleReward {
@@ -59,6 +85,7 @@ impl StyleReward {
             replay: Replay::new(width, config.replay),
             rng: Rng::new(seed, 0, DRAW_STREAM),
             last: Sums::default(),
+            usual: Usual::UNKNOWN,
             clips,
         })
     }
@@ -67,7 +94,7 @@ impl StyleReward {
     fn pays(&self, score: f32) -> f32 {
         match self.config.formulation {
             Formulation::LeastSquares => (1.0 - 0.25 * (score - 1.0).powi(2)).max(0.0),
-            Formulation::Wasserstein => 1.0 + (0.4 * score).tanh(),
+            Formulation::Wasserstein => 1.0 + (0.4 * self.usual.above(score)).tanh(),
         }
     }
 
@@ -232,6 +259,7 @@ impl LearnedReward for StyleReward {
                 *total += x;
             }
         }
+        self.usual = Usual::new(&self.last, self.config.batch as f64);
     }
 
     fn figures(&self) -> Vec<(String, f64)> {
@@ -251,15 +279,16 @@ impl LearnedReward for StyleReward {
         let counts = [self.steps, self.rng.position(), next as u64, pairs.len() as u64];
         let numbers = [&self.params, &self.moments[0], &self.moments[1]].map(Vec::as_slice);
         let words = numbers.into_iter().chain([pairs]).flatten();
-        let counts = counts.iter().flat_map(|count| count.to_le_bytes());
+        let usual = [self.usual.mean, self.usual.deviation].map(f64::to_bits);
+        let counts = counts.iter().chain(&usual).flat_map(|count| count.to_le_bytes());
         counts.chain(words.flat_map(|x| x.to_le_bytes())).collect()
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
         let params = self.params.len();
-        let (counts, words) = bytes.split_at_checked(32).ok_or("expected 32 bytes of counts, found fewer")?;
+        let (head, words) = bytes.split_at_checked(48).ok_or("expected 48 bytes of counts, found fewer")?;
         let counts: Vec<u64> =
-            counts.chunks_exact(8).map(|w| u64::from_le_bytes(core::array::from_fn(|i| w[i]))).collect();
+            head.chunks_exact(8).map(|w| u64::from_le_bytes(core::array::from_fn(|i| w[i]))).collect();
         let numbers: Vec<f32> =
             words.chunks_exact(4).map(|w| f32::from_le_bytes(core::array::from_fn(|i| w[i]))).collect();
         let expected = 3 * params + counts[3] as usize;
@@ -272,6 +301,8 @@ impl LearnedReward for StyleReward {
         self.moments[1].copy_from_slice(&numbers[2 * params..3 * params]);
         self.steps = counts[0];
         self.rng.seek(counts[1]);
+        let [mean, deviation] = [counts[4], counts[5]].map(f64::from_bits);
+        self.usual = Usual { mean, deviation };
         Ok(())
     }
 

@@ -213,11 +213,11 @@ fn ranks_that_share_the_shards_learn_what_one_process_with_all_of_them_learns() 
     let (alone, figures, _) = course(Arc::new(Alone), 1);
     for count in [2, 4] {
         let (found, sums, _) = &on_each(count, 1)[0];
-        // Four counts, then weights and two moments of each, then the replay.
-        let (weights, replay) = (32 + 4 * params, 32 + 12 * params);
+        // Four counts, the policy's usual score, then weights and two moments of each, then the replay.
+        let (weights, replay) = (48 + 4 * params, 48 + 12 * params);
         assert_eq!(found[..32], alone[..32], "as many steps and draws");
         assert!(replay < alone.len() && found[replay..] == alone[replay..], "the same pairs of frames");
-        for (a, b) in found[32..weights].chunks_exact(4).zip(alone[32..weights].chunks_exact(4)) {
+        for (a, b) in found[48..weights].chunks_exact(4).zip(alone[48..weights].chunks_exact(4)) {
             let [a, b] = [a, b].map(|word| f32::from_le_bytes(core::array::from_fn(|i| word[i])));
             assert!((a - b).abs() < 2e-5, "{a} {b}");
         }
@@ -237,4 +237,43 @@ fn settings_out_of_range_are_refused_by_name() {
     let bad = AmpConfig { hidden: vec![], ..AmpConfig::default() };
     let error = StyleReward::new(circle(), &bad, 1).expect_err("refused").to_string();
     assert_eq!(error, "amp.hidden: expected one or more widths above zero, found []");
+}
+
+/// Clips that are far from the policy, as those of a robot with many joints are: the raw scores are where tanh is flat.
+#[test]
+fn wasserstein_still_pays_by_the_distance_when_the_policy_is_far_off() {
+    let far = |t: i32| (0..4).map(move |i| 30.0 + 6.0 * (0.1 * (t + 9 * i) as f32).sin());
+    let clips = Arc::new(Clips::new(4, &[(0..126).flat_map(far).collect()]).expect("frames"));
+    let amp = AmpConfig {
+        formulation: Formulation::Wasserstein,
+        hidden: vec![64, 32],
+        learning_rate: 1e-3,
+        batch: 256,
+        replay: 20_000,
+        ..AmpConfig::default()
+    };
+    let network = NetworkConfig { hidden: vec![32, 32], ..NetworkConfig::default() };
+    let config = LearnConfig { actor: network.clone(), critic: network, ..LearnConfig::default() };
+    let style = StyleReward::new(clips, &amp, 1).expect("valid");
+    let role = RewardRole::Mixed { task: 0.0, learned: 0.1 };
+    let mut learner = Learner::new(2, 2, 2, &config, 3)
+        .expect("valid")
+        .with_learned_reward(Box::new(style), role)
+        .expect("fits");
+    let mut envs = shards(2);
+    for _ in 0..60 {
+        learner.iterate(&mut envs, 2).expect("iterates");
+    }
+    let style = learner.learned_reward().expect("a reward");
+    let figures = style.figures();
+    let of = |name: &str| figures.iter().find(|(n, _)| n == name).expect(name).1;
+    // tanh(0.4 x -20) is -1 in single precision.
+    assert!(of("score_clips") - of("score_policy") > 20.0 && of("score_policy") < -20.0, "{figures:?}");
+    let transitions = &learner.shards()[0].transitions;
+    let mut reward = vec![0.0; transitions.envs() * transitions.steps()];
+    style.reward(transitions, &mut reward);
+    let paid: Vec<f32> = reward.into_iter().filter(|r| *r != 0.0).collect();
+    let mean = paid.iter().sum::<f32>() / paid.len() as f32;
+    let deviation = (paid.iter().map(|r| (r - mean).powi(2)).sum::<f32>() / paid.len() as f32).sqrt();
+    assert!((mean - 1.0).abs() < 0.3 && deviation > 0.1, "{mean} {deviation}");
 }
