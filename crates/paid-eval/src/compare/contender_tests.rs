@@ -222,7 +222,7 @@ fn the_papers_plan_trains_what_the_pilots_chose() {
     let of = |name: &str| &contenders.iter().find(|c| c.name == name).expect(name).stages;
     let (first, second) = (&of("AMP")[0], &of("AMP")[1]);
     let amp = first.amp.as_ref().expect("a discriminator");
-    assert_eq!((amp.style, format!("{:?}", amp.discriminator.formulation).as_str()), (0.5, "Wasserstein"));
+    assert_eq!((amp.style, format!("{:?}", amp.discriminator.formulation).as_str()), (5.0, "Wasserstein"));
     assert_eq!(first.amp, second.amp);
     assert_eq!(first.task.observations.style, second.task.observations.style);
     assert_eq!(first.task.rewards, second.task.rewards);
