@@ -97,6 +97,10 @@ fn circle() -> Arc<Clips> {
 }
 
 fn learner(formulation: Formulation) -> Learner {
+    learner_of(circle(), formulation)
+}
+
+fn learner_of(clips: Arc<Clips>, formulation: Formulation) -> Learner {
     let network = NetworkConfig { hidden: vec![32, 32], ..NetworkConfig::default() };
     let ppo = PpoConfig {
         minibatches: 4,
@@ -116,7 +120,7 @@ fn learner(formulation: Formulation) -> Learner {
         replay: 20_000,
         ..AmpConfig::default()
     };
-    let style = StyleReward::new(circle(), &amp, 1).expect("valid");
+    let style = StyleReward::new(clips, &amp, 1).expect("valid");
     let role = RewardRole::Mixed { task: 0.0, learned: 0.1 };
     Learner::new(2, 2, 2, &config, 3)
         .expect("valid")
@@ -244,22 +248,7 @@ fn settings_out_of_range_are_refused_by_name() {
 fn wasserstein_still_pays_by_the_distance_when_the_policy_is_far_off() {
     let far = |t: i32| (0..4).map(move |i| 30.0 + 6.0 * (0.1 * (t + 9 * i) as f32).sin());
     let clips = Arc::new(Clips::new(4, &[(0..126).flat_map(far).collect()]).expect("frames"));
-    let amp = AmpConfig {
-        formulation: Formulation::Wasserstein,
-        hidden: vec![64, 32],
-        learning_rate: 1e-3,
-        batch: 256,
-        replay: 20_000,
-        ..AmpConfig::default()
-    };
-    let network = NetworkConfig { hidden: vec![32, 32], ..NetworkConfig::default() };
-    let config = LearnConfig { actor: network.clone(), critic: network, ..LearnConfig::default() };
-    let style = StyleReward::new(clips, &amp, 1).expect("valid");
-    let role = RewardRole::Mixed { task: 0.0, learned: 0.1 };
-    let mut learner = Learner::new(2, 2, 2, &config, 3)
-        .expect("valid")
-        .with_learned_reward(Box::new(style), role)
-        .expect("fits");
+    let mut learner = learner_of(clips, Formulation::Wasserstein);
     let mut envs = shards(2);
     for _ in 0..60 {
         learner.iterate(&mut envs, 2).expect("iterates");

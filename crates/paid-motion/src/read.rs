@@ -43,7 +43,7 @@ pub(crate) fn first_bad_rate(clip: &Clip) -> Option<(usize, f64)> {
 pub fn read_clip(path: &Path, model: &RobotModel, spec: &RobotSpec) -> Result<Clip, MotionError> {
     let mut npz = Npz::open(path)?;
     let kick_leg = label(&mut npz)?;
-    read_arrays(npz, path, model, spec, kick_leg)
+    read_arrays(npz, path, model, spec, kick_leg, None)
 }
 
 /// As [`read_clip`], from the bytes of a file; `path` names it.
@@ -58,7 +58,7 @@ pub fn parse_npz(
 ) -> Result<Clip, MotionError> {
     let mut npz = Npz::from_bytes(path, bytes)?;
     let kick_leg = label(&mut npz)?;
-    read_arrays(npz, path, model, spec, kick_leg)
+    read_arrays(npz, path, model, spec, kick_leg, None)
 }
 
 /// As [`read_clip`], but the label may be missing: the clip is then labeled `right` and the second value is false. Another frame rate
@@ -70,13 +70,9 @@ pub(crate) fn read_npz(
     given: Option<f64>,
 ) -> Result<(Clip, bool), MotionError> {
     let mut npz = Npz::open(path)?;
-    let fps = frame_rate(&mut npz)?;
-    if let Some(other) = given.filter(|given| *given != fps) {
-        return Err(npz.error("fps", no_other_rate(fps), format!("--fps {other}")));
-    }
     let labeled = npz.has("kick_leg");
     let kick_leg = if labeled { label(&mut npz)? } else { KickLeg::Right };
-    Ok((read_arrays(npz, path, model, spec, kick_leg)?, labeled))
+    Ok((read_arrays(npz, path, model, spec, kick_leg, given)?, labeled))
 }
 
 fn read_arrays(
@@ -85,8 +81,12 @@ fn read_arrays(
     model: &RobotModel,
     spec: &RobotSpec,
     kick_leg: KickLeg,
+    given: Option<f64>,
 ) -> Result<Clip, MotionError> {
     let fps = frame_rate(&mut npz)?;
+    if let Some(other) = given.filter(|given| *given != fps) {
+        return Err(npz.error("fps", no_other_rate(fps), format!("--fps {other}")));
+    }
     let joints = order(&mut npz, path, "joint_names", &spec.policy_joint_order, &model.joint_names())?;
     let bodies = order(&mut npz, path, "body_names", &spec.motion_body_order, &model.body_names())?;
 
