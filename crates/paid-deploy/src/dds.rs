@@ -26,6 +26,8 @@ const LOW_CMD: [&str; 2] = ["rt/lowcmd", "unitree_hg::msg::dds_::LowCmd_"];
 /// Low rate: the battery.
 const BATTERY: [&str; 2] = ["rt/lf/bmsstate", "unitree_hg::msg::dds_::BmsState_"];
 const SENSES: [&str; 2] = ["paid/senses", "paid::msg::Senses_"];
+/// Commands on the network that may wait for the thinking thread: some periods of its own ones, and of somebody else's between them.
+const COMMANDS: i32 = 64;
 /// Commands that this process has sent are known again for so many commands.
 const OWN: usize = 256;
 /// So many commands in a row that found the way out full are a link that is broken, not a network that loses one: 50 ms.
@@ -168,7 +170,12 @@ impl DdsLink {
         let senses_out = if side == Side::Robot { Some(writer(SENSES, &reliable)?) } else { None };
         let at_runtime = side == Side::Runtime;
         let senses_in = if at_runtime { Some(reader(SENSES, &reliable)?) } else { None };
-        let commands = if at_runtime { Some(reader(LOW_CMD, &qos)?) } else { None };
+        // The newest command alone is the own one, as a rule: somebody else's would hide behind it.
+        let all_commands: QosPolicies = QosPolicyBuilder::new()
+            .reliability(Reliability::BestEffort)
+            .history(History::KeepLast { depth: COMMANDS })
+            .build();
+        let commands = if at_runtime { Some(reader(LOW_CMD, &all_commands)?) } else { None };
         // A reliable writer serves readers of either kind.
         let states = if at_runtime { None } else { Some(writer(LOW_STATE, &reliable)?) };
         let battery_out = if at_runtime { None } else { Some(writer(BATTERY, &reliable)?) };
@@ -294,12 +301,12 @@ impl Inlet for DdsInlet {
                 }
             }
         }
-        if let Some(reader) = &mut self.commands
-            && let Some(bytes) = take(reader)?
-        {
-            let crc = LowCmd::from_cdr(&bytes).ok().map(|command| command.crc);
-            if crc.is_none_or(|crc| !self.own.has(crc)) {
-                return Ok(Some(Packet::OthersCommand));
+        if let Some(reader) = &mut self.commands {
+            while let Some(bytes) = take(reader)? {
+                let crc = LowCmd::from_cdr(&bytes).ok().map(|command| command.crc);
+                if crc.is_none_or(|crc| !self.own.has(crc)) {
+                    return Ok(Some(Packet::OthersCommand));
+                }
             }
         }
         Ok(None)

@@ -58,7 +58,7 @@ pub use error::DeployError;
 pub use lateness::{BareTimer, Durations, LATENESS_EDGES_MS, Lateness, LatenessFigures, lateness_table};
 pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
-pub use live::{LastWords, Live, LiveReport, LiveStatus, Told, run_live};
+pub use live::{LastWords, Live, LiveReport, LiveStatus, Told, TypedKeys, run_live};
 pub use mailbox::Mailbox;
 pub use message::{EyesReport, KnownBall, OdometryPose, Packet, Sighting, TorsoPose};
 pub use motors::{G1_MOTORS, motors_of};

@@ -29,9 +29,9 @@ pub struct PlayerSpec {
 /// A policy, its motions and its robot.
 #[derive(Clone, Debug)]
 pub struct Player {
-    /// Tree and limits.
+    /// Tree and limits: the G1's, whatever robot file the policy was trained with.
     pub model: RobotModel,
-    /// Names and gains.
+    /// Names and gains, the G1's too.
     pub spec: RobotSpec,
     /// Gains, default pose, action scales, model order.
     pub control: ControlSpec,
@@ -98,12 +98,17 @@ impl Player {
         library: ReferenceLibrary,
     ) -> Result<Self, DeployError> {
         let contract = trained.contract("").map_err(DeployError::policy)?;
-        // The robot as this program knows it, not as the policy's file tells it.
-        let (g1, g1_spec) = (RobotModel::g1(), RobotSpec::g1());
+        // The robot as this program knows it, not as the policy's file tells it: a robot file of the policy's own may have the same gains, and
+        // ranges, speeds and torques that limit nothing.
+        let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
         let robot =
-            task_contract(&g1, &g1_spec, 0.02, &task.observations.policy).map_err(DeployError::policy)?;
+            task_contract(&model, &spec, 0.02, &task.observations.policy).map_err(DeployError::policy)?;
         let robot = paid_policy::Contract { recurrent: contract.recurrent, ..robot };
-        let differences = robot.differences(&contract);
+        let mut differences = robot.differences(&contract);
+        // The motions are in the order of that file.
+        let theirs = &trained.model;
+        differences.extend(first_difference("joint", &model.joint_names(), &theirs.joint_names()));
+        differences.extend(first_difference("body", &model.body_names(), &theirs.body_names()));
         if !differences.is_empty() {
             return Err(DeployError::Policy(format!(
                 "{}: the policy is not for this robot: {}",
@@ -113,7 +118,7 @@ impl Player {
         }
         observation::check(&task.observations.policy, &[Need::Reference, Need::Scene])
             .map_err(DeployError::policy)?;
-        let TrainedPolicy { model, spec, policy, .. } = trained;
+        let policy = trained.policy;
         let control = spec.resolve(&model).map_err(DeployError::policy)?;
         let to_model = Permutation::between(&model.joint_names(), &spec.policy_joint_order)
             .map_err(DeployError::policy)?
@@ -173,6 +178,13 @@ impl Player {
             anchor_ang_vel: Vec3([x(10), x(11), x(12)]),
         }
     }
+}
+
+/// Where two orders of names differ first, the robot's and that of the policy's robot file.
+fn first_difference(kind: &str, expected: &[String], found: &[String]) -> Option<String> {
+    let at = (0..expected.len().max(found.len())).find(|&k| expected.get(k) != found.get(k))?;
+    let name = |names: &[String]| names.get(at).map_or("none", String::as_str).to_owned();
+    Some(format!("{kind} {at} of its robot file: expected {}, found {}", name(expected), name(found)))
 }
 
 /// Joints from the base to a body, the base's end first.

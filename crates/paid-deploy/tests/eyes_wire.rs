@@ -8,7 +8,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use common::player;
 use paid_deploy::eyes::{CameraInput, Eyes, EyesConfig, EyesPlace, OdometryInput, SensedLink, StampClock};
-use paid_deploy::ros::{CAMERA_INFO, IMAGE, ODOMETRY, RosTopics};
+use paid_deploy::ros::{CAMERA_INFO, IMAGE, IMU, ODOMETRY, RosTopics};
 use paid_deploy::sim::{Moment, SimCamera, VirtualG1};
 use paid_deploy::{ChannelLink, LastWords, Limits, Link, Runtime};
 use paid_sight::PoseMessage;
@@ -17,6 +17,11 @@ use paid_vision::Intrinsics;
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(90);
+
+/// A domain that no test beside this one has.
+fn domain(test: u32) -> u16 {
+    20 + ((2 * std::process::id() + test) % 80) as u16
+}
 
 #[test]
 fn a_rendered_ball_becomes_a_belief_near_its_place() {
@@ -28,7 +33,7 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
     let moment = Moment::of(&robot, anchor);
     let mut camera = SimCamera::new(Intrinsics::g1_color(), 0.11, 1).expect("a camera");
 
-    let domain = 20 + (std::process::id() % 80) as u16;
+    let domain = domain(0);
     let interface = "127.0.0.1".parse().expect("an address");
     let device = RosTopics::open(domain, interface).expect("the loopback");
     let names = CameraInput::default();
@@ -95,4 +100,32 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
     let expected = "camera: color picture: expected encoding rgb8 or bgr8, found rgba";
     assert!(said.iter().any(|line| line == expected), "{said:?}");
     assert!(said.iter().any(|line| line == "odometry: tracking"), "{said:?}");
+}
+
+#[test]
+fn samples_wait_for_a_reader_that_is_busy_with_a_scan() {
+    let topics =
+        || RosTopics::open(domain(1), "127.0.0.1".parse().expect("an address")).expect("the loopback");
+    let (device, computer) = (topics(), topics());
+    let writer = device.writer("/livox/imu", IMU).expect("a topic");
+    let mut reader = computer.reader("/livox/imu", IMU, false).expect("a topic");
+    // The header, then what nobody looks at.
+    let sample = || writer.send(vec![0, 1, 0, 0, 1, 2, 3, 4]).expect("sent");
+    let begin = Instant::now();
+    while reader.take().expect("well").is_none() {
+        assert!(begin.elapsed() < PATIENCE, "nothing came");
+        sample();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(200));
+    while reader.take().expect("well").is_some() {}
+    // A fifth of a second's samples, and nobody reads.
+    for _ in 0..40 {
+        sample();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(200));
+    let kept = std::iter::from_fn(|| reader.take().expect("well")).count();
+    // A busy machine may lose some.
+    assert!(kept >= 30, "{kept} of 40 samples");
 }

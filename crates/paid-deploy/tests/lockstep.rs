@@ -354,3 +354,34 @@ fn nothing_is_said_while_it_listens_and_nothing_at_all_beside_another_commander(
     assert_eq!(commands(0), Some(1002), "milliseconds");
     assert_eq!(commands(100), None);
 }
+
+#[test]
+fn a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop() {
+    let player = player();
+    let options = LockstepOptions::default();
+    let mut step = Lockstep::new(&player, &options).expect("MuJoCo");
+    step.inject(Fault::OthersCommand);
+    step.run_until(1.5, |_| false).expect("run");
+    assert_eq!(step.runtime().state(), State::Passive);
+    options.stop.store(true, Ordering::Relaxed);
+    step.run_until(1.0, |_| false).expect("run");
+    assert_eq!(step.runtime().state(), State::Damping);
+    assert_eq!(*step.robot.command(), LowCmd::default(), "something was sent");
+}
+
+#[test]
+fn a_runtime_that_is_told_to_stop_before_it_has_listened_goes_on_listening() {
+    let player = player();
+    // Milliseconds to the first command of a runtime that is told to stop from its first step on.
+    let first = |heard: bool| {
+        let mut runtime = Runtime::new(Arc::clone(&player), Limits::default());
+        let commands = |k: u64| {
+            let state = Packet::LowState(healthy(2 * k as u32).sealed().to_cdr());
+            let packets = if heard { vec![state] } else { Vec::new() };
+            runtime.step(2000 * k, &packets, true).command.map(|_| 2 * k)
+        };
+        (1..1000).find_map(commands)
+    };
+    assert_eq!(first(true), Some(1002));
+    assert_eq!(first(false), None, "nobody knows that there is a robot");
+}

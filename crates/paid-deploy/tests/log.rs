@@ -220,12 +220,14 @@ fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
     room.store(0, Ordering::Relaxed);
     let live = live(log);
     let (mut robot, link) = ChannelLink::pair();
+    let state = LowState { mode_machine: 5, ..LowState::default() };
+    robot.send(Packet::LowState(state.sealed().to_cdr())).expect("a state");
     let stop = AtomicBool::new(false);
     let mut said = None;
     let report = run_live(live, link, &stop, |told| match told {
         Told::Event(event) if event.reason.starts_with("the log ends here") => said = Some(event.at_us),
-        // The state of things goes on for half a second, then somebody presses Ctrl-C.
-        Told::Status(status) if said.is_some_and(|at| status.runtime.at_us > at + 500_000) => {
+        // The state of things goes on for half a second, and beyond the second in which it only listens; then somebody presses Ctrl-C.
+        Told::Status(status) if said.is_some_and(|at| status.runtime.at_us > 1_500_000.max(at + 500_000)) => {
             stop.store(true, Ordering::Relaxed);
         }
         _ => {}

@@ -98,15 +98,20 @@ fn without_checksums_a_state_of_another_length_still_counts_as_broken() {
     assert_eq!(told.last().map(String::as_str), Some("3 wrong checksums in a row"));
 }
 
-/// What is said of the repository's policy after a change of what it was trained for.
-fn refused(change: impl FnOnce(&mut TrainedPolicy)) -> String {
+/// What becomes of the repository's policy after a change of what it was trained for.
+fn changed(change: impl FnOnce(&mut TrainedPolicy)) -> Result<Player, DeployError> {
     let mut trained = TrainedPolicy::load(&policy()).expect("policy");
     let (task, library): (_, ReferenceLibrary) = {
         let player = player();
         (player.task.clone(), player.library.clone())
     };
     change(&mut trained);
-    match Player::new(trained, task, library) {
+    Player::new(trained, task, library)
+}
+
+/// What is said of it.
+fn refused(change: impl FnOnce(&mut TrainedPolicy)) -> String {
+    match changed(change) {
         Err(DeployError::Policy(message)) => message,
         other => panic!("{:?}", other.map(|_| "a player")),
     }
@@ -118,6 +123,30 @@ fn a_policy_for_another_robot_is_refused_with_what_differs() {
     assert!(told.contains("the policy is not for this robot") && told.contains("joint"), "{told}");
     let told = refused(|trained| trained.spec.natural_frequency_hz = 12.0);
     assert!(told.contains("the policy is not for this robot") && told.contains("stiffness"), "{told}");
+}
+
+#[test]
+fn a_robot_file_of_the_policys_own_widens_no_limit() {
+    let wide = |trained: &mut TrainedPolicy| {
+        for joint in &mut trained.model.joints {
+            joint.range = [joint.range[0] - 5.0, joint.range[1] + 5.0];
+            joint.effort_limit *= 2.0;
+        }
+        // The same radians of target per unit of action.
+        trained.spec.action_scale_factor *= 0.5;
+        for limit in &mut trained.spec.velocity_limit {
+            limit.value *= 100.0;
+        }
+    };
+    let (found, expected) = (changed(wide).expect("the same contract"), player());
+    assert_eq!((&found.model, &found.control), (&expected.model, &expected.control));
+}
+
+#[test]
+fn a_robot_file_of_another_order_is_refused() {
+    let told = refused(|trained| trained.model.joints.swap(0, 1));
+    let expected = "joint 0 of its robot file: expected left_hip_pitch_joint, found left_hip_roll_joint";
+    assert!(told.contains("the policy is not for this robot") && told.contains(expected), "{told}");
 }
 
 #[test]

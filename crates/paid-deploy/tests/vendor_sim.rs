@@ -13,8 +13,8 @@ use common::player;
 use paid_deploy::sim::VirtualG1;
 use paid_deploy::wire::{Key, LowCmd};
 use paid_deploy::{
-    DdsLink, Inlet, LastWords, Limits, Live, LiveReport, Mailbox, Outlet, Packet, Runtime, Side, State, Told,
-    Writer, run_live,
+    DdsLink, Inlet, LastWords, Limits, Live, LiveReport, Outlet, Packet, Runtime, Side, State, Told,
+    TypedKeys, Writer, run_live,
 };
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
@@ -40,7 +40,7 @@ fn stands(domain: u16, check_crc: bool) -> (LiveReport, bool) {
     let mut robot = VirtualG1::new(Arc::clone(&player)).expect("MuJoCo");
     let mut to = DdsLink::open(domain, LOOPBACK, Side::Robot).expect("DDS");
     let from = DdsLink::open(domain, LOOPBACK, Side::Runtime).expect("DDS");
-    let keys = Arc::<Mailbox<u16>>::default();
+    let keys = Arc::<TypedKeys>::default();
     let live = Live {
         writer: Writer::new(&limits, player.joints()),
         runtime: Runtime::new(Arc::clone(&player), limits),
@@ -80,7 +80,7 @@ fn stands(domain: u16, check_crc: bool) -> (LiveReport, bool) {
             }
             // A runtime that has not heard the robot refuses, so the keys are pressed again and again.
             if begin.elapsed() > Duration::from_secs(1) {
-                keys.put(1 << Key::L2 as u16 | 1 << Key::Up as u16);
+                keys.press(1 << Key::L2 as u16 | 1 << Key::Up as u16);
             }
             if held || refused.load(Ordering::Relaxed) {
                 stop.store(true, Ordering::Relaxed);

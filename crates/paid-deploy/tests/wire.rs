@@ -97,6 +97,17 @@ fn commands_of_somebody_else_are_noticed_and_own_ones_are_not_taken_for_theirs()
             noticed |= packet == Packet::OthersCommand;
         }
     }
+    // Nor do they hide behind an own command that comes later. A busy machine may lose some.
+    let mut rounds = 0;
+    for k in 0..20_u8 {
+        other.send(command(1.5)).expect("sent");
+        std::thread::sleep(PAUSE);
+        own.send(command(30.0 + f32::from(k))).expect("sent");
+        std::thread::sleep(4 * PAUSE);
+        let heard = std::iter::from_fn(|| own.receive().expect("open"));
+        rounds += usize::from(heard.filter(|packet| *packet == Packet::OthersCommand).count() > 0);
+    }
+    assert!(rounds >= 10, "noticed in {rounds} rounds of 20");
 }
 
 #[test]

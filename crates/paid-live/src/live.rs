@@ -15,6 +15,9 @@ use crate::{Command, Frame, LiveError, ServeOptions, Server};
 /// How often a scene that stands still looks whether it should stop.
 const PATIENCE: Duration = Duration::from_millis(100);
 
+/// Commands that are obeyed before time goes on and the page is shown anew: visitors may be faster than what they command.
+pub(crate) const AT_ONCE: usize = 64;
+
 /// How a session begins.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlayOptions {
@@ -132,7 +135,10 @@ pub(crate) fn run(
         let mut changed = false;
         match commands.recv_timeout(wait.min(PATIENCE)) {
             Ok(first) => {
-                for command in std::iter::once(first).chain(commands.try_iter()) {
+                for command in std::iter::once(first).chain(commands.try_iter()).take(AT_ONCE) {
+                    if stop.load(Ordering::Relaxed) {
+                        break;
+                    }
                     steps += u64::from(live.obey(command, show)?);
                 }
                 changed = true;
@@ -199,5 +205,66 @@ impl Live {
         let rate = [self.rate, if self.paused { 0.0 } else { self.pace.kept() }];
         let frame = show.frame(rate, self.paused, self.pace.late(), self.server.viewers());
         self.server.show(frame.encode());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::sync::mpsc::{SyncSender, sync_channel};
+
+    use super::*;
+
+    /// Visitors who are faster than the show: for every command there is another one.
+    struct Flooded<'a> {
+        more: SyncSender<Command>,
+        stop: &'a AtomicBool,
+        board: Board,
+        commands: usize,
+        /// Commands since the last picture, and the most of them.
+        since: Cell<usize>,
+        most: usize,
+    }
+
+    impl Show for Flooded<'_> {
+        fn dt_s(&self) -> f64 {
+            0.02
+        }
+        fn step(&mut self) -> Result<(), LiveError> {
+            Ok(())
+        }
+        fn command(&mut self, command: Command) -> Result<(), LiveError> {
+            self.commands += 1;
+            self.since.set(self.since.get() + 1);
+            self.most = self.most.max(self.since.get());
+            self.stop.store(self.commands >= 200, Ordering::Relaxed);
+            // Whoever never ends must fail the test, not hold it up.
+            if self.commands < 10_000 {
+                self.more.try_send(command).expect("room");
+            }
+            Ok(())
+        }
+        fn frame(&self, _rate: [f32; 2], _paused: bool, _late: bool, _viewers: usize) -> Frame {
+            self.since.set(0);
+            Frame::default()
+        }
+        fn board(&self) -> &Board {
+            &self.board
+        }
+    }
+
+    #[test]
+    fn a_flood_of_commands_holds_up_neither_the_pictures_nor_the_end() {
+        let stop = AtomicBool::new(false);
+        let (more, commands) = sync_channel(256);
+        for _ in 0..200 {
+            more.try_send(Command::Reset).expect("room");
+        }
+        let options = ServeOptions { port: Some(0), listen: None };
+        let (server, _visitors) = Server::start(&options, "{}".to_owned()).expect("a free port");
+        let (board, since) = (Board::default(), Cell::new(0));
+        let mut show = Flooded { more, stop: &stop, board, commands: 0, since, most: 0 };
+        run(&mut show, (server, commands), &stop, |_| {}).expect("it ends");
+        assert_eq!((show.most, show.commands), (AT_ONCE, 200));
     }
 }

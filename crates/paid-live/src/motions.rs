@@ -62,7 +62,7 @@ pub fn play_motions(
     let scene = serde_json::to_string(&Scene::of_kicks(shown, kicks))?;
     let set = motions.set.clone();
     let draw: Pictures = Arc::new(move |name| set.picture(name).map(|figure| figure.svg()));
-    let served = Server::with_pictures(serve, scene, Some(draw))?;
+    let served = Server::with_pictures(serve, scene, draw)?;
     run(&mut Gallery::new(&motions.clips, anchor, clip), served, stop, ready)
 }
 

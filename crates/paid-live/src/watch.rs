@@ -1,6 +1,7 @@
 //! A page that looks on: what is shown is played elsewhere, and the page can only stop it.
 
-use std::sync::mpsc::Receiver;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use paid_eval::subject::Subject;
 use paid_robot::RobotModel;
@@ -8,7 +9,7 @@ use paid_task::TaskPreset;
 
 use crate::board::{Board, Shot};
 use crate::scene::Scene;
-use crate::{Command, Frame, LiveError, ServeOptions, Server};
+use crate::{Frame, LiveError, ServeOptions, Server};
 
 /// What is watched.
 #[derive(Clone, Debug)]
@@ -46,7 +47,7 @@ pub struct Watched<'a> {
 ///     engine: "MuJoCo",
 ///     stop: "It ends",
 /// };
-/// let mut page = WatchPage::start(watched, String::new(), &ServeOptions::default())?;
+/// let page = WatchPage::start(watched, String::new(), &ServeOptions::default())?;
 /// println!("{}", page.url());
 /// while !page.stop_asked() {
 ///     page.show(Frame::default());
@@ -55,7 +56,8 @@ pub struct Watched<'a> {
 /// ```
 pub struct WatchPage {
     server: Server,
-    commands: Receiver<Command>,
+    /// The page's stop was pressed.
+    asked: Arc<AtomicBool>,
     board: Board,
 }
 
@@ -65,20 +67,39 @@ impl WatchPage {
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
     pub fn start(watched: Watched<'_>, knowledge: String, options: &ServeOptions) -> Result<Self, LiveError> {
-        Self::serve(&Scene::watched(watched, knowledge), options)
+        Self::serve(&Scene::watched(watched, knowledge), options, None)
+    }
+
+    /// The same; the page's stop also sets `stop`, whatever keeps busy whoever shows and tells.
+    ///
+    /// # Errors
+    /// As [`WatchPage::start`].
+    pub fn start_with_stop(
+        watched: Watched<'_>,
+        knowledge: String,
+        options: &ServeOptions,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Self, LiveError> {
+        Self::serve(&Scene::watched(watched, knowledge), options, Some(Arc::clone(stop)))
     }
 
     /// Serves the page for what a subject plays.
     pub(crate) fn of_subject(subject: &Subject, options: &ServeOptions) -> Result<Self, LiveError> {
-        Self::serve(&Scene::looked_on(subject), options)
+        Self::serve(&Scene::looked_on(subject), options, None)
     }
 
-    fn serve(scene: &Scene, options: &ServeOptions) -> Result<Self, LiveError> {
+    fn serve(
+        scene: &Scene,
+        options: &ServeOptions,
+        stop: Option<Arc<AtomicBool>>,
+    ) -> Result<Self, LiveError> {
         let scene = serde_json::to_string(scene)?;
-        let (server, commands) = Server::start(options, scene)?;
+        let asked = Arc::<AtomicBool>::default();
+        let stops = [Some(Arc::clone(&asked)), stop].into_iter().flatten().collect();
+        let server = Server::that_stops(options, scene, stops)?;
         let board = Board::default();
         server.tell(serde_json::to_string(&board)?);
-        Ok(Self { server, commands, board })
+        Ok(Self { server, asked, board })
     }
 
     /// What to open in a browser.
@@ -125,8 +146,8 @@ impl WatchPage {
     }
 
     /// True once after somebody has pressed the page's stop. Nothing else that a page sends does anything.
-    pub fn stop_asked(&mut self) -> bool {
-        self.commands.try_iter().fold(false, |stop, command| stop | (command == Command::Stop))
+    pub fn stop_asked(&self) -> bool {
+        self.asked.swap(false, Ordering::Relaxed)
     }
 
     fn tell(&self) -> Result<(), LiveError> {

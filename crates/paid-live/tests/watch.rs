@@ -2,27 +2,33 @@
 
 mod common;
 
-use std::time::Duration;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use common::{News, Page, address};
 use paid_live::{Command, Frame, Outcome, ServeOptions, Shot, WatchPage, Watched};
 use paid_robot::RobotModel;
+use paid_task::TaskPreset;
+
+fn watched<'a>(robot: &'a RobotModel, task: &'a TaskPreset) -> Watched<'a> {
+    Watched {
+        policy: "mine".into(),
+        robot,
+        anchor: 0,
+        task,
+        clips: vec!["kick".into()],
+        engine: "MuJoCo",
+        stop: "It ends",
+    }
+}
 
 #[test]
 fn who_looks_on_sees_what_happens_and_can_only_stop_it() {
     let task = paid_train::task_preset("stage2", &[]).expect("a preset");
     let robot = RobotModel::g1();
-    let watched = Watched {
-        policy: "mine".into(),
-        robot: &robot,
-        anchor: 0,
-        task: &task,
-        clips: vec!["kick".into()],
-        engine: "MuJoCo",
-        stop: "It ends",
-    };
     let options = ServeOptions { port: Some(0), listen: None };
-    let mut page = WatchPage::start(watched, "its senses".into(), &options).expect("served");
+    let mut page = WatchPage::start(watched(&robot, &task), "its senses".into(), &options).expect("served");
     let mut viewer = Page::open(address(&page.url()), "", None).expect("a viewer");
     let News::Scene(scene) = viewer.next() else { panic!("the scene comes first") };
     assert_eq!((&scene["watched"], &scene["policy"]), (&true.into(), &"mine".into()));
@@ -61,4 +67,29 @@ fn who_looks_on_sees_what_happens_and_can_only_stop_it() {
         std::thread::sleep(Duration::from_millis(1));
     }
     assert!(!page.stop_asked(), "once");
+}
+
+#[test]
+fn the_stop_comes_through_a_flood_while_whoever_shows_is_busy() {
+    let task = paid_train::task_preset("stage2", &[]).expect("a preset");
+    let robot = RobotModel::g1();
+    let options = ServeOptions { port: Some(0), listen: None };
+    let stop = Arc::<AtomicBool>::default();
+    let page = WatchPage::start_with_stop(watched(&robot, &task), String::new(), &options, &stop);
+    let page = page.expect("served");
+    let mut viewer = Page::open(address(&page.url()), "", None).expect("a viewer");
+    assert!(matches!(viewer.next(), News::Scene(_)));
+    // More than wait for whoever shows, and more than a page may send in a second.
+    for _ in 0..4000 {
+        viewer.send(Command::Reset);
+    }
+    assert!(!stop.load(Ordering::Relaxed));
+    viewer.send(Command::Stop);
+    let begin = Instant::now();
+    while !stop.load(Ordering::Relaxed) {
+        assert!(begin.elapsed() < Duration::from_secs(60), "the stop is lost");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(page.stop_asked() && !page.stop_asked(), "once");
+    assert!(stop.load(Ordering::Relaxed), "the run's own stays");
 }

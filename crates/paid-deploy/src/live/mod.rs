@@ -8,6 +8,7 @@
 //! The thinking thread watches the others, those of eyes and keyboard too ([`LastWords`]): one that has panicked, a link that has failed, and a writer whose last command is too old end the
 //! run by damping, with the reason in diary, log and report.
 
+mod keys;
 mod panics;
 mod report;
 mod slot;
@@ -29,6 +30,7 @@ use crate::message::Packet;
 use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
 use crate::switcher::{Line, Reply, SwitcherClient};
 use crate::writer::Writer;
+pub use keys::TypedKeys;
 use panics::{Prints, Watching, guarded, print_the_rest, said};
 use report::Rates;
 pub use report::{LiveReport, LiveStatus, Told};
@@ -62,8 +64,8 @@ pub struct Live {
     pub log: Option<LogWriter>,
     /// The motion switcher's topics: every second it is asked who is in command.
     pub switcher: Option<Box<dyn Line>>,
-    /// Keys of the remote that the operator has pressed on the keyboard, a bit each.
-    pub keys: Option<Arc<Mailbox<u16>>>,
+    /// Keys of the remote that the operator has pressed on the keyboard.
+    pub keys: Option<Arc<TypedKeys>>,
     /// Of threads beside this run's own: one that has panicked ends the run by damping.
     pub last_words: LastWords,
     /// Ends after so long.

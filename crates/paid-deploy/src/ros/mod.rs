@@ -34,6 +34,11 @@ pub const IMU: &str = "sensor_msgs::msg::dds_::Imu_";
 /// `nav_msgs/Odometry`.
 pub const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";
 
+/// Messages that may wait for their reader: of most topics the newest ones are enough ...
+const WAITING: i32 = 4;
+/// ... but odometry needs every sample of an inertial sensor, also of the time in which it is busy with a scan: 0.6 s at 200 Hz.
+const WAITING_SAMPLES: i32 = 128;
+
 fn failed(error: impl ToString) -> LinkError {
     LinkError::Network { what: "ROS 2 topics", message: error.to_string() }
 }
@@ -67,7 +72,7 @@ impl RosTopics {
     /// # Errors
     /// If the topic cannot be had.
     pub fn reader(&self, name: &str, kind: &str, reliable: bool) -> Result<RosReader, LinkError> {
-        let qos = qos(reliable, 4);
+        let qos = qos(reliable, if kind == IMU { WAITING_SAMPLES } else { WAITING });
         let topic = self.topic(name, kind, &qos)?;
         let subscriber = self.participant.create_subscriber(&qos).map_err(failed)?;
         subscriber.create_datareader_no_key(&topic, Some(qos)).map(RosReader).map_err(failed)

@@ -206,6 +206,17 @@ impl Runtime {
         }
     }
 
+    /// Odometry has begun a new frame, in which neither goal nor ball have a place: a motion that is played goes on with what was shown last,
+    /// and so does a policy that holds its last pose.
+    pub(super) fn lose_sight(&mut self, now_us: u64) {
+        let before_strike = self.state == State::Kick && self.to_strike() > 0.0;
+        let Some(playing) = &mut self.playing else { return };
+        let looked = !std::mem::replace(&mut playing.blind, true);
+        if looked && before_strike {
+            self.note(now_us, "finishes without looking: odometry has begun a new frame");
+        }
+    }
+
     /// The command of this moment: targets limited in rate and torque, or damping.
     pub(super) fn command(&mut self, now_us: u64) -> LowCmd {
         let (player, limits) = (&self.player, &self.limits);
@@ -249,4 +260,59 @@ impl Runtime {
 fn nothing() -> SceneView<f64> {
     let ball = Pose::identity().point_in_world(Vec3([1.0, 0.0, -0.65]));
     SceneView::new(ball, Vec3([5.0, 0.0, -0.65]))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::limits::Limits;
+    use crate::message::{Packet, TorsoPose};
+    use crate::player::{Player, PlayerSpec};
+    use crate::wire::LowState;
+
+    /// A state of an upright robot, and a pose of its torso in this frame of odometry.
+    fn hear(runtime: &mut Runtime, now_us: u64, frame: u32) {
+        let mut state = LowState { mode_machine: 5, tick: (now_us / 1000) as u32, ..LowState::default() };
+        state.imu.quaternion = [1.0, 0.0, 0.0, 0.0];
+        runtime.take(now_us, &Packet::LowState(state.sealed().to_cdr()));
+        runtime.sight.remember(now_us, &runtime.body, &runtime.player);
+        let quaternion = [1.0, 0.0, 0.0, 0.0];
+        let pose = TorsoPose { age_us: 0, frame, position: [0.0, 0.0, 0.9], quaternion };
+        runtime.take(now_us, &Packet::Torso(pose));
+    }
+
+    #[test]
+    fn from_a_new_frame_of_odometry_to_the_next_kick_the_policy_is_shown_what_it_was_shown_last() {
+        let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
+        let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
+        let mut runtime = Runtime::new(Arc::new(player), Limits::default());
+        let last = SceneView::new(Vec3([1.0, 0.2, -0.6]), Vec3([4.0, 0.3, -0.6]));
+        let playing = |step| Playing { motion: 0, step, shown: Some(last), blind: false, unseen: false };
+        let shown = |runtime: &mut Runtime, now_us: u64| {
+            let scene = runtime.scene(now_us).expect("a motion");
+            [scene.ball.0, scene.goal.0]
+        };
+        let frozen = [last.ball.0, last.goal.0];
+        // After the strike the policy holds the clip's last pose, and looks.
+        (runtime.state, runtime.playing) = (State::Ready, Some(playing(500)));
+        hear(&mut runtime, 2_000, 0);
+        assert_ne!(shown(&mut runtime, 2_000), frozen);
+        hear(&mut runtime, 4_000, 1);
+        assert_eq!(shown(&mut runtime, 4_000), frozen);
+        hear(&mut runtime, 6_000, 1);
+        assert_eq!(shown(&mut runtime, 6_000), frozen, "the new frame goes on");
+        assert!(runtime.events.is_empty(), "{:?}", runtime.events);
+        // The next kick looks again, and says so if it no longer can.
+        runtime.begin_kick(8_000, 0);
+        hear(&mut runtime, 8_000, 1);
+        assert_eq!(runtime.playing.as_ref().map(|playing| playing.blind), Some(false));
+        runtime.playing = Some(playing(0));
+        hear(&mut runtime, 10_000, 2);
+        assert_eq!(shown(&mut runtime, 10_000), frozen);
+        let said = runtime.events.last().map(|event| event.reason.as_str());
+        assert_eq!(said, Some("finishes without looking: odometry has begun a new frame"));
+    }
 }

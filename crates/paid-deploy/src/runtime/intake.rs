@@ -1,6 +1,6 @@
 //! What comes from the robot, and whether it can be believed.
 
-use super::{Reason, Runtime};
+use super::{Reason, Runtime, State};
 use crate::eyes::DeviceClock;
 use crate::limits::Limits;
 use crate::message::{OdometryPose, Packet, Sighting};
@@ -86,7 +86,11 @@ impl Runtime {
             Packet::Master(name) => self.intake.master.get_or_insert_default().clone_from(name),
             Packet::Keys(keys) => self.intake.typed.keys |= keys,
             Packet::Battery(percent) if percent.is_finite() => self.intake.battery = Some(*percent),
-            Packet::Torso(pose) => self.sight.torso_pose(now_us, pose),
+            Packet::Torso(pose) => {
+                if self.sight.torso_pose(now_us, pose) {
+                    self.lose_sight(now_us);
+                }
+            }
             Packet::Eyes(report) => {
                 let age = report.picture_age_us.map(|age| age.saturating_add(report.age_us));
                 self.intake.picture_us = age.map(|age| now_us.saturating_sub(age)).or(self.intake.picture_us);
@@ -123,12 +127,16 @@ impl Runtime {
     }
 
     /// True while it only listens: for a time, until the robot has spoken, and for good if somebody else commands the robot that is not
-    /// this runtime's yet.
+    /// this runtime's yet. That it is told to stop does not make the robot its own: damping would fight the program that balances it.
     pub(super) fn listens(&self, now_us: u64) -> bool {
         let begun_us = self.begun_us.unwrap_or(now_us);
         let young = now_us.saturating_sub(begun_us) as f64 * 1e-6 < self.limits.listen_s;
-        let passive = self.state == super::State::Passive;
-        passive && (young || self.intake.others || self.intake.state_us.is_none())
+        let not_its_own = match self.state {
+            State::Passive => true,
+            State::Damping => !self.commanded,
+            State::StandUp | State::Ready | State::Kick | State::Settle => false,
+        };
+        not_its_own && (young || self.intake.others || self.intake.state_us.is_none())
     }
 
     /// Why the robot must not stand up now.

@@ -83,7 +83,7 @@ struct Playing {
     step: usize,
     /// Ball and goal as last shown.
     shown: Option<SceneView<f64>>,
-    /// True once it goes on without odometry: what was shown last is shown to the end.
+    /// True once it goes on without odometry, or that has begun a new frame: what was shown last is shown until the next kick.
     blind: bool,
     /// True once the ball was not seen for too long: it was said.
     unseen: bool,
@@ -95,6 +95,8 @@ pub struct Runtime {
     limits: Limits,
     state: State,
     begun_us: Option<u64>,
+    /// True once it has given a command.
+    commanded: bool,
     entered_us: u64,
     body: Body,
     intake: Intake,
@@ -149,6 +151,7 @@ impl Runtime {
             limits,
             state: State::Passive,
             begun_us: None,
+            commanded: false,
             entered_us: 0,
             enabled: false,
             controller: Controller::Damping,
@@ -253,6 +256,7 @@ impl Runtime {
         }
         self.begun_us.get_or_insert(now_us);
         let command = (!self.listens(now_us)).then(|| self.command(now_us));
+        self.commanded |= command.is_some();
         Output { command, state: self.state, acted, events: std::mem::take(&mut self.events) }
     }
 

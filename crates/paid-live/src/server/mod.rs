@@ -8,7 +8,7 @@ mod viewer;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 
@@ -61,6 +61,8 @@ pub(crate) struct Shared {
     frames: watch::Receiver<Bytes>,
     board: watch::Receiver<Utf8Bytes>,
     commands: SyncSender<Command>,
+    /// Set as soon as a page's stop comes in.
+    stops: Vec<Arc<AtomicBool>>,
     counts: Arc<Counts>,
     pictures: Option<Pictures>,
 }
@@ -97,19 +99,38 @@ fn token() -> Result<String, LiveError> {
 }
 
 impl Server {
-    /// Serves the page and the scene (JSON; empty: there is none yet) from now on; what visitors command comes out of the receiver.
+    /// Serves the page and the scene (JSON; empty: there is none yet) from now on; what visitors command comes out of the receiver, but for
+    /// the stop, which concerns only pages that look on.
     ///
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
     pub fn start(options: &ServeOptions, scene: String) -> Result<(Self, Receiver<Command>), LiveError> {
-        Self::with_pictures(options, scene, None)
+        Self::open(options, scene, None, Vec::new())
     }
 
     /// The same, with pictures that are drawn when a page asks for them.
     pub(crate) fn with_pictures(
         options: &ServeOptions,
         scene: String,
+        pictures: Pictures,
+    ) -> Result<(Self, Receiver<Command>), LiveError> {
+        Self::open(options, scene, Some(pictures), Vec::new())
+    }
+
+    /// A page's stop sets `stops` at once, in the server's thread; it waits in no queue. Whatever else visitors command is dropped.
+    pub(crate) fn that_stops(
+        options: &ServeOptions,
+        scene: String,
+        stops: Vec<Arc<AtomicBool>>,
+    ) -> Result<Self, LiveError> {
+        Self::open(options, scene, None, stops).map(|(server, _)| server)
+    }
+
+    fn open(
+        options: &ServeOptions,
+        scene: String,
         pictures: Option<Pictures>,
+        stops: Vec<Arc<AtomicBool>>,
     ) -> Result<(Self, Receiver<Command>), LiveError> {
         let listener = bind(options)?;
         let address = listener.local_addr().map_err(LiveError::Server)?;
@@ -129,6 +150,7 @@ impl Server {
             frames: see_frames,
             board: see_board,
             commands,
+            stops,
             counts: Arc::clone(&counts),
             pictures,
         });

@@ -168,6 +168,12 @@ async fn read(mut stream: SplitStream<WebSocket>, shared: &Shared) -> Option<(u1
             Err(_) => return None,
         };
         match Command::decode(&bytes) {
+            // Before the budget and beside the queue: a flood must not hold it up, nor whoever does not take what waits.
+            Ok(Command::Stop) => {
+                for stop in &shared.stops {
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }
             Ok(command) if budget.take(Instant::now()) => {
                 if shared.commands.try_send(command).is_err() {
                     drop_one();

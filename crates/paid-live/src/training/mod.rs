@@ -18,6 +18,7 @@ use paid_eval::subject::{Subject, SubjectSpec};
 use paid_train::TrainedPolicy;
 use paid_train::folder::checkpoints;
 
+use crate::live::AT_ONCE;
 use crate::scene::Scene;
 use crate::{Command, LiveError, ServeOptions, Server};
 
@@ -234,7 +235,10 @@ impl Desk {
             let mut changed = told.is_none();
             match self.commands.recv_timeout(wait.min(PATIENCE)) {
                 Ok(first) => {
-                    for command in std::iter::once(first).chain(self.commands.try_iter()) {
+                    for command in std::iter::once(first).chain(self.commands.try_iter()).take(AT_ONCE) {
+                        if self.shared.stop.load(Ordering::Relaxed) {
+                            break;
+                        }
                         if !time.obey(command) {
                             act.command(command)?;
                         }

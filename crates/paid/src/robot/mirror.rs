@@ -1,7 +1,7 @@
 //! `paid robot run --live`: a page that shows what the runtime knows of its robot, and can stop it.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use paid_deploy::{LiveStatus, Player, State, Status, Told};
 use paid_eval::metrics::shooting::fallen;
@@ -21,13 +21,13 @@ const BURIED_M: f64 = -9.0;
 pub struct Mirror {
     page: WatchPage,
     player: Arc<Player>,
-    stop: Arc<AtomicBool>,
     pictures: u32,
     lay: bool,
 }
 
 impl Mirror {
-    /// Serves the page and says its address, if it was asked for. The page's stop sets `stop`.
+    /// Serves the page and says its address, if it was asked for. The page's stop sets `stop`, from the server's thread: [`Mirror::tell`] may
+    /// wait for a terminal.
     pub fn open(
         live: &LiveArgs,
         args: &PlayerArgs,
@@ -38,18 +38,14 @@ impl Mirror {
             return Ok(None);
         }
         let shown = ["the robot", "The robot is damped, and the program ends"];
-        let page = serve(live, args, player, shown, "what the robot's senses say")?;
+        let page = serve(live, args, player, shown, "what the robot's senses say", stop)?;
         // Standard output may be lines of JSON.
         eprintln!("{}  <- open this in a browser to look on", page.url());
-        let (player, stop) = (Arc::clone(player), Arc::clone(stop));
-        Ok(Some(Self { page, player, stop, pictures: 0, lay: false }))
+        Ok(Some(Self { page, player: Arc::clone(player), pictures: 0, lay: false }))
     }
 
-    /// Shows what is told, and looks whether the page's stop was pressed. A page that fails does not end the run.
+    /// Shows what is told. A page that fails does not end the run.
     pub fn tell(&mut self, told: Told<'_>) {
-        if self.page.stop_asked() {
-            self.stop.store(true, Ordering::Relaxed);
-        }
         match told {
             Told::Event(event) => {
                 let _ = self.page.say(format!("{} -> {}: {}", event.from, event.to, event.reason));

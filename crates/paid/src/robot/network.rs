@@ -38,7 +38,7 @@ pub struct RunArgs {
     /// Release the vendor's controller if it is in command. THE ROBOT GOES LIMP: it must hang on the gantry.
     #[arg(long, conflicts_with = "no_switcher")]
     release: bool,
-    /// Everything but commands: the robot is told nothing.
+    /// Run everything, but send no joint commands. With --release the vendor's controller is released all the same: THE ROBOT GOES LIMP.
     #[arg(long)]
     dry_run: bool,
     /// Write every step to this log, a new file.
@@ -53,7 +53,7 @@ pub struct RunArgs {
     /// Show state, rates, joints and ball on the terminal, and take the remote's keys from the keyboard.
     #[arg(long, conflicts_with_all = ["json", "quiet"])]
     view: bool,
-    /// End after so many seconds [default: runs until Ctrl-C].
+    /// End after this many seconds [default: runs until Ctrl-C].
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     #[command(flatten)]

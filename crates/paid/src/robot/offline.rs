@@ -71,16 +71,16 @@ pub struct SimArgs {
     /// senses, which know the truth and err by chance.
     #[arg(long, requires = "lockstep")]
     eyes: bool,
-    /// In lockstep: commands take so long to the robot, as over a network, 0 to 20.
+    /// In lockstep: delay every command to the robot by this much, as a network does, 0 to 20 [ms].
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = delay, requires = "lockstep")]
     delay_ms: f64,
-    /// In lockstep: every 1.3 s neither runtime nor writer is run for so long, as on a computer that stands still for a moment, 0 to 200.
+    /// In lockstep: every 1.3 s, stop runtime and writer for this long, as on a computer that stalls, 0 to 200 [ms].
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = pause, requires = "lockstep")]
     pause_ms: f64,
     /// With --eyes: what follows the torso. The LiDAR's odometry, or the true pose with training's drift.
     #[arg(long, value_name = "WHICH", value_enum, default_value_t = TorsoChoice::Lidar, requires = "eyes")]
     odometry: TorsoChoice,
-    /// Least score of a ball in the own eyes' pictures, 0 to 1 [default: the detector's].
+    /// Lowest score of a detection that counts, 0 to 1 [default: the detector's].
     #[arg(long, value_name = "P", requires = "eyes")]
     confidence: Option<f64>,
     /// On the network: pictures a second, rendered while somebody reads them; 0: none. In lockstep with --eyes the same [default there: 25].
@@ -89,8 +89,8 @@ pub struct SimArgs {
     /// On the network: send a Mid-360's packets to this address, samples to the port that is 100 higher, such as 127.0.0.1:56301.
     #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "lockstep")]
     pub(super) lidar: Option<std::net::SocketAddr>,
-    /// Orders from a file, a line each: the simulated time in seconds, then the order. Orders are read from the keyboard too: keys L2+Up,
-    /// ball 1.2 0.1, goal 5 0, free, gantry, battery 15, fault silence, fault none, quit.
+    /// Commands from a file, one per line: the simulated time in seconds, then the command. Commands are read from the keyboard too: keys
+    /// L2+Up, ball 1.2 0.1, goal 5 0, free, gantry, battery 15, fault silence, fault none, quit.
     #[arg(long, value_name = "FILE")]
     pub(super) script: Option<PathBuf>,
     #[command(flatten)]

@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use paid_deploy::view::{Pressed, Screen, View};
-use paid_deploy::{LastWords, Mailbox, Told};
+use paid_deploy::{LastWords, Told, TypedKeys};
 
 use super::network::no_terminal;
 use crate::failure::Failure;
@@ -23,7 +23,7 @@ impl Viewer {
     /// Takes the terminal. Keys of the remote go into `keys`; the end is asked for by `stop`; a keyboard's
     /// thread that panics leaves its words in `last_words`.
     pub fn begin(
-        keys: &Arc<Mailbox<u16>>,
+        keys: &Arc<TypedKeys>,
         stop: &Arc<AtomicBool>,
         last_words: &LastWords,
     ) -> Result<Self, Failure> {
@@ -56,10 +56,10 @@ impl Viewer {
 }
 
 /// Takes keys until it is over.
-fn read_keys(keys: &Mailbox<u16>, stop: &AtomicBool, ended: &AtomicBool) {
+fn read_keys(keys: &TypedKeys, stop: &AtomicBool, ended: &AtomicBool) {
     while !ended.load(Ordering::Relaxed) {
         match Screen::key(Duration::from_millis(50)) {
-            Ok(Some(Pressed::Remote(bits))) => while !keys.put(bits) {},
+            Ok(Some(Pressed::Remote(bits))) => keys.press(bits),
             Ok(Some(Pressed::Quit)) => stop.store(true, Ordering::Relaxed),
             Ok(None) => {}
             // A keyboard that is gone is no reason to go on unseen.

@@ -2,6 +2,8 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use paid_deploy::sim::{KickResult, STEP_US, VirtualG1, Watcher};
@@ -43,13 +45,14 @@ pub(super) fn in_view(belief: Option<&Belief>) -> bool {
     belief.is_some_and(|belief| belief.age_s < IN_VIEW_S)
 }
 
-/// Serves a page that looks on at a robot with this player: what moves it, and what the page's stop does.
+/// Serves a page that looks on at a robot with this player: what moves it, and what the page's stop does, which sets `asked`.
 pub(super) fn serve(
     live: &LiveArgs,
     args: &PlayerArgs,
     player: &Player,
     [engine, stop]: [&'static str; 2],
     knowledge: &str,
+    asked: &Arc<AtomicBool>,
 ) -> Result<WatchPage, Failure> {
     let watched = Watched {
         policy: args.policy.display().to_string(),
@@ -60,7 +63,7 @@ pub(super) fn serve(
         engine,
         stop,
     };
-    WatchPage::start(watched, knowledge.to_owned(), &live.options()).map_err(Failure::input)
+    WatchPage::start_with_stop(watched, knowledge.to_owned(), &live.options(), asked).map_err(Failure::input)
 }
 
 /// The page, shared by who shows the robot and who counts its shots.
@@ -78,7 +81,8 @@ impl Watching {
             return Ok(None);
         }
         let knowledge = "what the virtual robot's senses say";
-        let page = serve(live, args, player, ["MuJoCo", "The robot is damped"], knowledge)?;
+        let stop = "The robot is damped";
+        let page = serve(live, args, player, ["MuJoCo", stop], knowledge, &Arc::default())?;
         let anchor = anchor(player);
         println!("{}  <- open this in a browser to look on", page.url());
         let nominal_height_m = player.spec.nominal_height_m;
@@ -206,6 +210,6 @@ impl Watcher for LookOn {
     }
 
     fn stops(&mut self) -> bool {
-        self.watching.page.borrow_mut().stop_asked()
+        self.watching.page.borrow().stop_asked()
     }
 }

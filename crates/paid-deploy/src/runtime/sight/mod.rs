@@ -48,14 +48,16 @@ impl Sight {
         self.place.odometry(pose);
     }
 
-    /// Takes in a pose of the torso: the joints of its time say where the pelvis was.
-    pub fn torso_pose(&mut self, now_us: u64, pose: &TorsoPose) {
-        if self.place.torso_pose(now_us, pose) {
+    /// Takes in a pose of the torso: the joints of its time say where the pelvis was. True if it is of a new frame.
+    pub fn torso_pose(&mut self, now_us: u64, pose: &TorsoPose) -> bool {
+        let anew = self.place.torso_pose(now_us, pose);
+        if anew {
             // What was known in the old frame means nothing in the new one.
             self.goal = None;
             self.ball.forget_report();
             self.history.reset_lane(0);
         }
+        anew
     }
 
     /// Takes in what the eyes believe.
