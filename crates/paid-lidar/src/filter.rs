@@ -93,7 +93,7 @@ impl Filter {
     fn step(&mut self, next: ImuSample, config: &Config, motion: &mut Motion) {
         let step = Step::new(&self.state, &self.last, &next);
         motion.push(self.last.time_s, &self.state, &step);
-        let noise = noise_of(&self.last, &next, config);
+        let noise = noise_of(&self.last, &next, self.accel_scale, config);
         self.covariance = step.covariance(&self.state, &self.covariance, &noise);
         self.state = step.apply(&self.state);
         self.last = next;
@@ -150,11 +150,11 @@ impl Filter {
     }
 }
 
-/// Noise of a step between two samples: more in impacts, at the end of the accelerometer's range, and over a gap.
-fn noise_of(a: &ImuSample, b: &ImuSample, config: &Config) -> ImuNoise {
+/// Noise of a step between two samples, scaled by `accel_scale`: more in impacts, at the end of the accelerometer's range, and over a gap.
+fn noise_of(a: &ImuSample, b: &ImuSample, accel_scale: f64, config: &Config) -> ImuNoise {
     let mut noise = config.imu_noise;
     noise.accel += (IMPACT_SHARE * (b.accel - a.accel).norm()).powi(2);
-    if a.peak_accel().max(b.peak_accel()) > 0.98 * config.accel_range {
+    if a.peak_accel().max(b.peak_accel()) > 0.98 * config.accel_range * accel_scale {
         noise.accel = noise.accel.max(config.saturated_variance);
     }
     if b.time_s - a.time_s > config.imu_gap_s {
@@ -170,12 +170,17 @@ mod tests {
     use crate::initializer::Initializer;
 
     fn at_rest() -> Filter {
+        at_rest_with(9.81)
+    }
+
+    /// At rest with an accelerometer that says this of gravity `[m/s^2]`.
+    fn at_rest_with(gravity: f64) -> Filter {
         let mut initializer = Initializer::default();
         let config = Config::default();
         let sample = |i: i32| ImuSample {
             time_s: f64::from(i) * 0.005,
             gyro: Vector3::zeros(),
-            accel: Vector3::z() * 9.81,
+            accel: Vector3::z() * gravity,
         };
         (0..200).find_map(|i| initializer.push(sample(i), &config)).map(Filter::new).expect("still")
     }
@@ -202,17 +207,21 @@ mod tests {
 
     #[test]
     fn a_sample_at_the_end_of_the_range_leaves_the_velocity_in_doubt() {
-        let deviation = |accel: f64| {
-            let mut filter = at_rest();
+        let of_sensor = |gravity: f64, accel: f64| {
+            let mut filter = at_rest_with(gravity);
             let time_s = filter.time_s() + 0.005;
             let sample = ImuSample { time_s, gyro: Vector3::zeros(), accel: Vector3::z() * accel };
             filter.predict(&mut VecDeque::from([sample]), time_s, &Config::default(), &mut Motion::default());
             filter.pose_covariance()[(8, 8)] - 1e-2
         };
+        let deviation = |accel: f64| of_sensor(9.81, accel);
         // 400 m^2/s^4 x (5 ms)^2
         assert!((deviation(39.24) - 0.01).abs() < 1e-4, "{}", deviation(39.24));
         // A quarter of the difference of 20.19 m/s^2 from sample to sample, squared: 25.5, and 0.1.
         assert!((deviation(30.0) - 25.6 * 2.5e-5).abs() < 5e-5, "{}", deviation(30.0));
+        // An accelerometer that says too much of gravity, and so of everything, ends its range where the others do.
+        let scaled = of_sensor(1.05 * 9.81, 39.24);
+        assert!((scaled - 0.01).abs() < 1e-4, "{scaled}");
     }
 
     #[test]

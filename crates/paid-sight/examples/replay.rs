@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use paid_lidar::sim::processor_clock;
-use paid_sight::{Recording, Sight, replay};
+use paid_sight::{Recording, replay};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).ok_or("expected a recording")?;
     let recording = Recording::open(Path::new(&file))?;
-    let mut sight = Sight::new(recording.setup(None)?)?;
+    let mut sight = recording.sight(None)?;
     let clock = processor_clock();
     let begin = clock();
     let result = replay(&recording, &mut sight, |_| {})?;

@@ -54,6 +54,16 @@ pub enum SightError {
         /// What was found.
         found: String,
     },
+    /// Something in a recording that the eyes cannot take, or that nobody can make eyes of.
+    #[error("{path}: {place}: {source}")]
+    Place {
+        /// The file.
+        path: PathBuf,
+        /// Topic and number of the message.
+        place: String,
+        /// What is wrong there.
+        source: Box<SightError>,
+    },
     /// Too little to fit constants to.
     #[error("sightings: expected {expected}, found {found}")]
     Fit {

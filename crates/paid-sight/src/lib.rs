@@ -23,6 +23,7 @@ mod cdr;
 mod chunks;
 mod error;
 pub mod fit;
+mod horizon;
 mod message;
 mod pipeline;
 mod pose_watch;

@@ -9,12 +9,13 @@ use paid_vision::locate::BallFinder;
 use paid_vision::{DepthImage, PictureFault, PictureWatch, VisionError};
 
 use crate::body::OwnBody;
+use crate::horizon::Horizon;
 use crate::message::{ImuMessage, PictureMessage, PoseMessage, ScanMessage, seconds};
 use crate::pose_watch::{OdometryState, PoseWatch};
 use crate::{Arrived, Finder, Message, SightError, SightSetup};
 
-/// The tracker stays so far behind the present `[s]`: pictures that are later are not used.
-const HORIZON_S: f64 = 0.15;
+/// Poses that are farther apart `[s]` say nothing of the time between them: odometry comes at 10 Hz or more.
+const HOLE_S: f64 = 0.15;
 /// A ball on the ground is no higher above it than this and its radius `[m]`: what is higher is a hand.
 const HIGHEST_M: f64 = 0.35;
 /// Velocity of the torso is taken over this time `[s]`.
@@ -64,6 +65,7 @@ pub struct Sight {
     watch: PictureWatch,
     body: OwnBody,
     memory: BallMemory,
+    horizon: Horizon,
     lidar: Option<Odometry>,
     frame: Option<u32>,
     state: OdometryState,
@@ -94,10 +96,11 @@ impl Sight {
             watch: PictureWatch::new(setup.intrinsics),
             body: OwnBody::new(setup.robot, &setup.torso)?,
             memory: BallMemory::new(setup.memory, setup.tracker),
+            horizon: Horizon::default(),
             lidar: setup.lidar.map(Odometry::new).transpose()?,
             frame: None,
             state: OdometryState::Waiting,
-            poses: PoseBuffer::new(1.0, 0.05),
+            poses: no_poses(),
             pose_watch: PoseWatch::default(),
             floor: None,
             radius: setup.radius_m,
@@ -128,7 +131,7 @@ impl Sight {
     /// Forgets balls, poses and floor: another odometry begins a new frame, in which places of the old one mean nothing.
     pub fn forget(&mut self) {
         self.memory.clear();
-        self.poses = PoseBuffer::new(1.0, 0.05);
+        self.poses = no_poses();
         self.pose_watch = PoseWatch::default();
         self.floor = None;
         self.place.set_floor(None);
@@ -197,7 +200,7 @@ impl Sight {
             if self.frame.replace(estimate.frame).is_some_and(|old| old != estimate.frame) {
                 // Places of the old frame mean nothing in the new one.
                 self.memory.clear();
-                self.poses = PoseBuffer::new(1.0, 0.05);
+                self.poses = no_poses();
                 self.floor = None;
             }
         }
@@ -217,7 +220,7 @@ impl Sight {
         let last = *self.last_ns.get_or_insert(at_ns);
         if at_ns > last {
             let dt_s = seconds(at_ns - last);
-            self.memory.advance(dt_s, HORIZON_S, &self.rolling);
+            self.memory.advance(dt_s, self.horizon.seconds(), &self.rolling);
             self.rolling.to_strike_s -= dt_s;
             self.last_ns = Some(at_ns);
         }
@@ -265,6 +268,11 @@ impl Sight {
         if self.fault.is_some_and(|fault| fault.is_blind()) {
             return Ok(());
         }
+        let age_s = seconds(at_ns.saturating_sub(picture.captured_ns));
+        // The tracker could not use its finds, which must not count then.
+        if !self.horizon.reaches(age_s) {
+            return Ok(());
+        }
         let depth = depth.filter(|_| self.fault.is_none());
         let Some(torso) = self.torso(captured_s) else { return Ok(()) };
         let velocity = self
@@ -285,7 +293,6 @@ impl Sight {
             }
             found.push(sighting);
         }
-        let age_s = seconds(at_ns.saturating_sub(picture.captured_ns));
         let finds: Vec<Candidate> = found
             .iter()
             .map(|sighting| Candidate { picture: sighting.picture(seconds(at_ns)), score: sighting.score })
@@ -341,4 +348,9 @@ impl Sight {
             Finder::Boxes => Ok(Vec::new()),
         }
     }
+}
+
+/// Poses of a second, and up to 0.05 s after the last one; none yet.
+fn no_poses() -> PoseBuffer {
+    PoseBuffer::new(1.0, 0.05).with_longest_gap(HOLE_S)
 }

@@ -11,7 +11,7 @@ use crate::recorder::believed_bytes;
 use crate::schema;
 use crate::setup::SetupRecord;
 use crate::{
-    Arrived, Believed, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage,
+    Arrived, Believed, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, Sight,
     SightError, SightSetup,
 };
 
@@ -88,22 +88,32 @@ impl Recording {
         };
         let record: SetupRecord =
             serde_json::from_str(&text).map_err(|error| wrong("a setup of the eyes", error.to_string()))?;
-        record.setup(detector)
+        record.setup(detector).map_err(|error| self.placed(schema::SETUP.name.to_owned(), error))
+    }
+
+    /// The eyes that were recorded, before they saw anything; `detector` as for [`Self::setup`].
+    ///
+    /// # Errors
+    /// As [`Self::setup`], or if a part of the setup makes no sense.
+    pub fn sight(&self, detector: Option<Detector>) -> Result<Sight, SightError> {
+        let sight = Sight::new(self.setup(detector)?);
+        sight.map_err(|error| self.placed(schema::SETUP.name.to_owned(), error))
     }
 
     /// Everything that it holds, in its order; topics of others are passed over.
     ///
     /// # Errors
-    /// If it is not a whole MCAP file, or a message is not what its topic says. What came before has been given then.
+    /// If it is not a whole MCAP file, or a message is not what its topic says, or `take` fails. What came before has been given then.
     pub fn read(&self, mut take: impl FnMut(Recorded) -> Result<(), SightError>) -> Result<(), SightError> {
         let mut parts = Parts::default();
-        let mut failed = None;
+        let (mut failed, mut number) = (None, 0_usize);
         self.each(&mut |topic, at_ns, made_ns, data| {
             if let Some(recorded) = decode(topic, at_ns, made_ns, data, &mut parts)?
                 && let Err(error) = take(recorded)
             {
-                failed = Some(error);
+                failed = Some(self.placed(format!("{topic}, message {number}"), error));
             }
+            number += 1;
             Ok(failed.is_none())
         })?;
         failed.map_or(Ok(()), Err)
@@ -128,7 +138,13 @@ impl Recording {
         Ok(())
     }
 
-    fn wrong(&self, place: &str, expected: &str, found: String) -> SightError {
+    /// An error with the place where it comes from.
+    fn placed(&self, place: String, error: SightError) -> SightError {
+        SightError::Place { path: self.path.clone(), place, source: Box::new(error) }
+    }
+
+    /// Something that is not what it should be.
+    pub(crate) fn wrong(&self, place: &str, expected: &str, found: String) -> SightError {
         SightError::Recording {
             path: self.path.clone(),
             place: place.to_owned(),

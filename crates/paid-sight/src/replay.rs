@@ -1,6 +1,6 @@
 //! Runs the eyes again on a recording.
 
-use crate::{Believed, Message, Recorded, Recording, Sight, SightError, seconds};
+use crate::{Believed, Message, Recorded, Recording, Sight, SightError, schema, seconds};
 
 /// What a replay was.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Replay {
 /// Feeds `sight` with what a recording holds, and compares what it believes with what is recorded. `see` is told every belief.
 ///
 /// # Errors
-/// If the recording is damaged, or does not fit the eyes.
+/// If the recording is damaged, does not fit the eyes, or has no beliefs.
 pub fn replay(
     recording: &Recording,
     sight: &mut Sight,
@@ -53,5 +53,9 @@ pub fn replay(
         }
         Ok(())
     })?;
+    if tally.equal == 0 && tally.first_different_s.is_none() {
+        let expected = "beliefs to compare with";
+        return Err(recording.wrong(schema::BELIEVED.name, expected, "none".to_owned()));
+    }
     Ok(tally)
 }

@@ -46,6 +46,11 @@ fn picture(captured_ns: u64, ball: Option<[f64; 2]>, floor: f64) -> PictureMessa
 
 /// Messages of a robot that stands and looks for `steps` control steps; `ball` says what the picture of a time shows.
 fn story(steps: u64, ball: impl Fn(f64) -> Option<[f64; 2]>) -> Vec<Arrived> {
+    late_story(steps, LATENCY_NS, ball)
+}
+
+/// The same with pictures of another age.
+fn late_story(steps: u64, latency_ns: u64, ball: impl Fn(f64) -> Option<[f64; 2]>) -> Vec<Arrived> {
     let robot = paid_robot::RobotModel::g1();
     let standing = RobotSpec::g1().resolve(&robot).expect("complete").default_pos;
     let mut out = Vec::new();
@@ -54,8 +59,8 @@ fn story(steps: u64, ball: impl Fn(f64) -> Option<[f64; 2]>) -> Vec<Arrived> {
         let mut add = |message: Message| out.push(Arrived { at_ns, message });
         add(Message::Joints(JointMessage { stamp_ns: at_ns, positions: standing.clone() }));
         add(Message::Pose(PoseMessage { stamp_ns: at_ns, position: TORSO, quat: [1.0, 0.0, 0.0, 0.0] }));
-        if step % 2 == 0 && at_ns >= LATENCY_NS {
-            let captured_ns = at_ns - LATENCY_NS;
+        if step % 2 == 0 && at_ns >= latency_ns {
+            let captured_ns = at_ns - latency_ns;
             add(Message::Picture(Box::new(picture(captured_ns, ball(seconds(captured_ns)), -0.0))));
         }
         add(Message::Step { to_strike_s: f64::INFINITY });
@@ -104,6 +109,22 @@ fn an_empty_floor_where_the_ball_should_be_loses_it() {
     let believed = play(&mut sight, &messages);
     assert_eq!(believed[49].ball.map(|ball| ball.state), Some(BallState::Seen));
     assert_eq!(believed[119].ball.map(|ball| ball.state), Some(BallState::Lost));
+}
+
+#[test]
+fn a_rolling_ball_is_followed_by_pictures_of_any_age_that_is_allowed() {
+    for latency_ns in [LATENCY_NS, 200_000_000, 400_000_000] {
+        let mut sight = Sight::new(setup()).expect("a setup");
+        let messages = late_story(100, latency_ns, |time_s| Some([1.2 - 0.2 * time_s, 0.1]));
+        let last = *play(&mut sight, &messages).last().expect("steps");
+        assert_eq!(last.picture, None);
+        let belief = last.ball.expect("seen").belief;
+        let ([x, y], age_s) = (belief.ball.position, belief.age_s);
+        let true_x = 1.2 - 0.2 * seconds(last.at_ns);
+        assert!((x - true_x).hypot(y - 0.1) < 0.1, "{latency_ns}: {x} {y}, {true_x}");
+        // By the newest picture, or the one before.
+        assert!(age_s < seconds(latency_ns) + 0.05, "{latency_ns}: {age_s}");
+    }
 }
 
 /// A recording of a story, with what was believed.
@@ -161,6 +182,33 @@ fn a_recording_gives_the_same_messages_and_the_same_beliefs_to_the_last_bit() {
     });
     read.expect("whole");
     assert!(differs);
+}
+
+#[test]
+fn what_cannot_be_replayed_is_named_with_file_and_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("odd.mcap");
+    let recording = |setup: &SightSetup, angles: usize| {
+        let mut recorder = Recorder::create(&path, setup).expect("a file");
+        let joints = JointMessage { stamp_ns: 5, positions: vec![0.0; angles] };
+        recorder.message(&Arrived { at_ns: 5, message: Message::Joints(joints) }).expect("written");
+        recorder.finish().expect("written");
+        Recording::open(&path).expect("a file")
+    };
+    let refused = |recording: &Recording| {
+        let mut sight = recording.sight(None).expect("a setup");
+        replay(recording, &mut sight, |_| {}).expect_err("no replay").to_string()
+    };
+    let error = refused(&recording(&setup(), 3));
+    let expected = "odd.mcap: /joint_states, message 1: joints: expected 29 finite angles, found 3";
+    assert!(error.ends_with(expected), "{error}");
+    let error = refused(&recording(&setup(), 29));
+    let expected = "odd.mcap: /paid/believed: expected beliefs to compare with, found none";
+    assert!(error.ends_with(expected), "{error}");
+    let neck = SightSetup { torso: "neck".to_owned(), ..setup() };
+    let error = recording(&neck, 29).sight(None).expect_err("no neck").to_string();
+    let named = error.contains("odd.mcap: /paid/setup: robot ");
+    assert!(named && error.ends_with("expected a body 'neck', found none"), "{error}");
 }
 
 #[test]
@@ -237,4 +285,17 @@ fn another_odometry_that_jumps_or_falls_silent_is_told_and_moves_no_ball_in_sile
     assert!(believed[79].torso.is_none());
     let told = believed[88].odometry.to_string();
     assert!(told.starts_with("lost: last pose 0.2"), "{told}");
+}
+
+#[test]
+fn a_hole_in_the_poses_is_not_bridged_and_poses_at_10_hz_are_joined() {
+    let mut sight = Sight::new(setup()).expect("a setup");
+    let believed = play(&mut sight, &with_poses(|t| (!(2.305..2.495).contains(&t)).then_some(0.0)));
+    assert_eq!(believed[149].odometry, OdometryState::Tracking);
+    assert_eq!([2.2, 2.4, 2.55].map(|time_s| sight.torso(time_s).is_some()), [true, false, true]);
+    let mut sight = Sight::new(setup()).expect("a setup");
+    let tenths = |t: f64| (10.0 * t - (10.0 * t).round()).abs() < 1e-6;
+    let believed = play(&mut sight, &with_poses(|t| tenths(t).then_some(0.0)));
+    assert_eq!(believed[149].odometry, OdometryState::Tracking);
+    assert_eq!([2.15, 2.45, 2.85].map(|time_s| sight.torso(time_s).is_some()), [true; 3]);
 }

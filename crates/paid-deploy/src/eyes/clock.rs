@@ -14,9 +14,11 @@ pub struct DeviceClock {
 }
 
 impl DeviceClock {
-    /// Local time of what is stamped `stamp_ns` and arrived at `arrival_ns` by the local clock `[ns]`; never later than its arrival.
-    pub fn local_ns(&mut self, stamp_ns: u64, arrival_ns: u64) -> u64 {
-        let delay = i128::from(arrival_ns) - i128::from(stamp_ns);
+    /// Local time of what is stamped `stamp_ns` and arrived at `arrival_ns` by the local clock `[ns]`; never later than its arrival. Stamps may
+    /// be negative.
+    pub fn local_ns(&mut self, stamp_ns: impl Into<i128>, arrival_ns: u64) -> u64 {
+        let stamp_ns: i128 = stamp_ns.into();
+        let delay = i128::from(arrival_ns) - stamp_ns;
         let usual = self
             .shortest
             .map(|(shortest, since)| shortest + (DRIFT * arrival_ns.saturating_sub(since) as f64) as i128);
@@ -25,7 +27,7 @@ impl DeviceClock {
         if usual == delay {
             self.shortest = Some((delay, arrival_ns));
         }
-        u64::try_from(i128::from(stamp_ns) + usual).unwrap_or(0)
+        u64::try_from(stamp_ns + usual).unwrap_or(0)
     }
 }
 
@@ -53,5 +55,8 @@ mod tests {
         assert_eq!(clock.local_ns(5_000 * MS, 9_000 * MS), 9_000 * MS);
         assert_eq!(clock.local_ns(90_000 * MS, 9_100 * MS), 9_100 * MS);
         assert_eq!(clock.local_ns(100 * MS, 9_200 * MS), 9_200 * MS);
+        // To before its own zero.
+        assert_eq!(clock.local_ns(-7_000_000_000_i64, 9_300 * MS), 9_300 * MS);
+        assert_eq!(clock.local_ns(-6_990_000_000_i64, 9_310 * MS), 9_310 * MS);
     }
 }

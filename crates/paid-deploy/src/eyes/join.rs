@@ -19,8 +19,11 @@ const DEPTHS: usize = 4;
 pub struct PictureJoiner {
     frame: String,
     camera: Option<Intrinsics>,
-    /// The color picture and when it came.
-    color: Option<(Stamped<ColorImage>, u64)>,
+    color: Option<Stamped<ColorImage>>,
+    /// When the oldest color picture came since the last one was given `[ns]`: a newer one that takes its place does not begin to wait anew.
+    since_ns: Option<u64>,
+    /// Stamp of the last color picture, if it was given alone `[ns]`: the next ones do not wait, until a depth picture comes that fits it.
+    alone_ns: Option<u64>,
     depths: VecDeque<Stamped<DepthImage>>,
 }
 
@@ -53,6 +56,9 @@ impl PictureJoiner {
     /// If it is of another frame: not aligned to color.
     pub fn depth(&mut self, depth: Stamped<DepthImage>) -> Result<(), String> {
         self.check("depth picture", &depth)?;
+        if self.alone_ns.is_some_and(|stamp| depth.stamp_ns.abs_diff(stamp) <= APART_NS) {
+            self.alone_ns = None;
+        }
         if self.depths.len() >= DEPTHS {
             self.depths.pop_front();
         }
@@ -69,22 +75,25 @@ impl PictureJoiner {
         if self.camera.is_none() {
             return Err("color picture: expected a camera info before it, found none".to_owned());
         }
-        self.color = Some((color, at_ns));
+        self.color = Some(color);
+        self.since_ns.get_or_insert(at_ns);
         Ok(())
     }
 
     /// The newest picture that is whole, or has waited for its depth in vain, at `now_ns` `[ns]`; its time of capture is the stamp.
     pub fn take(&mut self, now_ns: u64) -> Option<PictureMessage> {
-        let (color, came_ns) = self.color.as_ref()?;
+        let stamp = self.color.as_ref()?.stamp_ns;
         let camera = self.camera?;
-        let stamp = color.stamp_ns;
+        let waited_ns = now_ns.saturating_sub(self.since_ns.unwrap_or(now_ns));
         let nearest = self.depths.iter().enumerate().min_by_key(|(_, depth)| depth.stamp_ns.abs_diff(stamp));
         let found = nearest.filter(|(_, depth)| depth.stamp_ns.abs_diff(stamp) <= APART_NS).map(|(k, _)| k);
-        if found.is_none() && now_ns.saturating_sub(*came_ns) < PATIENCE_NS {
+        if found.is_none() && self.alone_ns.is_none() && waited_ns < PATIENCE_NS {
             return None;
         }
+        self.alone_ns = found.is_none().then_some(stamp);
+        self.since_ns = None;
         let depth = found.and_then(|k| self.depths.drain(..=k).next_back()).map(|depth| depth.value);
-        let (color, _) = self.color.take()?;
+        let color = self.color.take()?;
         Some(PictureMessage {
             captured_ns: color.stamp_ns,
             color: color.value,
@@ -136,9 +145,31 @@ mod tests {
         let mut joiner = joiner();
         joiner.color(color(100), 130 * MS).expect("color");
         joiner.color(color(140), 170 * MS).expect("color");
-        assert!(joiner.take(200 * MS).is_none());
-        let picture = joiner.take(220 * MS).expect("a picture");
+        assert!(joiner.take(179 * MS).is_none());
+        let picture = joiner.take(180 * MS).expect("50 ms after the first one");
         assert_eq!((picture.captured_ns, picture.depth), (140 * MS, None));
+    }
+
+    #[test]
+    fn at_30_hz_without_depth_only_the_first_picture_waits_until_depth_comes_again() {
+        let mut joiner = joiner();
+        let mut given = Vec::new();
+        for ms in 0..200_u64 {
+            if ms.is_multiple_of(33) {
+                joiner.color(color(ms), ms * MS).expect("color");
+            }
+            let picture = joiner.take(ms * MS);
+            given.extend(picture.map(|picture| (ms, picture.captured_ns / MS, picture.depth.is_some())));
+        }
+        let at_once = [66_u64, 99, 132, 165, 198].map(|ms| (ms, ms, false));
+        assert_eq!((given[0], &given[1..]), ((50, 33, false), at_once.as_slice()));
+        // The depth of the last one, too late for it.
+        joiner.depth(depth(198)).expect("depth");
+        joiner.color(color(231), 231 * MS).expect("color");
+        assert!(joiner.take(231 * MS).is_none(), "it waits");
+        joiner.depth(depth(233)).expect("depth");
+        let picture = joiner.take(240 * MS).expect("a picture");
+        assert_eq!((picture.captured_ns, picture.depth.map(|d| d.data)), (231 * MS, Some(vec![233])));
     }
 
     #[test]

@@ -78,8 +78,9 @@ impl TorsoEyes {
     /// Takes in an inertial sample that came at `at_ns` `[ns]`; gives a pose where one is due.
     pub fn imu(&mut self, sample: ImuSample, at_ns: u64) -> Option<TorsoFix> {
         // Only samples set the clock: scans are longer on their way.
-        let local = |s: f64| (s.max(0.0) * 1e9).round() as u64;
-        let stamp_ns = local(sample.time_s);
+        // Its times are negative once its own clock has fallen back: it was started anew.
+        let device_ns = |s: f64| (s * 1e9).round() as i64;
+        let stamp_ns = device_ns(sample.time_s);
         let here_ns = self.clock.local_ns(stamp_ns, at_ns);
         self.lidar.as_mut()?.push_imu(sample, seconds(at_ns));
         self.poll(at_ns);
@@ -93,7 +94,8 @@ impl TorsoEyes {
         }
         let pose = lidar.pose_at(newest_s)?;
         self.last_s = newest_s;
-        let at_ns = (here_ns + local(newest_s)).saturating_sub(stamp_ns + self.way_ns);
+        let after_ns = device_ns(newest_s).saturating_sub(stamp_ns);
+        let at_ns = here_ns.saturating_add_signed(after_ns).saturating_sub(self.way_ns);
         Some(TorsoFix { at_ns, frame: self.frame, pose: message(at_ns, &pose) })
     }
 
@@ -206,5 +208,36 @@ mod tests {
         // Of one of the last two samples, by the time at which it was taken.
         assert!(last.at_ns.abs_diff(at(3.2, 0)) < 6_000_000, "{last:?}");
         assert_eq!(last.handed_over(last.at_ns + 7_000_000).age_us, 7000);
+    }
+
+    #[test]
+    fn a_lidar_whose_clock_has_fallen_back_before_its_first_time_keeps_its_poses_in_order() {
+        let config = Config::g1();
+        let here = Isometry3::translation(0.0, 0.0, 0.8);
+        let mut sensor = SimulatedMid360::new(
+            Scene::new(SceneKind::Hall, 2),
+            PoseList::new((0..800).map(|k| (f64::from(k) * 0.002, here)).collect()).expect("poses"),
+            SensorModel { points_per_s: 20_000.0, ..SensorModel::default() },
+            g1_torso_from_lidar(),
+            &config.imu_from_lidar,
+            2,
+        );
+        let mut eyes = TorsoEyes::lidar(config, 0.003).expect("a setup");
+        let (zero_ns, mut fixes) = (40_000_000_000_u64, Vec::new());
+        let at = |s: f64, ms: u64| zero_ns + (s * 1e9).round() as u64 + ms * 1_000_000;
+        for _ in 0..12 {
+            let frame = sensor.next_frame();
+            for sample in frame.imu {
+                let stamped = ImuSample { time_s: sample.time_s - 100.0, ..sample };
+                fixes.extend(eyes.imu(stamped, at(sample.time_s, 3)));
+            }
+            let Scan { start_s, end_s, points } = frame.scan;
+            let stamped = Scan { start_s: start_s - 100.0, end_s: end_s - 100.0, points };
+            eyes.scan(stamped, at(end_s, 20));
+        }
+        assert!(fixes.len() > 50, "{}", fixes.len());
+        assert!(fixes.is_sorted_by(|a, b| a.at_ns < b.at_ns), "{fixes:?}");
+        let last = fixes[fixes.len() - 1];
+        assert!(last.at_ns.abs_diff(at(1.2, 0)) < 11_000_000, "{last:?}");
     }
 }

@@ -137,6 +137,8 @@ fn points(message: &[u8]) -> Result<Stamped<ScanMessage>, Wrong> {
         let expected = format!("{height} rows of {width} points of {step} bytes");
         return Err((expected, format!("{} bytes in rows of {row}", data.len())));
     }
+    // Without data there are no points, in however many rows.
+    let height = if data.is_empty() { 0 } else { height };
 
     let of_row = |row: usize, k: usize| &data[row..][k * step..(k + 1) * step];
     let each = (0..height).flat_map(|r| (0..width).map(move |k| of_row(r * row, k)));
@@ -306,6 +308,17 @@ mod tests {
         // A covered sensor says so with an empty cloud, which is a scan.
         let none = read_points(&by_hand(&fields, 17, &[])).expect("no points").value;
         assert_eq!((none.points.len(), none.end_ns - none.start_ns), (0, 1));
+    }
+
+    #[test]
+    fn an_empty_cloud_of_four_thousand_million_rows_is_read_at_once() {
+        let timed = [XYZ.as_slice(), &[("offset_time", 12, 6)]].concat();
+        let mut message = by_hand(&timed, 16, &[]);
+        let height = 4 + 8 + 4 + 4;
+        message[height..height + 4].copy_from_slice(&u32::MAX.to_le_bytes());
+        // Nobody goes through the rows.
+        let scan = read_points(&message).expect("no points").value;
+        assert_eq!((scan.start_ns, scan.end_ns, scan.points.len()), (5_000_000_000, 5_000_000_001, 0));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use paid_lidar::sim::processor_clock;
-use paid_sight::{Believed, Recording, Sight, replay, seconds};
+use paid_sight::{Believed, Recording, replay, seconds};
 use paid_vision::detect::Detector;
 
 use crate::failure::Failure;
@@ -22,12 +22,11 @@ pub struct Args {
     steps: bool,
 }
 
-/// Runs the eyes again; an unequal belief is a failure.
+/// Runs the eyes again; an unequal belief is a failure, and so is a recording without any.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = Recording::open(&args.file).map_err(Failure::input)?;
     let detector = args.detector.as_deref().map(|path| Detector::load(path, None)).transpose();
-    let setup = recording.setup(detector.map_err(Failure::input)?).map_err(Failure::input)?;
-    let mut sight = Sight::new(setup).map_err(Failure::input)?;
+    let mut sight = recording.sight(detector.map_err(Failure::input)?).map_err(Failure::input)?;
     let clock = processor_clock();
     let begin = clock();
     let result = replay(&recording, &mut sight, |believed| {
