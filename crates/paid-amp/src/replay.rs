@@ -58,21 +58,29 @@ impl Replay {
         (&self.pairs, self.next)
     }
 
-    /// Takes back what [`Replay::state`] gave.
+    /// Takes back what [`Replay::state`] gave, also that of a smaller ring: there the oldest pair comes first, and new ones after the
+    /// newest.
     ///
     /// # Errors
-    /// If they do not fit this ring.
-    pub fn restore(&mut self, pairs: Vec<f32>, next: usize) -> Result<(), String> {
-        if !pairs.len().is_multiple_of(self.width)
-            || pairs.len() > self.capacity * self.width
-            || next >= self.capacity
-        {
-            let (found, width, capacity) = (pairs.len(), self.width, self.capacity);
+    /// If they do not fit this ring, or cannot have come from one.
+    pub fn restore(&mut self, mut pairs: Vec<f32>, next: usize) -> Result<(), String> {
+        let (found, width, capacity) = (pairs.len(), self.width, self.capacity);
+        let count = found / width;
+        if !found.is_multiple_of(width) || count > capacity {
             return Err(format!(
                 "replay: expected at most {capacity} pairs of {width} numbers, found {found} numbers"
             ));
         }
-        (self.pairs, self.next) = (pairs, next);
+        if next > count {
+            return Err(format!("replay: expected the next place among {count} pairs, found {next}"));
+        }
+        self.next = if count < capacity {
+            pairs.rotate_left(next * width);
+            count
+        } else {
+            next % capacity
+        };
+        self.pairs = pairs;
         Ok(())
     }
 }
@@ -97,5 +105,41 @@ mod tests {
         other.restore(replay.state().0.to_vec(), 2).expect("fits");
         assert_eq!(other, replay);
         assert!(other.restore(vec![0.0; 8], 0).is_err());
+    }
+
+    #[test]
+    fn a_larger_ring_goes_on_behind_the_newest_pair() {
+        let mut small = Replay::new(2, 3);
+        let mut large = Replay::new(2, 5);
+        let add = |replay: &mut Replay, number: f32| {
+            let place = replay.place();
+            replay.put(place, &[number, number]);
+        };
+        let firsts =
+            |replay: &Replay| -> Vec<f32> { replay.state().0.chunks_exact(2).map(|pair| pair[0]).collect() };
+        (1_u8..=5).for_each(|k| add(&mut small, f32::from(k)));
+        large.restore(small.state().0.to_vec(), small.state().1).expect("fits");
+        assert_eq!((firsts(&large), large.state().1), (vec![3.0, 4.0, 5.0], 3));
+        (6_u8..=8).for_each(|k| add(&mut large, f32::from(k)));
+        assert_eq!((firsts(&large), large.state().1), (vec![8.0, 4.0, 5.0, 6.0, 7.0], 1));
+
+        // One that is not full yet stays as it is, and may fill a smaller one.
+        let mut young = Replay::new(2, 5);
+        (1_u8..=3).for_each(|k| add(&mut young, f32::from(k)));
+        let mut other = Replay::new(2, 5);
+        other.restore(young.state().0.to_vec(), 3).expect("fits");
+        assert_eq!(other, young);
+        small.restore(young.state().0.to_vec(), 3).expect("fits");
+        assert_eq!((firsts(&small), small.state().1), (vec![1.0, 2.0, 3.0], 0));
+    }
+
+    #[test]
+    fn a_state_that_no_ring_has_is_refused() {
+        let mut replay = Replay::new(2, 3);
+        let error = replay.restore(vec![0.0; 4], 3).expect_err("beyond the pairs");
+        assert_eq!(error, "replay: expected the next place among 2 pairs, found 3");
+        let error = replay.restore(vec![0.0; 3], 0).expect_err("half a pair");
+        assert_eq!(error, "replay: expected at most 3 pairs of 2 numbers, found 3 numbers");
+        assert!(replay.is_empty() && replay.state().1 == 0, "a refused state changes nothing");
     }
 }

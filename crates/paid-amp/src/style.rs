@@ -291,9 +291,14 @@ impl LearnedReward for StyleReward {
             head.chunks_exact(8).map(|w| u64::from_le_bytes(core::array::from_fn(|i| w[i]))).collect();
         let numbers: Vec<f32> =
             words.chunks_exact(4).map(|w| f32::from_le_bytes(core::array::from_fn(|i| w[i]))).collect();
-        let expected = 3 * params + counts[3] as usize;
-        if words.len() != 4 * expected {
-            return Err(format!("expected {expected} numbers, found {} bytes", words.len()));
+        let expected = usize::try_from(counts[3]).ok().and_then(|pairs| pairs.checked_add(3 * params));
+        if expected.and_then(|numbers| numbers.checked_mul(4)) != Some(words.len()) {
+            return Err(format!(
+                "expected {} numbers and {} of earlier pairs, found {} bytes",
+                3 * params,
+                counts[3],
+                words.len()
+            ));
         }
         self.replay.restore(numbers[3 * params..].to_vec(), counts[2] as usize)?;
         self.params.copy_from_slice(&numbers[..params]);

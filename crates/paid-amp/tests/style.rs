@@ -190,6 +190,11 @@ fn threads_and_a_resume_change_no_weight() {
     paid_learn::LearnedReward::restore(&mut fresh, &one.0).expect("fits");
     assert_eq!(paid_learn::LearnedReward::save(&fresh), one.0);
     assert!(paid_learn::LearnedReward::restore(&mut fresh, &one.0[..one.0.len() - 4]).is_err());
+    let mut damaged = one.0.clone();
+    damaged[24..32].fill(0xFF);
+    let error = paid_learn::LearnedReward::restore(&mut fresh, &damaged).expect_err("too many");
+    assert!(error.contains(&format!("{} of earlier pairs", u64::MAX)), "{error}");
+    assert_eq!(paid_learn::LearnedReward::save(&fresh), one.0, "a refused state changes nothing");
 }
 
 #[test]

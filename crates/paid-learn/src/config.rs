@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 pub struct MirrorConfig {
     /// Factor on it, against the surrogate loss; 0 is off.
     pub weight: f64,
-    /// Share of the samples whose image is looked at in each pass. More cost time: an image costs the policy's network another pass.
+    /// Share of the samples whose image is looked at in each pass, rounded to one in a whole number: 0.25 is one in 4, 0.4 one in 3, and
+    /// more than two thirds are all of them. More cost time: an image costs the policy's network another pass.
     pub share: f64,
 }
 
@@ -219,23 +220,17 @@ impl LearnConfig {
             "between ppo.min_std and ppo.max_std",
             p.initial_std.to_string(),
         ));
-        for (name, net) in [("actor", &self.actor), ("critic", &self.critic)] {
-            let sizes = net.hidden.iter().all(|&size| size > 0);
-            let key = if name == "actor" { "actor.hidden" } else { "critic.hidden" };
-            rules.push((key, sizes, "positive widths", format!("{:?}", net.hidden)));
-            let lstm = net.kind == NetworkKind::Mlp || (net.lstm.layers > 0 && net.lstm.size > 0);
-            let key = if name == "actor" { "actor.lstm" } else { "critic.lstm" };
-            rules.push((
-                key,
-                lstm,
-                "at least 1 layer of at least 1 cell",
-                format!("{} x {}", net.lstm.layers, net.lstm.size),
-            ));
-        }
         for (key, good, expected, found) in rules {
             if !good {
                 return Err(ConfigError { key: key.to_owned(), expected, found });
             }
+        }
+        for (name, net) in [("actor", &self.actor), ("critic", &self.critic)] {
+            net.check().map_err(|error| ConfigError {
+                key: format!("{name}.{}", error.key),
+                expected: error.expected,
+                found: error.found,
+            })?;
         }
         Ok(())
     }
@@ -266,5 +261,27 @@ mod tests {
         assert_eq!(text, "ppo.final_std: expected between ppo.min_std and ppo.max_std, found 20");
         let text = refused(|ppo| ppo.anneal_from = 1.0);
         assert_eq!(text, "ppo.anneal_from: expected 0 or more and less than 1, found 1");
+    }
+
+    #[test]
+    fn networks_of_sizes_that_no_checkpoint_may_have_are_refused() {
+        let refused = |change: fn(&mut LearnConfig)| {
+            let mut config = LearnConfig::default();
+            change(&mut config);
+            config.check().expect_err("a fault").to_string()
+        };
+        let text = refused(|config| config.actor.hidden = vec![8, 0]);
+        assert_eq!(text, "actor.hidden: expected widths of 1 to 65536, found [8, 0]");
+        let text = refused(|config| {
+            config.critic.kind = NetworkKind::Lstm;
+            config.critic.lstm.layers = 0;
+        });
+        assert_eq!(text, "critic.lstm: expected 1 to 64 layers of 1 to 65536 cells, found 0 x 128");
+    }
+
+    #[test]
+    fn the_share_of_images_is_one_in_a_whole_number() {
+        let every = |share| MirrorConfig { weight: 1.0, share }.every();
+        assert_eq!([1.0, 0.7, 0.5, 0.4, 0.3, 0.25].map(every), [1, 1, 2, 3, 3, 4]);
     }
 }

@@ -6,11 +6,12 @@
 //! `c` of each layer) and `blob.<name>` (bytes that the caller added). A reward that the learner computes adds `reward.<name>` (its state, bytes)
 //! and, if it has a critic of its own, `critic_<name>.*` with moments and carry. The metadata hold the shape of the networks as JSON.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::NetworkConfig;
+use crate::config::{MOST_WIDTH, NetworkConfig};
 use crate::net::{Layout, Network};
 use crate::normalizer::{Moments, Normalizer};
 use crate::policy::Policy;
@@ -80,6 +81,23 @@ pub struct Meta {
     pub iteration: u64,
 }
 
+impl Meta {
+    /// Checks the sizes. A damaged file may state any, and the networks are made by them.
+    fn check(&self) -> Result<(), String> {
+        for (key, size) in
+            [("policy_obs", self.policy_obs), ("critic_obs", self.critic_obs), ("actions", self.actions)]
+        {
+            if !(1..=MOST_WIDTH).contains(&size) {
+                return Err(format!("{key}: expected 1 to {MOST_WIDTH}, found {size}"));
+            }
+        }
+        for (name, network) in [("actor", &self.actor), ("critic", &self.critic)] {
+            network.check().map_err(|error| format!("{name}.{error}"))?;
+        }
+        Ok(())
+    }
+}
+
 /// A checkpoint in memory.
 #[derive(Clone, Debug)]
 pub struct Checkpoint {
@@ -114,6 +132,7 @@ impl Checkpoint {
                 meta.version
             )));
         }
+        meta.check().map_err(|error| wrong(format!("metadata: {error}")))?;
         Ok(Self { file, meta })
     }
 
@@ -190,33 +209,77 @@ impl Checkpoint {
     /// # Panics
     /// If `from` names an input that there is not.
     pub fn with_policy_inputs(&self, from: &[Option<usize>]) -> Result<Self, CheckpointError> {
-        let (old, new) = (self.meta.policy_obs, from.len());
+        let net = Network::new(self.meta.policy_obs, self.meta.actions, &self.meta.actor);
+        let meta = Meta { policy_obs: from.len(), ..self.meta.clone() };
+        self.with_inputs("policy", ["actor"], &net, from, meta)
+    }
+
+    /// As [`Checkpoint::with_policy_inputs`], of all critics, which see the same.
+    ///
+    /// # Errors
+    /// If a tensor is missing, has another shape or is not finite.
+    ///
+    /// # Panics
+    /// If `from` names an input that there is not.
+    pub fn with_critic_inputs(&self, from: &[Option<usize>]) -> Result<Self, CheckpointError> {
+        let net = Network::new(self.meta.critic_obs, 1, &self.meta.critic);
+        let meta = Meta { critic_obs: from.len(), ..self.meta.clone() };
+        let names = self.file.tensors.keys().filter_map(|name| Some(name.split_once('.')?.0));
+        let critics: BTreeSet<&str> =
+            names.filter(|name| *name == "critic" || name.starts_with("critic_")).collect();
+        self.with_inputs("critic", critics, &net, from, meta)
+    }
+
+    /// The same with other inputs of the networks of these `names`, all of them shaped as `net`, and of their normalizer.
+    fn with_inputs<'a>(
+        &self,
+        normalizer: &str,
+        names: impl IntoIterator<Item = &'a str>,
+        net: &Network,
+        from: &[Option<usize>],
+        meta: Meta,
+    ) -> Result<Self, CheckpointError> {
+        let (old, new) = (net.input, from.len());
         let rearranged = |row: &[f64], unknown: f64| -> Vec<f64> {
             from.iter().map(|&k| k.map_or(unknown, |k| row[k])).collect()
         };
-        let mut other = self.clone();
+        let mut other = Self { file: self.file.clone(), meta };
         other.file.tensors.retain(|name, _| name.starts_with("blob.") || is_weight(name));
-        let net = Network::new(old, self.meta.actions, &self.meta.actor);
         let first = &net.layout().tensors()[0];
-        let (name, outputs) = (format!("actor.{}", first.name), first.shape[0]);
-        let weights: Vec<f32> = self
-            .file
-            .numbers(&name, &[outputs, old])?
-            .chunks(old)
-            .flat_map(|row| rearranged(row, 0.0))
-            .map(|x| x as f32)
-            .collect();
-        other.file.put_f32s(name, &[outputs, new], &weights);
-        let moments = self.normalizer("policy", old)?.moments().clone();
-        other.file.put_f64s("normalizer.policy.mean", &[new], &rearranged(&moments.mean, 0.0));
-        other.file.put_f64s("normalizer.policy.m2", &[new], &rearranged(&moments.m2, moments.count));
-        other.meta.policy_obs = new;
+        let outputs = first.shape[0];
+        for network in names {
+            let name = format!("{network}.{}", first.name);
+            let weights: Vec<f32> = self
+                .file
+                .numbers(&name, &[outputs, old])?
+                .chunks(old)
+                .flat_map(|row| rearranged(row, 0.0))
+                .map(|x| x as f32)
+                .collect();
+            other.file.put_f32s(name, &[outputs, new], &weights);
+        }
+        let moments = self.normalizer(normalizer, old)?.moments().clone();
+        let mut put = |what: &str, values: &[f64]| {
+            other.file.put_f64s(format!("normalizer.{normalizer}.{what}"), &[new], values);
+        };
+        put("mean", &rearranged(&moments.mean, 0.0));
+        put("m2", &rearranged(&moments.m2, moments.count));
         let text = serde_json::to_string(&other.meta).map_err(|error| CheckpointError::Format {
             path: self.file.path.clone(),
             reason: error.to_string(),
         })?;
         other.file.metadata.insert("paid".to_owned(), text);
         Ok(other)
+    }
+
+    /// Writes all that it holds back to its file, with the bytes that [`Checkpoint::set_blob`] has put into it; the file stays whole if
+    /// this fails.
+    ///
+    /// # Errors
+    /// If a tensor does not fit the metadata or the file system refuses.
+    pub fn save(&self) -> Result<(), CheckpointError> {
+        self.policy()?;
+        self.file.save()
     }
 
     /// Writes weights and normalizers with the caller's `blobs` and nothing else: enough for evaluation, export and
@@ -243,7 +306,8 @@ impl Checkpoint {
     /// # Errors
     /// Naming the first tensor that is missing, has another shape or a number that is not finite.
     pub fn parameters(&self, prefix: &str, layout: &Layout) -> Result<Vec<f32>, CheckpointError> {
-        let mut params = Vec::with_capacity(layout.len());
+        // It grows with what the file has: the layout is only what the metadata promise.
+        let mut params = Vec::new();
         for spec in layout.tensors() {
             params.extend(self.file.f32s(&format!("{prefix}.{}", spec.name), &spec.shape)?);
         }
@@ -253,12 +317,17 @@ impl Checkpoint {
     /// The normalizer `policy` or `critic`.
     ///
     /// # Errors
-    /// If its tensors are missing, have another shape or a number that is not finite.
+    /// If its tensors are missing, have another shape or a number that is not finite or that no samples have.
     pub fn normalizer(&self, name: &str, features: usize) -> Result<Normalizer, CheckpointError> {
         let mean = self.file.f64s(&format!("normalizer.{name}.mean"), &[features])?;
         let m2 = self.file.f64s(&format!("normalizer.{name}.m2"), &[features])?;
         let count = self.file.f64s(&format!("normalizer.{name}.count"), &[1])?[0];
-        Ok(Normalizer::from_moments(Moments { count, mean, m2 }))
+        let moments = Moments { count, mean, m2 };
+        moments.check().map_err(|error| CheckpointError::Format {
+            path: self.file.path.clone(),
+            reason: format!("tensor normalizer.{name}.{error}"),
+        })?;
+        Ok(Normalizer::from_moments(moments))
     }
 }
 

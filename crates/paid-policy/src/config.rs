@@ -2,6 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Widths, inputs and outputs of a network at most: far more than any policy needs, and few enough that sums of sizes cannot overflow.
+pub const MOST_WIDTH: usize = 65_536;
+/// Hidden layers of a network at most, and recurrent ones.
+pub const MOST_LAYERS: usize = 64;
+
 /// Kind of a network.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -61,6 +66,69 @@ impl Default for NetworkConfig {
             hidden: vec![256, 128, 64],
             lstm: LstmConfig::default(),
             activation: Activation::Elu,
+        }
+    }
+}
+
+/// A size that no network has.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{key}: expected {expected}, found {found}")]
+pub struct SizeError {
+    /// The key within the network's section.
+    pub key: &'static str,
+    /// What it may be.
+    pub expected: &'static str,
+    /// What it is.
+    pub found: String,
+}
+
+impl NetworkConfig {
+    /// Checks the sizes, before anything is made by them.
+    ///
+    /// # Errors
+    /// The first one out of range.
+    pub fn check(&self) -> Result<(), SizeError> {
+        let widths = 1..=MOST_WIDTH;
+        if self.hidden.len() > MOST_LAYERS {
+            let found = format!("{} of them", self.hidden.len());
+            return Err(SizeError { key: "hidden", expected: "at most 64 widths", found });
+        }
+        if !self.hidden.iter().all(|width| widths.contains(width)) {
+            let found = format!("{:?}", self.hidden);
+            return Err(SizeError { key: "hidden", expected: "widths of 1 to 65536", found });
+        }
+        let LstmConfig { layers, size } = self.lstm;
+        let memory = (1..=MOST_LAYERS).contains(&layers) && widths.contains(&size);
+        if self.kind == NetworkKind::Lstm && !memory {
+            let expected = "1 to 64 layers of 1 to 65536 cells";
+            return Err(SizeError { key: "lstm", expected, found: format!("{layers} x {size}") });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_that_no_network_has_are_refused() {
+        let of = |kind, hidden: &[usize], layers, size| {
+            let lstm = LstmConfig { layers, size };
+            NetworkConfig { kind, hidden: hidden.to_vec(), lstm, ..NetworkConfig::default() }.check()
+        };
+        let (mlp, lstm) = (NetworkKind::Mlp, NetworkKind::Lstm);
+        assert_eq!(of(lstm, &[MOST_WIDTH; MOST_LAYERS], MOST_LAYERS, MOST_WIDTH), Ok(()));
+        assert_eq!(of(mlp, &[], 0, 0), Ok(()), "it has no memory");
+        for (kind, hidden, layers, size, text) in [
+            (mlp, &[8, 0][..], 1, 8, "hidden: expected widths of 1 to 65536, found [8, 0]"),
+            (mlp, &[65_537], 1, 8, "hidden: expected widths of 1 to 65536, found [65537]"),
+            (mlp, &[8; 65], 1, 8, "hidden: expected at most 64 widths, found 65 of them"),
+            (lstm, &[8], 0, 8, "lstm: expected 1 to 64 layers of 1 to 65536 cells, found 0 x 8"),
+            (lstm, &[8], 65, 8, "lstm: expected 1 to 64 layers of 1 to 65536 cells, found 65 x 8"),
+            (lstm, &[8], 1, 65_537, "lstm: expected 1 to 64 layers of 1 to 65536 cells, found 1 x 65537"),
+        ] {
+            assert_eq!(of(kind, hidden, layers, size).expect_err(text).to_string(), text);
         }
     }
 }

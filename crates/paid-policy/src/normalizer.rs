@@ -25,6 +25,31 @@ impl Moments {
         Self { count: 0.0, mean: vec![0.0; features], m2: vec![0.0; features] }
     }
 
+    /// Checks that samples can have these moments.
+    ///
+    /// # Errors
+    /// The number that none have, with its place, what was expected and what was found.
+    pub fn check(&self) -> Result<(), String> {
+        let not_negative =
+            |name: &str, values: &[f64]| match values.iter().position(|x| x.is_nan() || *x < 0.0) {
+                Some(k) => Err(format!("{name}: element {k}: expected 0 or more, found {}", values[k])),
+                None => Ok(()),
+            };
+        not_negative("count", &[self.count])?;
+        not_negative("m2", &self.m2)?;
+        if self.count == 0.0 {
+            for (name, values) in [("mean", &self.mean), ("m2", &self.m2)] {
+                if let Some(k) = values.iter().position(|x| *x != 0.0) {
+                    return Err(format!(
+                        "{name}: element {k}: expected 0 without samples, found {}",
+                        values[k]
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Takes in the samples that `other` stands for (Chan, Golub and LeVeque 1979).
     pub fn merge(&mut self, other: &Self) {
         let count = self.count + other.count;
@@ -239,6 +264,23 @@ mod tests {
             assert!((normalizer.moments().m2[f] / count / var - 1.0).abs() < 1e-4, "feature {f}");
             let factor = f64::from(normalizer.inv_std()[f]);
             assert!((factor * (var.sqrt() + 0.01) - 1.0).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn moments_that_no_samples_have_are_refused() {
+        let of =
+            |count, mean: &[f64], m2: &[f64]| Moments { count, mean: mean.into(), m2: m2.into() }.check();
+        assert_eq!(of(4.0, &[-1.0, 2.0], &[0.0, 3.0]), Ok(()));
+        assert_eq!(Moments::new(2).check(), Ok(()));
+        for (count, mean, m2, text) in [
+            (-1.0, [0.0, 0.0], [0.0, 0.0], "count: element 0: expected 0 or more, found -1"),
+            (4.0, [0.0, 0.0], [0.0, -3.0], "m2: element 1: expected 0 or more, found -3"),
+            (4.0, [0.0, 0.0], [f64::NAN, 0.0], "m2: element 0: expected 0 or more, found NaN"),
+            (0.0, [0.0, 5.0], [0.0, 0.0], "mean: element 1: expected 0 without samples, found 5"),
+            (0.0, [0.0, 0.0], [2.0, 0.0], "m2: element 0: expected 0 without samples, found 2"),
+        ] {
+            assert_eq!(of(count, &mean, &m2).expect_err(text), text);
         }
     }
 

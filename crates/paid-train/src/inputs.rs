@@ -1,52 +1,105 @@
-//! A policy that is to see more than the one it starts from.
+//! Where the numbers that a network is to see are among those of the network that it starts from.
 
 use paid_policy::observation::{ObservationId, Shape};
 use paid_policy::{Dimensions, ObservationTerms};
 
-/// For each number of the observation `now` its number in the observation `before`, `None` for those of new terms; or `None` if `now`
-/// lacks a term of `before`, or has none beside them.
+/// For each number its number in the earlier observation, `None` for those of new terms.
+pub(crate) type Inputs = Vec<Option<usize>>;
+
+/// The places of the observation `now` in the observation `before` of `size` numbers, if it has all terms of `before` and either more of
+/// them or another order. `None` if the numbers stay where they are, also those of a term that another one has given way to; or if the
+/// sizes do not fit, which whoever takes the weights will say.
+///
+/// # Errors
+/// If terms have moved and others are missing: nobody knows which one stands for which.
 pub(crate) fn inputs_from(
     before: &[ObservationId],
     now: &[ObservationId],
     joints: usize,
-) -> Option<Vec<Option<usize>>> {
-    if now.len() <= before.len() || before.iter().any(|id| !now.contains(id)) {
-        return None;
-    }
+    size: usize,
+) -> Result<Option<Inputs>, String> {
+    let Some(dimensions) = dimensions(before, joints, size) else { return Ok(None) };
     let of_bodies = |id: &ObservationId| matches!(id.info().shape, Shape::BodyVectors | Shape::BodyRotations);
-    if now.iter().any(of_bodies) {
-        return None; // what only a simulator knows: no policy has it
+    if dimensions.bodies == 0 && now.iter().any(of_bodies) {
+        return Ok(None); // what only a simulator knows: no policy has it
     }
-    let terms = |list| ObservationTerms::new(list, Dimensions { joints, bodies: 0 });
-    let (before, now) = (terms(before), terms(now));
-    let mut from = Vec::new();
-    for term in now.terms() {
-        let place = before.place(&term.name);
+    let [old, new] = [before, now].map(|list| ObservationTerms::new(list, dimensions));
+    let mut from = Inputs::new();
+    for term in new.terms() {
+        let place = old.place(&term.name);
         from.extend((0..term.size).map(|k| place.as_ref().map(|place| place.start + k)));
     }
-    Some(from)
+    let stay =
+        from.len() == size && from.iter().enumerate().all(|(k, from)| from.is_none_or(|from| from == k));
+    if !stay && before.iter().all(|id| now.contains(id)) {
+        return Ok(Some(from));
+    }
+    if stay || from.len() != size {
+        return Ok(None);
+    }
+    let names = |list: &[ObservationId]| list.iter().map(ObservationId::name).collect::<Vec<_>>().join(", ");
+    Err(format!(
+        "expected {}, found {}; terms may stand in another order or give way to others, not both",
+        names(now),
+        names(before)
+    ))
+}
+
+/// The robot's sizes with which a list has `size` numbers; it has no bodies where no term is of them.
+fn dimensions(list: &[ObservationId], joints: usize, size: usize) -> Option<Dimensions> {
+    let of = |bodies| ObservationTerms::new(list, Dimensions { joints, bodies }).dim();
+    let (without, each) = (of(0), of(1) - of(0));
+    let bodies = size.checked_sub(without)?.checked_div(each).unwrap_or(0);
+    (without + bodies * each == size).then_some(Dimensions { joints, bodies })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ObservationId::{BallAtStrike, BallBefore, BallPos, BodyPos, GoalPos, JointVel};
+    use ObservationId::{BallAtStrike, BallBefore, BallPos, BodyOri, BodyPos, GoalPos, JointVel};
 
     #[test]
     fn known_terms_keep_their_numbers_wherever_they_stand() {
-        let from = inputs_from(&[JointVel, BallPos], &[BallPos, BallAtStrike, JointVel], 2).expect("more");
+        let of = |before: &[ObservationId], now: &[ObservationId], size| {
+            inputs_from(before, now, 2, size).expect("clear").expect("others")
+        };
         let known = |numbers: [usize; 3]| numbers.map(Some);
+        let from = of(&[JointVel, BallPos], &[BallPos, BallAtStrike, JointVel], 5);
         assert_eq!(from[..3], known([2, 3, 4]));
         assert_eq!(from[3..6], [None; 3]);
         assert_eq!(from[6..], [Some(0), Some(1)]);
-        let nine = inputs_from(&[GoalPos], &[GoalPos, BallBefore], 2).expect("more");
+        let nine = of(&[GoalPos], &[GoalPos, BallBefore], 3);
         assert_eq!((nine.len(), nine[2], nine[3]), (12, Some(2), None));
+        // In another order, of a critic too, which sees bodies: two of them here.
+        assert_eq!(of(&[JointVel, BallPos], &[BallPos, JointVel], 5), [2_usize, 3, 4, 0, 1].map(Some));
+        let from = of(&[JointVel, BodyPos, BodyOri], &[BodyPos, BodyOri, JointVel], 20);
+        assert!(from.iter().copied().eq((2_usize..20).chain(0..2).map(Some)), "{from:?}");
     }
 
     #[test]
-    fn a_list_that_lacks_a_term_or_has_no_more_is_no_wider_one() {
-        assert_eq!(inputs_from(&[JointVel, BallPos], &[JointVel, BallAtStrike, GoalPos], 2), None);
-        assert_eq!(inputs_from(&[JointVel, BallPos], &[BallPos, JointVel], 2), None);
-        assert_eq!(inputs_from(&[JointVel], &[JointVel, BodyPos], 2), None);
+    fn numbers_stay_where_a_term_gives_way_to_another_and_where_sizes_do_not_fit() {
+        let same = |before: &[ObservationId], now: &[ObservationId], size| {
+            inputs_from(before, now, 2, size) == Ok(None)
+        };
+        assert!(same(&[JointVel, BallPos, GoalPos], &[JointVel, BallPos, GoalPos], 8));
+        assert!(
+            same(&[JointVel, BallPos, GoalPos], &[JointVel, BallAtStrike, GoalPos], 8),
+            "the presets' way"
+        );
+        assert!(same(&[JointVel, BodyPos, BallPos], &[JointVel, BodyPos, BallAtStrike], 11));
+        assert!(same(&[JointVel, BallPos], &[JointVel, BallAtStrike, GoalPos], 5), "wider, and lacks one");
+        assert!(same(&[JointVel, BallPos], &[BallPos], 5));
+        assert!(same(&[JointVel], &[JointVel, BodyPos], 2));
+        assert!(same(&[JointVel, BallPos], &[BallPos, JointVel], 6), "another robot");
+        assert!(same(&[JointVel, BodyPos], &[BodyPos, JointVel], 6), "of a body and a third");
+    }
+
+    #[test]
+    fn a_list_that_lacks_a_term_and_moves_others_is_refused() {
+        let error = inputs_from(&[JointVel, BallPos, GoalPos], &[GoalPos, JointVel, BallAtStrike], 2, 8)
+            .expect_err("which one is ball_at_strike?");
+        let lists =
+            "expected goal_pos, joint_vel, ball_at_strike, found joint_vel, ball_pos, goal_pos; terms may";
+        assert!(error.starts_with(lists), "{error}");
     }
 }

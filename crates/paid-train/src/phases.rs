@@ -1,5 +1,7 @@
 //! Values of a run preset that change during the run.
 
+use std::path::Path;
+
 use paid_physics::SceneConfig;
 use paid_task::layers::{KeyError, Tree};
 use serde::{Deserialize, Serialize};
@@ -66,34 +68,71 @@ impl RunPreset {
             }
             before = phase.from;
             let known = self.after(k + 1)?;
-            let (seen, see) = (&self.task.observations, &known.task.observations);
-            let of_amp = |of: fn(&AmpPreset, &AmpPreset) -> bool| match (&known.amp, &self.amp) {
-                (Some(known), Some(whole)) => of(known, whole),
-                (known, whole) => known.is_none() && whole.is_none(),
-            };
-            let fixed = [
-                ("stage", known.stage == self.stage),
-                ("robot", known.robot == self.robot),
-                ("run", known.run == self.run),
-                ("learn.actor", known.learn.actor == self.learn.actor),
-                ("learn.critic", known.learn.critic == self.learn.critic),
-                // The rate is where its schedule has brought it: a phase goes on from there.
-                ("learn.ppo.learning_rate", known.learn.ppo.learning_rate == self.learn.ppo.learning_rate),
-                ("task.name", known.task.name == self.task.name),
-                ("task.observations.policy", see.policy == seen.policy),
-                ("task.observations.critic", see.critic == seen.critic),
-                ("task.observations.style", see.style == seen.style),
-                // Networks and the ring of earlier pairs are taken over as they are.
-                ("amp.own_critic", of_amp(|a, b| a.own_critic == b.own_critic)),
-                ("amp.discriminator.hidden", of_amp(|a, b| a.discriminator.hidden == b.discriminator.hidden)),
-                ("amp.discriminator.replay", of_amp(|a, b| a.discriminator.replay == b.discriminator.replay)),
-                ("task.scene", same_but_for_the_step(&known.task.scene, &self.task.scene)),
-            ];
-            if let Some((key, _)) = fixed.iter().find(|(_, same)| !same) {
+            let changed = if known.run == self.run { self.first_change(&known) } else { Some("run") };
+            if let Some(key) = changed {
                 return wrong(key, "expected what holds for the whole run, found a change".to_owned());
             }
         }
         Ok(())
+    }
+
+    /// The first key outside `run` that holds for a whole run, and has another value in `other`.
+    fn first_change(&self, other: &Self) -> Option<&'static str> {
+        let (seen, see) = (&self.task.observations, &other.task.observations);
+        let of_amp = |of: fn(&AmpPreset, &AmpPreset) -> bool| match (&other.amp, &self.amp) {
+            (Some(other), Some(own)) => of(other, own),
+            (other, own) => other.is_none() && own.is_none(),
+        };
+        let fixed = [
+            ("stage", other.stage == self.stage),
+            ("robot", other.robot == self.robot),
+            ("learn.actor", other.learn.actor == self.learn.actor),
+            ("learn.critic", other.learn.critic == self.learn.critic),
+            // The rate is where its schedule has brought it: a run goes on from there.
+            ("learn.ppo.learning_rate", other.learn.ppo.learning_rate == self.learn.ppo.learning_rate),
+            ("task.name", other.task.name == self.task.name),
+            ("task.observations.policy", see.policy == seen.policy),
+            ("task.observations.critic", see.critic == seen.critic),
+            ("task.observations.style", see.style == seen.style),
+            // Networks and the ring of earlier pairs are taken over as they are.
+            ("amp.own_critic", of_amp(|a, b| a.own_critic == b.own_critic)),
+            ("amp.discriminator.hidden", of_amp(|a, b| a.discriminator.hidden == b.discriminator.hidden)),
+            ("amp.discriminator.replay", of_amp(|a, b| a.discriminator.replay == b.discriminator.replay)),
+            ("task.scene", same_but_for_the_step(&other.task.scene, &self.task.scene)),
+        ];
+        fixed.into_iter().find(|(_, same)| !same).map(|(key, _)| key)
+    }
+
+    /// Refuses to go on with this preset from a checkpoint of the preset `found`, if a value differs that holds for a whole run. Those of
+    /// `run` may differ (whoever resumes the checkpoint counts shards and motions), the robot may lie in another folder, and a control step
+    /// may have other physics steps.
+    ///
+    /// # Errors
+    /// Key, expected, found.
+    pub(crate) fn check_same_run(&self, found: &Self) -> Result<(), KeyError> {
+        let mut known = found.clone();
+        if Path::new(&known.robot).file_name() == Path::new(&self.robot).file_name() {
+            known.robot.clone_from(&self.robot);
+        }
+        if (known.task.control_dt_s() - self.task.control_dt_s()).abs() < 1e-9 {
+            let (scene, own) = (&mut known.task.scene, &self.task.scene);
+            (scene.physics_dt_s, scene.substeps) = (own.physics_dt_s, own.substeps);
+        }
+        let Some(key) = self.first_change(&known) else { return Ok(()) };
+        let fail = |error: toml::ser::Error| KeyError { key: key.to_owned(), message: error.to_string() };
+        let (own, other) = (Tree::of(self).map_err(fail)?, Tree::of(&known).map_err(fail)?);
+        let below =
+            |name: &str| name.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        let mut leaves = own.leaves().into_iter().chain(other.leaves()).map(|(name, ..)| name);
+        let differs = |name: &String| below(name) && own.value(name) != other.value(name);
+        let key = leaves.find(differs).unwrap_or_else(|| key.to_owned());
+        let text =
+            |tree: &Tree| tree.value(&key).map_or_else(|| "none".to_owned(), |value| value.to_string());
+        let (expected, found) = (text(&own), text(&other));
+        Err(KeyError {
+            key,
+            message: format!("expected {expected}, found {found}, which holds for the whole run"),
+        })
     }
 }
 
@@ -209,6 +248,49 @@ target_kl = 0.01
             let error = preset(&text, &[]).expect_err(to);
             assert!(error.contains(hint), "{to}: {error}");
         }
+    }
+
+    #[test]
+    fn a_run_goes_on_with_another_length_and_not_with_other_networks() {
+        let of = |sets: &[&str]| preset(FILE, sets).expect("resolves");
+        let begun = of(&[]).in_phase(2).expect("valid");
+        let told = |sets: &[&str]| {
+            let now = of(sets).in_phase(2).expect("valid");
+            now.check_same_run(&begun).map_err(|error| error.to_string())
+        };
+        assert_eq!(told(&[]), Ok(()));
+        let length = ["run.iterations=9", "run.checkpoint_interval=3", "run.motions=elsewhere"];
+        assert_eq!(told(&length), Ok(()));
+        assert_eq!(told(&["learn.ppo.epochs=7", "learn.precision=f32"]), Ok(()));
+        for (set, expected) in [
+            (
+                "learn.ppo.learning_rate=0.5",
+                "learn.ppo.learning_rate: expected 0.5, found 0.001, which holds for the whole run",
+            ),
+            ("learn.actor.hidden=[24]", "learn.actor.hidden: expected [24], found [256, 128, 64]"),
+            ("task.scene.solver_sweeps=9", "task.scene.solver_sweeps: expected 9, found "),
+            (
+                r#"task.observations.policy=["goal_pos", "ball_pos"]"#,
+                r#"task.observations.policy: expected ["goal_pos", "ball_pos"], found ["reference_joint_pos""#,
+            ),
+        ] {
+            let error = told(&[set]).expect_err(set);
+            assert!(error.starts_with(expected), "{error}");
+        }
+        // Physics steps are a phase's to change, so they are not what is told.
+        let mut finer = begun.clone();
+        (finer.task.scene.physics_dt_s, finer.task.scene.substeps) = (0.0025, 8);
+        assert_eq!(finer.check_same_run(&begun), Ok(()));
+        finer.task.scene.solver_sweeps = 9;
+        let error = finer.check_same_run(&begun).expect_err("another scene").to_string();
+        assert!(error.starts_with("task.scene.solver_sweeps: expected 9, found "), "{error}");
+        // The robot's file may lie in another folder.
+        let (mut here, mut there) = (begun.clone(), begun.clone());
+        (here.robot, there.robot) = ("robots/mine.toml".to_owned(), "../mine.toml".to_owned());
+        assert_eq!(here.check_same_run(&there), Ok(()));
+        there.robot = "other.toml".to_owned();
+        let error = here.check_same_run(&there).expect_err("another robot").to_string();
+        assert!(error.starts_with(r#"robot: expected "robots/mine.toml", found "other.toml""#), "{error}");
     }
 
     /// Networks with other inputs or layers cannot go on from the phase before.

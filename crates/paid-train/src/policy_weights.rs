@@ -83,16 +83,14 @@ pub fn write_weights(weights: &Checkpoint, path: &Path) -> Result<(), TrainError
     Ok(())
 }
 
-/// Writes into a policy file how it is played. The weights stay.
+/// Writes into a policy file how it is played. All else stays: the weights and, in a full checkpoint, what it takes to resume it.
 ///
 /// # Errors
 /// If it is no checkpoint with a preset, has a memory and is to play in the mirror, or cannot be written; the file stays whole then.
 pub fn write_play(path: &Path, play: PlayContract) -> Result<(), TrainError> {
-    let mut weights = Checkpoint::load(path)?;
-    set_play(&mut weights, play)?;
-    let preset = weights.blob(PRESET_FILE).unwrap_or_default();
-    weights.save_weights(path, &[(PRESET_FILE, preset)])?;
-    Ok(())
+    let mut checkpoint = Checkpoint::load(path)?;
+    set_play(&mut checkpoint, play)?;
+    Ok(checkpoint.save()?)
 }
 
 fn set_play(weights: &mut Checkpoint, play: PlayContract) -> Result<(), TrainError> {

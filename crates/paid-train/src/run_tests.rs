@@ -89,10 +89,70 @@ fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
     let error = refuse(&mut trainer(&Toy::preset(&["run.shards=8"])));
     assert!(error.contains("run.shards"), "{error}");
     let error = refuse(&mut trainer(&Toy::preset(&["learn.actor.hidden=[16]"])));
-    assert!(error.contains("actor"), "{error}");
+    assert!(error.contains("learn.actor.hidden: expected [16], found [8]"), "{error}");
+    let error = refuse(&mut trainer(&Toy::preset(&["learn.ppo.learning_rate=0.5"])));
+    assert!(
+        error.contains("model.safetensors: learn.ppo.learning_rate: expected 0.5, found 0.001"),
+        "{error}"
+    );
     fs::write(folder.path().join(checkpoint_name(1)), b"not a checkpoint").expect("write");
     let error = load_weights(folder.path()).expect_err("refused").to_string();
     assert!(error.contains("model_1.safetensors"), "{error}");
+}
+
+#[test]
+fn a_checkpoint_of_an_earlier_version_with_the_same_preset_goes_on() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    let preset = Toy::preset(&[]);
+    let mut first = trainer(&preset);
+    first.iterate(1).expect("iterates");
+    first.save(&path).expect("saves");
+    let text = preset.to_toml().expect("writes");
+    let fewer = text.replace("critic_told_truth = true\n", "");
+    assert_ne!(text, fewer);
+    for text in [text.as_str(), fewer.as_str(), "[run]\nwalkers = 4\n"] {
+        let mut checkpoint = Checkpoint::load(&path).expect("reads");
+        checkpoint.set_blob("preset.toml", text.as_bytes());
+        let longer = Toy::preset(&["run.iterations=9", "learn.ppo.epochs=3"]);
+        let mut resumed = trainer(&longer);
+        resumed.resume(&checkpoint).expect(text);
+        assert_eq!(weights(&resumed), weights(&first));
+    }
+}
+
+#[test]
+fn a_policy_begins_with_its_terms_in_another_order() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    // The toy's one action is a joint, so that each of these terms is one number.
+    let of = |a: &str, b: &str| {
+        let terms = format!("task.observations.policy=[\"{a}\", \"{b}\"]");
+        trainer(&Toy::preset(&[terms.as_str()]))
+    };
+    let rows = |trainer: &Trainer<Toy>| -> Vec<[f32; 2]> {
+        trainer.learner().actor().params[..16].chunks_exact(2).map(|row| [row[0], row[1]]).collect()
+    };
+    let mean = |trainer: &Trainer<Toy>| trainer.learner().policy().normalizer.mean().to_vec();
+    let mut first = of("joint_pos_rel", "joint_vel");
+    first.iterate(1).expect("iterates");
+    first.save(&path).expect("saves");
+    let checkpoint = Checkpoint::load(&path).expect("reads");
+
+    let mut turned = of("joint_vel", "joint_pos_rel");
+    turned.start_from(&checkpoint).expect("the same terms");
+    let expected: Vec<[f32; 2]> = rows(&first).into_iter().map(|[a, b]| [b, a]).collect();
+    assert_eq!(rows(&turned), expected);
+    assert_eq!(mean(&turned), [mean(&first)[1], mean(&first)[0]]);
+
+    let mut replaced = of("joint_pos_rel", "last_action");
+    replaced.start_from(&checkpoint).expect("one gives way to another");
+    assert_eq!((rows(&replaced), mean(&replaced)), (rows(&first), mean(&first)));
+
+    let error = of("joint_vel", "last_action").start_from(&checkpoint).expect_err("both").to_string();
+    let expected = "model.safetensors: task.observations.policy: expected joint_vel, last_action, found \
+                    joint_pos_rel, joint_vel; ";
+    assert!(error.contains(expected), "{error}");
 }
 
 #[test]
@@ -268,6 +328,31 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     // Trained further, it meets the ball at other times.
     run(&out, &Toy::preset(&[]), true, u64::MAX);
     assert_eq!(of(&out), PlayContract::default());
+}
+
+#[test]
+fn a_full_checkpoint_that_is_told_how_it_is_played_goes_on_as_before() {
+    let folder = tempfile::tempdir().expect("folder");
+    let preset = Toy::preset(&[]);
+    let whole = run(&folder.path().join("straight"), &preset, false, u64::MAX);
+    let out = folder.path().join("stopped");
+    let file = run(&out, &preset, false, 3).checkpoint;
+    let load = |path: &Path| Checkpoint::load(path).expect("reads");
+    let before = load(&file);
+    let contact_s = [("kick".to_owned(), 1.25)].into();
+    let play = PlayContract { contact_s, mirror_left_kicks: true, where_it_lay: None };
+    write_play(&file, play.clone()).expect("writes");
+    let after = load(&file);
+    assert_eq!(RunPreset::of_checkpoint(&after).expect("a preset").task.play(), play);
+    let rest = |checkpoint: &Checkpoint| {
+        let mut tensors = checkpoint.tensors().tensors.clone();
+        tensors.remove("blob.preset.toml").expect("a preset");
+        tensors
+    };
+    assert!(rest(&before) == rest(&after), "nothing else changes");
+    let resumed = run(&out, &preset, true, u64::MAX);
+    let params = |outcome: &Outcome| load(&outcome.checkpoint).policy().expect("policy").params;
+    assert_eq!(params(&whole), params(&resumed));
 }
 
 #[test]

@@ -1,11 +1,13 @@
 //! Learner, shards and sampler together: one iteration after another, saved and restored exactly.
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use paid_amp::StyleReward;
 use paid_learn::{Alone, Checkpoint, Learner, Ranks};
+use paid_policy::observation::ObservationId;
 use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TaskShard, TrainShard};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -290,8 +292,12 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     /// Continues exactly where a checkpoint of the same run, in the same phase, stopped.
     ///
     /// # Errors
-    /// If it is no full checkpoint, or of other networks, shards or motions.
+    /// If it is no full checkpoint, of other networks, shards or motions, or of a preset in which what holds for a whole run is another.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
+        // If only an earlier version can read it, the run folder's has been brought up to date by hand.
+        if let Ok(found) = RunPreset::of_checkpoint(checkpoint) {
+            self.preset.check_same_run(&found).map_err(|error| damaged(checkpoint, error.to_string()))?;
+        }
         self.restore(checkpoint)?;
         let first = self.shards.len() * self.ranks.rank();
         for (k, shard) in self.shards.iter_mut().enumerate() {
@@ -358,20 +364,30 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
 
     /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
     /// stay fresh. So does the noise where the ball is new: a policy that has learned to follow motions ends with little, and does not
-    /// find the strike with it. A policy that observes more terms than the checkpoint's begins with weights of zero for the new ones.
+    /// find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep their weights. A policy that
+    /// observes more of them begins with weights of zero for the new ones.
     ///
     /// # Errors
-    /// If it holds no preset or is of other networks.
+    /// If it holds no preset, or is of other networks or of terms that do not belong to these.
     pub fn start_from(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         let before = RunPreset::of_checkpoint(checkpoint)?;
-        let lists = [&before, &self.preset].map(|preset| &preset.task.observations.policy);
+        let (saw, see) = (&before.task.observations, &self.preset.task.observations);
         let meta = checkpoint.meta();
-        match inputs_from(lists[0], lists[1], meta.actions) {
-            Some(from) if from.iter().flatten().count() == meta.policy_obs => {
-                self.learner.load_weights(&checkpoint.with_policy_inputs(&from)?)?;
-            }
-            _ => self.learner.load_weights(checkpoint)?,
+        let inputs = |key: &str, saw: &[ObservationId], see: &[ObservationId], size: usize| {
+            inputs_from(saw, see, meta.actions, size)
+                .map_err(|message| damaged(checkpoint, format!("task.observations.{key}: {message}")))
+        };
+        let policy = inputs("policy", &saw.policy, &see.policy, meta.policy_obs)?;
+        let critic = inputs("critic", &saw.critic, &see.critic, meta.critic_obs)?;
+        let mut weights = Cow::Borrowed(checkpoint);
+        if let Some(from) = policy {
+            weights = Cow::Owned(weights.with_policy_inputs(&from)?);
         }
+        // A critic of more terms is one of other networks.
+        if let Some(from) = critic.filter(|from| from.len() == meta.critic_obs) {
+            weights = Cow::Owned(weights.with_critic_inputs(&from)?);
+        }
+        self.learner.load_weights(&weights)?;
         if self.preset.task.scene.ball && !before.task.scene.ball {
             let std = self.preset.learn.ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;

@@ -18,7 +18,7 @@ pub struct Args {
     #[command(flatten)]
     common: Common,
     /// Write the times into the policy's file (a checkpoint), so that rolling balls are predicted until then, and whether left-footed kicks
-    /// are played in the mirror (--set mirror_left_kicks=true).
+    /// are played in the mirror (--set mirror_left_kicks=true). All else in the file stays: a run's checkpoint can be resumed as before.
     #[arg(long)]
     keep: bool,
     /// Print one line of JSON.
