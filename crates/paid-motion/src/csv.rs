@@ -12,7 +12,7 @@ use std::path::Path;
 
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad_rate, no_other_rate};
+use crate::read::{LARGEST_VALUE, RATES_HZ, a_rate, first_bad_rate, no_other_rate};
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
@@ -142,8 +142,7 @@ impl Reader<'_> {
             remedy: "give it (--fps) or write '# fps: 50' into the first line",
         })?;
         if !RATES_HZ.contains(&fps) {
-            let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
-            return Err(self.error(stated.fps_line, 1, expected, fps.to_string()));
+            return Err(self.error(stated.fps_line, 1, a_rate(), fps.to_string()));
         }
         match given {
             Some(other) if other != fps => {

@@ -180,6 +180,20 @@ fn a_frame_rate_beside_the_files_own_must_be_the_same() {
 }
 
 #[test]
+fn an_order_of_joints_beside_an_archive_which_has_its_own_is_refused() {
+    let dir = TempDir::new().expect("a temporary folder");
+    let path = dir.path().join("clip.npz");
+    write_motion(&path, &steady_clip(5, 50.0, 0.0), &model(), &spec()).expect("written");
+    for order in [JointOrder::Model, JointOrder::Policy] {
+        let options = ReadOptions { joint_order: Some(order), ..ReadOptions::default() };
+        let error = read_motion(&path, &model(), &spec(), &options).expect_err("its own").to_string();
+        let expected = "clip.npz: --joint-order: expected a file that does not state its order (.csv, .pkl), found an NPZ archive, \
+                        which has its own";
+        assert!(error.ends_with(expected), "{error}");
+    }
+}
+
+#[test]
 fn the_content_decides_before_the_name() {
     let dir = TempDir::new().expect("a temporary folder");
     let (npz, disguised) = (dir.path().join("a.npz"), dir.path().join("a.csv"));

@@ -100,6 +100,15 @@ pub enum MotionError {
         /// How to state it.
         remedy: &'static str,
     },
+    /// An order of joints beside a file that has its own.
+    #[error(
+        "{path}: --joint-order: expected a file that does not state its order (.csv, .pkl), found an NPZ archive, which \
+             has its own"
+    )]
+    JointOrder {
+        /// The file.
+        path: PathBuf,
+    },
     /// A file name that no format goes with.
     #[error(
         "{path}: expected a motion of the robot: a name that ends in .npz, .csv or (to read) .pkl; a human's (.bvh, .amc) goes \

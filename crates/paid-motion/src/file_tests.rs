@@ -1,10 +1,12 @@
 //! What a motion folder accepts and how it refuses the rest.
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 use zip::ZipWriter;
+use zip::write::SimpleFileOptions;
 
 use crate::testing::{model, spec, steady_clip};
 use crate::write::{numbers, text, texts};
@@ -178,6 +180,21 @@ fn labels_rates_and_types_are_checked() {
         key == "joint_pos" && numbers(zip, key, &[1, 2], &[0.0_f32; 2]).is_ok()
     }));
     assert!(error.contains("expected at least 2 frames, found shape [1, 2]"), "{error}");
+}
+
+#[test]
+fn texts_of_no_letters_are_no_more_than_the_file_has_bytes() {
+    let dir = folder();
+    let header = "{'descr': '<U0', 'fortran_order': False, 'shape': (1000000,), }\n";
+    let npy = [&b"\x93NUMPY\x01\0"[..], &(header.len() as u16).to_le_bytes(), header.as_bytes()].concat();
+    let error = refusal(&file_with(&dir, |zip, key| {
+        key == "kick_leg"
+            && zip.start_file("kick_leg.npy".to_owned(), SimpleFileOptions::default()).is_ok()
+            && zip.write_all(&npy).is_ok()
+    }));
+    let expected =
+        format!("key 'kick_leg': expected a whole NPY array, found shape [1000000] in {} bytes", npy.len());
+    assert!(error.ends_with(&expected), "{error}");
 }
 
 #[test]

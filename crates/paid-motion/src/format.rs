@@ -44,6 +44,7 @@ pub struct ReadOptions {
     /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
     pub kick_leg: Option<KickLeg>,
     /// Joint order of a CSV file without column names or of a pickle; wins over what the file states. Without either, [`JointOrder::Model`].
+    /// An error beside an NPZ file, which has its own.
     pub joint_order: Option<JointOrder>,
 }
 
@@ -62,7 +63,7 @@ pub fn read_motion(
     let mut head = Vec::new();
     File::open(path).map_err(io)?.take(4).read_to_end(&mut head).map_err(io)?;
     if head == *b"PK\x03\x04" || has_extension(path, "npz") {
-        let (mut clip, labeled) = read_npz(path, model, spec, options.fps)?;
+        let (mut clip, labeled) = read_npz(path, model, spec, options)?;
         let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
         let leg = if labeled { options.kick_leg } else { options.kick_leg.or_else(fastest) };
         clip.kick_leg = leg.unwrap_or(clip.kick_leg);

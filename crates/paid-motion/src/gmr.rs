@@ -7,7 +7,7 @@ use std::path::Path;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::pickle::{Id, Machine, PickleError, Value};
-use crate::read::{LARGEST_VALUE, RATES_HZ, first_bad, first_bad_rate, no_other_rate};
+use crate::read::{LARGEST_VALUE, RATES_HZ, a_rate, first_bad, first_bad_rate, no_other_rate};
 use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
@@ -79,8 +79,7 @@ pub fn parse_gmr(
         _ => dict.number("fps")?,
     };
     if !RATES_HZ.contains(&fps) {
-        let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
-        return Err(error("fps", &expected, fps.to_string()));
+        return Err(error("fps", &a_rate(), fps.to_string()));
     }
     if let Some(given) = options.fps.filter(|given| *given != fps) {
         return Err(error("fps", &no_other_rate(fps), format!("--fps {given}")));
@@ -154,8 +153,9 @@ impl Dictionary<'_> {
 
     fn number(&self, key: &'static str) -> Result<f64, MotionError> {
         let id = self.find(key)?;
-        match self.machine.numbers(id) {
-            Some((_, values)) if values.len() == 1 => Ok(values[0]),
+        let one = self.machine.numbers(id, |shape| shape.iter().all(|n| *n == 1));
+        match one.as_deref() {
+            Ok([value]) => Ok(*value),
             _ => Err(self.error(key, "one number".to_owned(), self.machine.get(id).name().to_owned())),
         }
     }
@@ -164,12 +164,8 @@ impl Dictionary<'_> {
     fn rows(&self, key: &'static str, width: usize) -> Result<Vec<f64>, MotionError> {
         let id = self.find(key)?;
         let expected = || format!("finite numbers of shape [frames, {width}]");
-        let Some((shape, values)) = self.machine.numbers(id) else {
-            return Err(self.error(key, expected(), self.machine.get(id).name().to_owned()));
-        };
-        if shape.len() != 2 || shape[1] != width {
-            return Err(self.error(key, expected(), format!("shape {shape:?}")));
-        }
+        let fits = |shape: &[usize]| matches!(shape, [_, found] if *found == width);
+        let values = self.machine.numbers(id, fits).map_err(|found| self.error(key, expected(), found))?;
         let Some(i) = first_bad(&values) else { return Ok(values) };
         let (value, frame) = (values[i], i / width.max(1));
         Err(if value.is_finite() {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::pickle::Machine;
 use crate::testing::{model, spec};
 use crate::{Clip, KickLeg, MotionError, ReadOptions};
 
@@ -134,6 +135,37 @@ fn faults_are_named_with_their_place() {
     assert!(error.contains("expected speeds up to 1e6 m/s or rad/s, found "), "{error}");
     assert!(swap(b"\x1e", b"\x00").contains("key 'fps': expected 1 to 2000 frames a second, found 0"));
     assert!(swap(b"f8", b"O8").contains("found type 'O8'"));
+}
+
+#[test]
+fn a_row_that_occurs_again_and_again_asks_for_no_more_than_the_shape_allows() {
+    let list = |width: usize| [&b"("[..], &b"K\0".repeat(width), b"l"].concat();
+    // Is remembered, dropped, and recalled as every row of a list.
+    let rows = |row: &[u8], count: usize| [row, b"q\x000(", &b"h\0".repeat(count), b"l"].concat();
+    // 40 kB that stand for 800 MB.
+    let file = [&b"}(U\x07dof_pos"[..], &rows(&list(10_000), 10_000), b"u."].concat();
+    assert_eq!(
+        parse(&file).expect_err("refused").to_string(),
+        "a.pkl: key 'dof_pos': expected finite numbers of shape [frames, 2], found shape [10000, 10000]"
+    );
+    let read = |row: &[u8], count: usize| {
+        let file = [&rows(row, count)[..], b"."].concat();
+        let (machine, top) = Machine::load(&file).expect("a pickle");
+        machine.numbers(top, |_| true)
+    };
+    assert_eq!(read(&list(4), 3), Ok(vec![0.0; 12]));
+    // A thousand numbers of one byte.
+    let array = [
+        &b"cnumpy.core.numeric\n_frombuffer\n(B\xe8\x03\0\0"[..],
+        &[7u8; 1000],
+        b"cnumpy\ndtype\n(U\x02i1tR(M\xe8\x03tU\x01CtR",
+    ]
+    .concat();
+    assert_eq!(read(&array, 2), Ok(vec![7.0; 2000]));
+    for row in [list(1000), array] {
+        let found = read(&row, 1100).expect_err("a million numbers in some kB");
+        assert!(found.starts_with("shape [1100, 1000] in a file of "), "{found}");
+    }
 }
 
 #[test]

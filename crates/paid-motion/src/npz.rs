@@ -121,8 +121,10 @@ impl Npz {
 
     fn array<'b>(&self, key: &'static str, bytes: &'b [u8]) -> Result<NpyFile<&'b [u8]>, MotionError> {
         let array = NpyFile::new(bytes).map_err(|e| self.broken(key, e.to_string()))?;
-        // A header that promises more than is stored must not make the reader reserve memory for it.
-        let promised = array.dtype().num_bytes().and_then(|n| array.len().checked_mul(n as u64));
+        // A header that promises more than is stored must not make the reader reserve memory for it: a text of no letters takes memory too.
+        let count = array.shape().iter().try_fold(1u64, |n, size| n.checked_mul(*size));
+        let size = array.dtype().num_bytes().map(|n| (n as u64).max(1));
+        let promised = count.zip(size).and_then(|(count, size)| count.checked_mul(size));
         if promised.is_none_or(|n| n > bytes.len() as u64) {
             return Err(self.broken(key, format!("shape {:?} in {} bytes", array.shape(), bytes.len())));
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::MotionError;
 use crate::npz::Npz;
-use crate::read::RATES_HZ;
+use crate::read::{RATES_HZ, a_rate};
 
 /// More frames than this are no motion: three hours at 240 Hz.
 const MOST_FRAMES: usize = 3 * 3600 * 240;
@@ -98,10 +98,7 @@ fn read(mut npz: Npz) -> Result<Points, MotionError> {
     let fps = if npz.has("fps") {
         match npz.numbers("fps")?.values[..] {
             [rate] if RATES_HZ.contains(&rate) => Some(rate),
-            ref other => {
-                let expected = format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end());
-                return Err(npz.error("fps", expected, format!("{other:?}")));
-            }
+            ref other => return Err(npz.error("fps", a_rate(), format!("{other:?}"))),
         }
     } else {
         None

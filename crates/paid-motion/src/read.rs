@@ -1,11 +1,12 @@
 //! One NPZ motion file to a clip.
 
+use std::fmt::Display;
 use std::path::Path;
 
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::npz::Npz;
-use crate::{Clip, KickLeg, MotionError};
+use crate::{Clip, KickLeg, MotionError, ReadOptions};
 
 /// How far a stored quaternion's norm may be from one (single precision with room).
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -62,17 +63,20 @@ pub fn parse_npz(
 }
 
 /// As [`read_clip`], but the label may be missing: the clip is then labeled `right` and the second value is false. Another frame rate
-/// than the one that is `given` is an error.
+/// in the options than the file's own is an error, and so is an order of joints.
 pub(crate) fn read_npz(
     path: &Path,
     model: &RobotModel,
     spec: &RobotSpec,
-    given: Option<f64>,
+    options: &ReadOptions,
 ) -> Result<(Clip, bool), MotionError> {
     let mut npz = Npz::open(path)?;
+    if options.joint_order.is_some() {
+        return Err(MotionError::JointOrder { path: path.to_owned() });
+    }
     let labeled = npz.has("kick_leg");
     let kick_leg = if labeled { label(&mut npz)? } else { KickLeg::Right };
-    Ok((read_arrays(npz, path, model, spec, kick_leg, given)?, labeled))
+    Ok((read_arrays(npz, path, model, spec, kick_leg, options.fps)?, labeled))
 }
 
 fn read_arrays(
@@ -127,20 +131,21 @@ fn read_arrays(
     })
 }
 
-/// What is expected of `--fps` beside a file that states its rate.
-pub(crate) fn no_other_rate(fps: f64) -> String {
-    format!("no --fps beside the {fps} frames a second that the file states")
+/// What is expected of a file's frame rate.
+pub(crate) fn a_rate() -> String {
+    format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end())
+}
+
+/// What is expected of `--fps` beside a file that states its rate, which is given as it shall be shown.
+pub fn no_other_rate(stated: impl Display) -> String {
+    format!("no --fps beside the {stated} frames a second that the file states")
 }
 
 fn frame_rate(npz: &mut Npz) -> Result<f64, MotionError> {
     let fps = npz.numbers("fps")?;
     match fps.values[..] {
         [rate] if RATES_HZ.contains(&rate) => Ok(rate),
-        [rate] => Err(npz.error(
-            "fps",
-            format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end()),
-            rate.to_string(),
-        )),
+        [rate] => Err(npz.error("fps", a_rate(), rate.to_string())),
         _ => Err(npz.error("fps", "one number", format!("shape {:?}", fps.shape))),
     }
 }

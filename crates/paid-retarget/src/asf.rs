@@ -257,6 +257,11 @@ fn hierarchy(words: &mut Words<'_>, out: &mut AsfSkeleton) -> Result<(), Retarge
     Ok(())
 }
 
+/// True for the number of a frame, or what stands in its place.
+fn begins_frame(word: Word<'_>) -> bool {
+    word.text.starts_with(|c: char| c.is_ascii_digit())
+}
+
 /// Reads the text of an AMC file, a motion of `skeleton` at `fps` frames a second; `path` names it in messages.
 ///
 /// # Errors
@@ -277,12 +282,19 @@ pub fn parse_amc(
             _ => {}
         }
     }
-    let channels = skeleton.skeleton.channels;
+    let (channels, most) = (skeleton.skeleton.channels, skeleton.skeleton.most_frames());
     let (mut values, mut frames): (Vec<f64>, usize) = (Vec::new(), 0);
     let mut seen = vec![0; skeleton.lines.len()];
-    while words.peek().is_some() {
+    while let Some(number) = words.peek() {
+        if frames == most {
+            let bones = skeleton.skeleton.bones.len();
+            return Err(words.error_at(number, format!("at most {most} frames of {bones} bones")));
+        }
         words.count(usize::MAX, "the number of a frame")?;
         frames += 1;
+        if words.peek().is_none_or(begins_frame) {
+            return Err(words.error("the line of a bone after the number of a frame"));
+        }
         // A bone that has no line keeps its angles.
         let start = values.len();
         if frames == 1 {
@@ -290,7 +302,7 @@ pub fn parse_amc(
         } else {
             values.extend_from_within(start - channels..);
         }
-        while words.peek().is_some_and(|w| !w.text.starts_with(|c: char| c.is_ascii_digit())) {
+        while words.peek().is_some_and(|w| !begins_frame(w)) {
             let name = words.word("")?;
             let bone = skeleton.skeleton.find(name.text);
             let Some(bone) = bone.filter(|&b| seen[b] < frames) else {
@@ -372,5 +384,26 @@ mod tests {
         assert!(amc("thigh", "shin").starts_with("a.amc:5:1: expected a bone of the skeleton"));
         assert!(amc("thigh 90 0", "root 1 2 3 0 0 0").contains("once a frame"));
         assert!(amc(AMC, ":DEGREES").contains("at least one frame"));
+        assert_eq!(
+            amc("root 1 2 3 0 90 0\nthigh 90 0\n", ""),
+            "a.amc:4:1: expected the line of a bone after the number of a frame, found '2'"
+        );
+        assert_eq!(
+            amc("2\nroot 1 2 3 0 0 0\n", "2"),
+            "a.amc:6:2: expected the line of a bone after the number of a frame, found the end of the file"
+        );
+    }
+
+    #[test]
+    fn more_frames_than_memory_holds_are_refused() {
+        let mut skeleton = parse_asf(ASF, Path::new("a.asf")).expect("a good skeleton");
+        skeleton.skeleton.bones.resize(1024, Bone::new("idle", None));
+        skeleton.lines.resize(1024, Vec::new());
+        let error = parse_amc(&"1 hip\n".repeat(32_769), Path::new("a.amc"), &skeleton, 120.0)
+            .expect_err("a bone without channels");
+        assert_eq!(
+            error.to_string(),
+            "a.amc:32769:1: expected at most 32768 frames of 1024 bones, found '1'"
+        );
     }
 }

@@ -22,7 +22,7 @@ pub fn parse_bvh(text: &str, path: &Path, unit_m: f64) -> Result<HumanMotion, Re
     let skeleton = hierarchy(&mut words)?;
     words.keyword("MOTION")?;
     words.keyword("Frames:")?;
-    let frames = words.count(10_000_000, "the number of frames")?;
+    let frames = words.count(skeleton.most_frames().min(10_000_000), "the number of frames")?;
     if frames == 0 {
         return Err(words.error("at least one frame"));
     }
@@ -177,6 +177,14 @@ mod tests {
     }
 
     #[test]
+    fn lines_may_end_as_on_any_system() {
+        let motion = parse(TEXT).expect("a good file");
+        for end in ["\r\n", "\r"] {
+            assert_eq!(parse(&TEXT.replace('\n', end)).expect("a good file"), motion, "{end:?}");
+        }
+    }
+
+    #[test]
     fn faults_are_named_with_line_and_column() {
         let cases = [
             (
@@ -186,6 +194,15 @@ mod tests {
             (
                 TEXT.replace("Frames: 2", "Frames: 3"),
                 "a.bvh:20:21: expected a number, found the end of the file",
+            ),
+            (
+                TEXT.replace("Frames: 2", "Frames: 10000001"),
+                "a.bvh:17:9: expected the number of frames: a whole number from 0 to 10000000, found '10000001'",
+            ),
+            (
+                TEXT.replace(" JOINT Leg", " JOINT Arm\n {\n  OFFSET 1 0 0\n  CHANNELS 0\n }\n JOINT Leg")
+                    .replace("Frames: 2", "Frames: 8388609"),
+                "a.bvh:22:9: expected the number of frames: a whole number from 0 to 8388608, found '8388609'",
             ),
             (
                 TEXT.replace("Frames: 2", "Frames: 1"),

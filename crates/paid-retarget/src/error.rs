@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use paid_motion::MotionError;
+use paid_motion::{MotionError, no_other_rate};
 use paid_robot::SpecError;
 use thiserror::Error;
 
@@ -44,9 +44,7 @@ pub enum RetargetError {
         found: String,
     },
     /// Another frame rate than the file's own.
-    #[error(
-        "{path}: expected no --fps beside the {stated:.1} frames a second that the file states, found --fps {given}"
-    )]
+    #[error("{path}: expected {}, found --fps {given}", no_other_rate(format_args!("{stated:.1}")))]
     Rate {
         /// The file.
         path: PathBuf,

@@ -21,11 +21,12 @@ pub(crate) struct Word<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Words<'a> {
     path: &'a Path,
-    lines: std::iter::Enumerate<std::str::Lines<'a>>,
+    /// What follows the line.
+    rest: &'a str,
     line: &'a str,
     number: usize,
-    /// Bytes of the line that are used up.
-    used: usize,
+    /// Bytes of the line that are used up, and how many characters they are.
+    used: [usize; 2],
     peeked: Option<Word<'a>>,
     comment: Option<char>,
 }
@@ -33,7 +34,7 @@ pub(crate) struct Words<'a> {
 impl<'a> Words<'a> {
     /// `comment`: a line that begins with this is skipped.
     pub fn new(path: &'a Path, text: &'a str, comment: Option<char>) -> Self {
-        Self { path, lines: text.lines().enumerate(), line: "", number: 0, used: 0, peeked: None, comment }
+        Self { path, rest: text, line: "", number: 0, used: [0; 2], peeked: None, comment }
     }
 
     /// The next word, without taking it.
@@ -46,21 +47,32 @@ impl<'a> Words<'a> {
 
     fn advance(&mut self) -> Option<Word<'a>> {
         loop {
-            let rest = &self.line[self.used..];
-            let skipped = rest.len() - rest.trim_start().len();
-            let rest = &rest[skipped..];
+            let [bytes, characters] = self.used;
+            let rest = &self.line[bytes..];
+            let (space, rest) = rest.split_at(rest.len() - rest.trim_start().len());
             if !rest.is_empty() {
-                let start = self.used + skipped;
-                let length = rest.find(char::is_whitespace).unwrap_or(rest.len());
-                self.used = start + length;
-                let column = self.line[..start].chars().count() + 1;
-                return Some(Word { text: &rest[..length], line: self.number, column });
+                let text = &rest[..rest.find(char::is_whitespace).unwrap_or(rest.len())];
+                // From the word before, not from the line's start: a line can be as long as the file.
+                let before = characters + space.chars().count();
+                self.used = [bytes + space.len() + text.len(), before + text.chars().count()];
+                return Some(Word { text, line: self.number, column: before + 1 });
             }
-            let (i, line) = self.lines.next()?;
-            (self.number, self.used) = (i + 1, 0);
+            let line = self.next_line()?;
+            (self.number, self.used) = (self.number + 1, [0; 2]);
             let is_comment = self.comment.is_some_and(|c| line.trim_start().starts_with(c));
             self.line = if is_comment { "" } else { line };
         }
+    }
+
+    /// The next line: up to a line feed, a carriage return or both.
+    fn next_line(&mut self) -> Option<&'a str> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let (line, rest) = self.rest.split_at(self.rest.find(['\n', '\r']).unwrap_or(self.rest.len()));
+        let after = rest.strip_prefix("\r\n").or_else(|| rest.strip_prefix(['\n', '\r']));
+        self.rest = after.unwrap_or(rest);
+        Some(line)
     }
 
     /// Where the text has got to: the next word, or the end.
@@ -145,14 +157,28 @@ impl<'a> Words<'a> {
 mod tests {
     use super::*;
 
+    /// Every word that is left, its line and its column.
+    fn places<'a>(words: &mut Words<'a>) -> Vec<(&'a str, usize, usize)> {
+        std::iter::from_fn(|| words.word("").ok().map(|w| (w.text, w.line, w.column))).collect()
+    }
+
+    #[test]
+    fn a_line_ends_with_either_sign_or_both_and_may_be_long() {
+        let mut words = Words::new(Path::new("a.txt"), "a\rb c\r\nd\n\n\r\re\r# no\rf\r", Some('#'));
+        assert_eq!(
+            places(&mut words),
+            [("a", 1, 1), ("b", 2, 1), ("c", 2, 3), ("d", 3, 1), ("e", 7, 1), ("f", 9, 1)]
+        );
+        let long = "ä b ".repeat(1000);
+        let places = places(&mut Words::new(Path::new("a.txt"), &long, None));
+        assert_eq!((places.len(), places.last()), (2000, Some(&("b", 1, 3999))));
+    }
+
     #[test]
     fn words_know_their_line_and_column() {
         let mut words = Words::new(Path::new("a.txt"), "# no\n  äb  c\n\n7 x", Some('#'));
-        let places: Vec<(String, usize, usize)> =
-            std::iter::from_fn(|| words.word("").ok().map(|w| (w.text.to_owned(), w.line, w.column)))
-                .collect();
         let expected = [("äb", 2, 3), ("c", 2, 7), ("7", 4, 1), ("x", 4, 3)];
-        assert_eq!(places, expected.map(|(t, l, c)| (t.to_owned(), l, c)));
+        assert_eq!(places(&mut words), expected);
         assert_eq!(words.error("more").to_string(), "a.txt:4:4: expected more, found the end of the file");
     }
 }

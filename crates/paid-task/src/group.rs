@@ -32,7 +32,7 @@ pub(crate) struct GroupTask<V> {
     pub goal: Vec3<V>,
     /// Cosine and sine of the motion's initial heading.
     pub heading: [V; 2],
-    /// Time from the reference's frame to its strike, negative after it `[s]`; follows from motion and frame.
+    /// Time from the reference's frame to its strike, negative after it, infinite without a reference `[s]`; follows from motion and frame.
     pub to_strike_s: V,
     /// The same until the policy's foot meets the ball `[s]`.
     pub to_contact_s: V,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use paid_lanes::Isa;
+use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     Agent, EndCause, EpisodeRules, ReferenceLibrary, STANDING_BALL_M, ShardSetup, TaskError, TaskMetrics,
@@ -97,6 +98,25 @@ fn episodes_begin_in_the_standing_pose_with_ball_and_goal_ahead() {
     shard.eval().force_start(0, &paid_task::InitialState::nominal(0)).expect("exists");
     let ball = shard.eval().sample(0).expect("exists").ball_pos;
     assert!((ball[0] - STANDING_BALL_M).abs() < 0.02 && ball[1].abs() < 0.02, "{ball:?}");
+}
+
+#[test]
+fn eyes_expect_no_strike_where_no_reference_says_one() {
+    // What they believe in the first 0.3 s of an episode.
+    let believed = |noise: &str| {
+        let mut shard = shard(&["knowledge=perceived", noise]);
+        let actions = vec![0.0; shard.action_dim() * ENVS];
+        let (mut reward, mut terminated, mut truncated) = ([0.0; ENVS], [0; ENVS], [0; ENVS]);
+        let mut beliefs = Vec::new();
+        for _ in 0..15 {
+            shard.step(&actions, StepBuffers::new(&mut reward, &mut terminated, &mut truncated));
+            for env in 0..ENVS {
+                beliefs.push(shard.eval().believed_ball(env).expect("exists").expect("perceived"));
+            }
+        }
+        beliefs
+    };
+    assert_eq!(believed("eyes.tracker.strike_noise=8.0"), believed("eyes.tracker.strike_noise=0.001"));
 }
 
 #[test]

@@ -3,12 +3,56 @@
 use super::Machine;
 use super::value::{Id, Value};
 
+/// How many more numbers than bytes a file may stand for, by rows that occur again: twelve minutes of a humanoid at 50 Hz.
+const REPEATED: usize = 1 << 20;
+
 impl Machine<'_> {
-    /// An array, or nested lists of numbers, as shape and numbers in row-major order; `None` if it is neither.
-    pub fn numbers(&self, id: Id) -> Option<(Vec<usize>, Vec<f64>)> {
+    /// The numbers of an array or of nested lists in row-major order, if their shape `fits`.
+    ///
+    /// # Errors
+    /// What is there instead.
+    pub fn numbers(&self, id: Id, fits: impl Fn(&[usize]) -> bool) -> Result<Vec<f64>, String> {
+        let other = || self.get(id).name().to_owned();
+        let shape = self.dimensions(id).ok_or_else(other)?;
+        if !fits(&shape) {
+            return Err(format!("shape {shape:?}"));
+        }
+        // A row that occurs again costs two bytes of the file: without a bound a small file could ask for all memory.
+        let count = shape.iter().try_fold(1usize, |n, s| n.checked_mul(*s));
+        if count.is_none_or(|n| n > self.bytes.len().saturating_add(REPEATED)) {
+            return Err(format!("shape {shape:?} in a file of {} bytes", self.bytes.len()));
+        }
+        self.values(id).ok_or_else(other)
+    }
+
+    /// The shape of an array or of nested lists, of which no number is read; `None` if it is neither.
+    fn dimensions(&self, id: Id) -> Option<Vec<usize>> {
         match self.get(id) {
-            Value::Int(n) => Some((Vec::new(), vec![*n as f64])),
-            Value::Float(x) => Some((Vec::new(), vec![*x])),
+            Value::Int(_) | Value::Float(_) => Some(Vec::new()),
+            Value::Array(shape, Some(_)) => Some(shape.clone()),
+            // Lists of numbers or of such lists, no deeper.
+            Value::List(items) | Value::Tuple(items) => {
+                let width = items.first().map_or(Some(0), |item| self.width(*item))?;
+                let same = items.iter().all(|item| self.width(*item) == Some(width));
+                same.then(|| vec![items.len(), width])
+            }
+            _ => None,
+        }
+    }
+
+    /// How many items a row has.
+    fn width(&self, id: Id) -> Option<usize> {
+        match self.get(id) {
+            Value::Array(shape, Some(_)) if shape.len() == 1 => shape.first().copied(),
+            Value::List(items) | Value::Tuple(items) => Some(items.len()),
+            _ => None,
+        }
+    }
+
+    fn values(&self, id: Id) -> Option<Vec<f64>> {
+        match self.get(id) {
+            Value::Int(n) => Some(vec![*n as f64]),
+            Value::Float(x) => Some(vec![*x]),
             Value::Array(shape, Some((kind, fortran, bytes))) => {
                 let Value::Bytes(bytes) = self.get(*bytes) else { return None };
                 let count = shape.iter().try_fold(1usize, |n, s| n.checked_mul(*s))?;
@@ -19,21 +63,18 @@ impl Machine<'_> {
                 match (fortran, &shape[..]) {
                     (true, &[rows, columns]) => {
                         let at = |i: usize| values[i % columns * rows + i / columns];
-                        Some((shape.clone(), (0..count).map(at).collect()))
+                        Some((0..count).map(at).collect())
                     }
                     (true, [_, _, _, ..]) => None,
-                    _ => Some((shape.clone(), values)),
+                    _ => Some(values),
                 }
             }
-            // Lists of numbers or of such lists, no deeper.
             Value::List(items) | Value::Tuple(items) => {
-                let rows: Option<Vec<Vec<f64>>> = items.iter().map(|item| self.row(*item)).collect();
-                let rows = rows?;
-                let width = rows.first().map_or(0, Vec::len);
-                if rows.iter().any(|r| r.len() != width) {
-                    return None;
+                let mut values = Vec::new();
+                for item in items {
+                    values.extend(self.row(*item)?);
                 }
-                Some((vec![rows.len(), width], rows.concat()))
+                Some(values)
             }
             _ => None,
         }
@@ -41,7 +82,7 @@ impl Machine<'_> {
 
     fn row(&self, id: Id) -> Option<Vec<f64>> {
         match self.get(id) {
-            Value::Array(shape, _) if shape.len() == 1 => self.numbers(id).map(|(_, values)| values),
+            Value::Array(shape, _) if shape.len() == 1 => self.values(id),
             Value::List(items) | Value::Tuple(items) => {
                 let number = |item: &Id| match self.get(*item) {
                     Value::Int(n) => Some(*n as f64),

@@ -34,6 +34,8 @@ use step::push_interval;
 const RESET_STREAM: u32 = 0;
 const PUSH_STREAM: u32 = 1;
 const START_STREAM: u32 = 8;
+/// The time to the strike where no reference says one `[s]`: outside of every window around it, so that the tracker expects no strike.
+const NO_STRIKE_S: f64 = f64::INFINITY;
 /// Groups whose observations are written out together.
 const BLOCK_GROUPS: usize = 8;
 
@@ -267,7 +269,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let facts = &self.library.facts()[env.motion];
             let until = |frame: usize| (frame as f64 - env.frame as f64) * self.config.dt_s;
             let to_contact_s = until(facts.contact_frame);
-            self.groups[group].to_strike_s.set_lane(lane, until(facts.strike_frame));
+            let to_strike_s = if self.config.has_reference { until(facts.strike_frame) } else { NO_STRIKE_S };
+            self.groups[group].to_strike_s.set_lane(lane, to_strike_s);
             self.groups[group].to_contact_s.set_lane(lane, to_contact_s);
             if self.config.observations.predicts {
                 // The policy sees the frame after the state's.
