@@ -92,6 +92,16 @@ pub enum EvalError {
         /// What was given.
         found: String,
     },
+    /// Runs in a folder began with another policy or other clips.
+    #[error("{}: expected runs that began with {expected}, found {found}; use another --out", path.display())]
+    Origin {
+        /// The file that says so.
+        path: PathBuf,
+        /// Prints of this call's.
+        expected: String,
+        /// Prints of the runs'.
+        found: String,
+    },
     /// The robot's eyes: a camera, a detector, odometry or a recording.
     #[error("eyes: {0}")]
     Eyes(String),

@@ -138,7 +138,9 @@ impl PanelBall {
 /// What to run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PanelOptions {
-    /// Trials at each of the 63 places of the effective workspace.
+    /// The balls' places.
+    pub grid: Grid,
+    /// Trials at each of them.
     pub trials: usize,
     /// Speed ranges of the balls `[m/s]`; `None` lies still.
     pub balls: Vec<Option<[f64; 2]>>,
@@ -149,9 +151,10 @@ pub struct PanelOptions {
 }
 
 impl Default for PanelOptions {
-    /// A trial a place, static and rolling.
+    /// A trial at each of the 63 places of the effective workspace, static and rolling.
     fn default() -> Self {
-        Self { trials: 1, balls: vec![None, Some(ROLLING_SPEED)], limit_s: 12.0, held_out: false }
+        let balls = vec![None, Some(ROLLING_SPEED)];
+        Self { grid: Grid::EFFECTIVE, trials: 1, balls, limit_s: 12.0, held_out: false }
     }
 }
 
@@ -218,7 +221,7 @@ pub fn evaluate(
     };
     for rolling in &options.balls {
         let shots = ShootingOptions {
-            grid: Grid::EFFECTIVE,
+            grid: options.grid,
             trials: options.trials,
             rolling: *rolling,
             limit_s: options.limit_s,

@@ -1,5 +1,7 @@
 //! Results on disk and as JSON: what an evaluation leaves in its folder.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -17,6 +19,7 @@ use crate::panel::PanelReport;
 use crate::shooting::{self, ShootingReport};
 use crate::tracking::TrackingReport;
 use crate::tracking_agreement::TrackingAgreement;
+use crate::worst::STRIPS;
 
 /// An evaluation as JSON: the report, what it is about, and what it cost.
 #[derive(Clone, Debug, Serialize)]
@@ -67,7 +70,8 @@ pub fn to_json(value: &impl Serialize) -> Result<String, EvalError> {
     serde_json::to_string(value).map_err(|error| EvalError::Serialize(error.to_string()))
 }
 
-/// Writes a shooting report into `folder` as JSON (`json`), table, CSV, heat maps and paths. Names begin with `engine` (`builtin` or
+/// Writes a shooting report into `folder` as JSON (`json`), table, CSV, heat maps and paths, and removes the list of an earlier report's
+/// film strips. Names begin with `engine` (`builtin` or
 /// `mujoco`) and the kind of ball.
 ///
 /// # Errors
@@ -80,6 +84,14 @@ pub fn write_shooting(
 ) -> Result<(), EvalError> {
     let kind = report.ball();
     let file = |what: &str| folder.join(format!("{engine}_{kind}_{what}"));
+    // Film strips of an earlier report show other shots.
+    let strips = file(STRIPS);
+    match fs::remove_file(&strips) {
+        Err(source) if source.kind() != ErrorKind::NotFound => {
+            return Err(EvalError::Write { path: strips, source });
+        }
+        _ => {}
+    }
     write_whole(&file("shooting.json"), json.as_bytes())?;
     write_whole(&file("trials.csv"), report.csv().as_bytes())?;
     write_whole(&folder.join(format!("{engine}_{kind}.txt")), report.table().as_bytes())?;

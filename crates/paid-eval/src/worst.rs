@@ -109,6 +109,9 @@ pub fn again(
     Ok(films.into_iter().map(strip).collect())
 }
 
+/// The list of a report's strips, after the report's name.
+pub(crate) const STRIPS: &str = "worst.json";
+
 /// Writes strips as `STEM_worst_1.png` and so on, and what they show as `STEM_worst.json`.
 ///
 /// # Errors
@@ -120,7 +123,7 @@ pub fn write_strips(folder: &Path, stem: &str, strips: &[Strip]) -> Result<(), E
         strip.picture.save(&folder.join(&picture))?;
         files.push(StripFile { picture, words: strip.words.clone() });
     }
-    write_whole(&folder.join(format!("{stem}_worst.json")), to_json(&files)?.as_bytes())
+    write_whole(&folder.join(format!("{stem}_{STRIPS}")), to_json(&files)?.as_bytes())
 }
 
 #[cfg(test)]

@@ -71,6 +71,9 @@ pub struct EventWriter {
     file: File,
 }
 
+/// How the names of event files begin.
+pub(crate) const EVENTS: &str = "events.out.tfevents";
+
 impl EventWriter {
     /// Opens a new event file in `folder`. Events of earlier files of the folder from iteration `first_step` on are
     /// declared void, as after a resume from an older checkpoint.
@@ -82,7 +85,7 @@ impl EventWriter {
         // Two starts within a second get different names.
         let mut number = 0;
         let (path, file) = loop {
-            let path = folder.join(format!("events.out.tfevents.{seconds:010}.paid.{number}"));
+            let path = folder.join(format!("{EVENTS}.{seconds:010}.paid.{number}"));
             match File::options().write(true).create_new(true).open(&path) {
                 Ok(file) => break (path, file),
                 Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => number += 1,

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use paid_files::write_atomically;
 
+use crate::events::EVENTS;
+use crate::policy_weights::WEIGHTS_FILE;
 use crate::record::Record;
-use crate::{EventWriter, TrainError};
+use crate::{EventWriter, RunPreset, TrainError};
 
 /// Name of the resolved preset in a run folder, and in a checkpoint.
 pub const PRESET_FILE: &str = "preset.toml";
@@ -105,6 +107,44 @@ impl RunFolder {
     }
 }
 
+/// Removes what a run left that was killed before its first checkpoint, so that it can begin anew: its preset, its log and its event files.
+/// True if there was such a run. A folder with a checkpoint or a policy stays as it is, and so does one whose log goes on past the first checkpoint: its files were lost.
+///
+/// # Errors
+/// If the folder cannot be read, or a file cannot be removed.
+pub fn forget_unsaved(folder: &Path) -> Result<bool, TrainError> {
+    if !folder.join(PRESET_FILE).exists()
+        || folder.join(WEIGHTS_FILE).exists()
+        || !checkpoints(folder)?.is_empty()
+    {
+        return Ok(false);
+    }
+    let interval = RunPreset::of_run(folder, &[])?.run.checkpoint_interval;
+    let log = folder.join(METRICS_FILE);
+    let text =
+        if log.exists() { fs::read_to_string(&log).map_err(TrainError::read(&log))? } else { String::new() };
+    if text.lines().filter_map(line_iteration).any(|iteration| iteration > interval) {
+        return Ok(false);
+    }
+    let mut files = vec![log];
+    for entry in fs::read_dir(folder).map_err(TrainError::read(folder))? {
+        let entry = entry.map_err(TrainError::read(folder))?;
+        if entry.file_name().to_string_lossy().starts_with(EVENTS) {
+            files.push(entry.path());
+        }
+    }
+    // Last: without it there is no run.
+    files.push(folder.join(PRESET_FILE));
+    for file in files {
+        match fs::remove_file(&file) {
+            // Another process of the run may be faster.
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+            removed => removed.map_err(TrainError::write(&file))?,
+        }
+    }
+    Ok(true)
+}
+
 /// Writes a small file of a run folder, whole or not at all.
 ///
 /// # Errors
@@ -164,7 +204,9 @@ pub fn newest_and_earlier(folder: &Path) -> Result<(Numbered, Vec<Numbered>), Tr
     let mut all = checkpoints(folder)?;
     let newest = all.pop().ok_or_else(|| TrainError::Folder {
         path: folder.to_owned(),
-        message: "expected a checkpoint model_<iteration>.safetensors, found none".to_owned(),
+        message: "expected a checkpoint model_<iteration>.safetensors, found none; a run that ended before its first one begins anew in an \
+                  empty folder"
+            .to_owned(),
     })?;
     Ok((newest, all))
 }
@@ -204,6 +246,47 @@ mod tests {
         let text = fs::read_to_string(&path).expect("metrics");
         let iterations: Vec<_> = text.lines().map(|l| line_iteration(l).expect("whole line")).collect();
         assert_eq!(iterations, [1, 2, 3]);
+    }
+
+    #[test]
+    fn a_run_without_a_checkpoint_is_forgotten_and_nothing_else() {
+        let dir = tempfile::tempdir().expect("folder");
+        let mut preset = RunPreset::resolve("stage1", &[]).expect("built in");
+        preset.run.checkpoint_interval = 3;
+        let files = || {
+            let mut names: Vec<String> = fs::read_dir(dir.path())
+                .expect("a folder")
+                .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+                .collect();
+            names.sort();
+            names
+        };
+        let begin = |iterations: u64| {
+            let mut folder = RunFolder::create(dir.path(), &preset.to_toml().expect("TOML")).expect("create");
+            for i in 1..=iterations {
+                folder.log(&record(i)).expect("log");
+            }
+        };
+        assert!(!forget_unsaved(dir.path()).expect("nothing to do"));
+        fs::write(dir.path().join("notes.txt"), "mine").expect("writes");
+        begin(3);
+        assert_eq!(files().len(), 4);
+        assert!(forget_unsaved(dir.path()).expect("forgets"));
+        assert_eq!(files(), ["notes.txt"]);
+
+        begin(4);
+        assert!(!forget_unsaved(dir.path()).expect("leaves it"));
+        assert_eq!(files().len(), 4, "its checkpoint was lost");
+        fs::remove_file(dir.path().join(PRESET_FILE)).expect("removed");
+        fs::remove_file(dir.path().join(METRICS_FILE)).expect("removed");
+        begin(2);
+        for kept in [checkpoint_name(2), WEIGHTS_FILE.to_owned()] {
+            let file = dir.path().join(kept);
+            fs::write(&file, "weights").expect("writes");
+            assert!(!forget_unsaved(dir.path()).expect("leaves it"));
+            assert!(dir.path().join(PRESET_FILE).exists() && dir.path().join(METRICS_FILE).exists());
+            fs::remove_file(file).expect("removed");
+        }
     }
 
     #[test]

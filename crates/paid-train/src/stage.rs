@@ -202,13 +202,13 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
         }
     }
     let first = trainer.progress().iteration;
-    let clock = Clock::new(job.limits, trainer.progress().share);
+    let clock = Clock::new(job.limits, trainer.progress().share, first, config.iterations);
     let end = loop {
         let done = trainer.progress().iteration;
         if done >= config.iterations {
             break End::Done;
         }
-        let share = clock.share(done as f64 / config.iterations as f64);
+        let share = clock.share(done);
         let weights =
             trainer.learner().actor().params.iter().fold(0_u32, |sum, x| sum.wrapping_add(x.to_bits()));
         let (share, is_up, stopped) =
@@ -269,11 +269,14 @@ struct Clock {
     limit_s: Option<f64>,
     /// The share of the run that was over before.
     before: f64,
+    /// Iterations done before.
+    first: u64,
+    iterations: u64,
 }
 
 impl Clock {
-    fn new(limits: Limits, before: f64) -> Self {
-        Self { start: Instant::now(), limit_s: limits.minutes.map(|m| m * 60.0), before }
+    fn new(limits: Limits, before: f64, first: u64, iterations: u64) -> Self {
+        Self { start: Instant::now(), limit_s: limits.minutes.map(|m| m * 60.0), before, first, iterations }
     }
 
     fn elapsed_s(&self) -> f64 {
@@ -284,12 +287,20 @@ impl Clock {
         self.limit_s.is_some_and(|limit| self.elapsed_s() >= limit)
     }
 
-    /// The share of the run that is over, by iterations or, if that is further, by time: a limit spreads what is left of the run
-    /// over this start.
-    fn share(&self, by_iterations: f64) -> f64 {
-        let by_time =
-            self.limit_s.map_or(0.0, |limit| self.before + (1.0 - self.before) * self.elapsed_s() / limit);
-        by_time.max(by_iterations).min(1.0)
+    /// The share of the run that is over after `done` iterations, by these or, if that is further, by time: a limit spreads what is left of
+    /// the run over this start. Without one it is spread over the iterations that are left, so that a run which a limit has taken further
+    /// than its iterations does not go back.
+    fn share(&self, done: u64) -> f64 {
+        let of_all = |iterations: u64| iterations as f64 / self.iterations as f64;
+        let spent = match self.limit_s {
+            Some(limit) => self.elapsed_s() / limit,
+            // Otherwise the shares are equal but for rounding, and a run that goes on has those of one that was never stopped.
+            None if self.before > of_all(self.first) => {
+                (done - self.first) as f64 / (self.iterations - self.first).max(1) as f64
+            }
+            None => 0.0,
+        };
+        (self.before + (1.0 - self.before) * spent).max(of_all(done)).min(1.0)
     }
 
     /// Time to the end after `done` iterations of this start, with `left` to go `[s]`.
@@ -314,4 +325,22 @@ fn save<E: TrainShard + ?Sized>(
     // Whoever reads it next finds it whole.
     job.ranks.gather(&[]);
     Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_timed_run_that_goes_on_without_a_limit_goes_on_from_its_share() {
+        let share = |before: f64, done: u64| Clock::new(Limits::default(), before, 1000, 7000).share(done);
+        // A limit had taken it to three quarters.
+        assert_eq!([1000, 4000, 7000].map(|done| share(0.75, done)), [0.75, 0.875, 1.0]);
+        // One without a limit has the shares of its iterations to the last bit.
+        for done in [1000, 1001, 4321, 7000] {
+            assert_eq!(share(999.0 / 7000.0, done), done as f64 / 7000.0);
+        }
+        // It is never behind its iterations.
+        assert_eq!(share(0.0, 3500), 0.5);
+    }
 }

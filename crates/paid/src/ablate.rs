@@ -1,6 +1,6 @@
 //! `paid ablate`: the paper's ablation of its third stage. Each variant is trained from one policy and judged by MuJoCo.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -8,11 +8,13 @@ use paid_eval::ablation::{
     Budget, Judge, JudgeSettings, SURFACES, Score, Scores, VARIANTS, has_run, is_same_run, knowledge,
     variant_preset,
 };
+use paid_eval::compare::Origin;
 use paid_eval::file::write_whole;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
-use paid_train::folder::PRESET_FILE;
-use paid_train::{Alone, End, Limits, StageJob, Start, train_stage};
+use paid_train::folder::{PRESET_FILE, forget_unsaved};
+use paid_train::policy_weights::load_weights;
+use paid_train::{Alone, End, Limits, RunPreset, StageJob, Start, train_stage};
 
 use crate::eval::progress::Progress;
 use crate::failure::Failure;
@@ -120,20 +122,20 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for (_, name) in VARIANTS {
         presets.push(variant_preset(name, &overrides, budget)?);
     }
+    for ((_, name), preset) in VARIANTS.into_iter().zip(&presets) {
+        refuse_another(args, &args.out.join(name), preset)?;
+    }
+    // A wrong one is told before anything is written.
+    load_weights(&args.from)?;
     // All variants are judged alike: seen as the complete one is trained to see, and late.
     let judged = presets[0].clone();
     let knowledge = knowledge(&judged, &settings);
     let mut scores = Scores { settings: settings.clone(), knowledge, scores: Vec::new() };
     for ((variant, name), preset) in VARIANTS.into_iter().zip(presets) {
         let folder = args.out.join(name);
-        let taken = has_run(&folder);
-        if taken && !is_same_run(&folder, &preset)? {
-            return Err(Failure::input(format!(
-                "{}: expected a run with the preset and the --set values of this call, found another; choose another --out",
-                folder.join(PRESET_FILE).display()
-            )));
-        }
-        let start = if taken { Start::Resume } else { Start::From(args.from.clone()) };
+        Origin::of(Some(&args.from), Path::new(&preset.run.motions))?.keep(&folder)?;
+        forget_unsaved(&folder)?;
+        let start = if has_run(&folder) { Start::Resume } else { Start::From(args.from.clone()) };
         let job = StageJob {
             preset,
             out: folder.clone(),
@@ -172,6 +174,20 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     finish(args, &scores)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// Refuses a run in `folder` that is not this call's: of another preset, or begun with another policy or other clips.
+fn refuse_another(args: &Args, folder: &Path, preset: &RunPreset) -> Result<(), Failure> {
+    if !has_run(folder) {
+        return Ok(());
+    }
+    if !is_same_run(folder, preset)? {
+        return Err(Failure::input(format!(
+            "{}: expected a run with the preset and the --set values of this call, found another; choose another --out",
+            folder.join(PRESET_FILE).display()
+        )));
+    }
+    Ok(Origin::of(Some(&args.from), Path::new(&preset.run.motions))?.refuse_another(folder)?)
 }
 
 fn finish(args: &Args, scores: &Scores) -> Result<(), Failure> {

@@ -74,6 +74,7 @@ fn parts(args: &Args, plan: &Plan, beside: &Path) -> Result<Vec<Part>, Failure> 
         for preset in &contender.stages {
             stages::refuse_another(&stages::run_folder(&args.out, &contender, preset), preset)?;
         }
+        stages::refuse_another_origin(&args.out, &contender)?;
         let of = contender.print(args.motions.as_deref())?;
         let asked = args.only.is_empty() || args.only.contains(&contender.name);
         Ok(Part { contender, of, asked })
@@ -193,25 +194,27 @@ fn work(args: &Args, plan: &Plan, part: &Part, name: &str, threads: usize) -> Re
 
 /// Writes table, JSON, diagram and page of the entries that are trained and judged.
 fn write(args: &Args, plan: &Plan, parts: &[Part]) -> Result<Comparison, Failure> {
-    let mut courses: Vec<Course> = Vec::new();
+    let (mut courses, mut filmed) = (Vec::new(), Vec::new());
     let mut comparison = Comparison { title: plan.title.clone(), rows: Vec::new() };
     for part in parts {
         let contender = &part.contender;
         let Some(scores) = known(args, plan, part)? else { continue };
         let (name, paper) = (contender.name.clone(), contender.paper.clone());
         comparison.rows.push(Row { name, paper, seed: contender.seed, scores });
-        // A tracker has no shots in training.
-        if !contender.stages.is_empty() && !contender.tracks {
+        // A tracker has no shots.
+        if contender.tracks {
+            continue;
+        }
+        let name = format!("{}{}", contender.name, contender.suffix());
+        filmed.push((name.clone(), contender.folder.as_path()));
+        if !contender.stages.is_empty() {
             let folder = |preset| stages::run_folder(&args.out, contender, preset);
-            let stages = contender.stages.iter().map(folder).collect();
-            courses.push(Course { name: format!("{}{}", contender.name, contender.suffix()), stages });
+            courses.push(Course { name, stages: contender.stages.iter().map(folder).collect() });
         }
     }
     write_whole(&args.out.join("comparison.txt"), comparison.table().as_bytes())?;
     write_whole(&args.out.join("comparison.json"), to_json(&comparison)?.as_bytes())?;
-    let judged = parts.iter().map(|part| &part.contender).filter(|contender| !contender.tracks);
-    let strips = judged.map(|c| (format!("{}{}", c.name, c.suffix()), c.folder.as_path()));
-    films::gather(&args.out, strips)?;
+    films::gather(&args.out, filmed.into_iter())?;
     if !courses.is_empty() {
         curves::figure(&courses)?.save(&args.out.join("comparison_curves"))?;
     }

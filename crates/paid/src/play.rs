@@ -90,6 +90,9 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 const HUMAN: [&str; 10] =
     ["skeleton", "unit", "height", "from", "to", "slow", "speed_limit", "rate", "label", "license"];
 
+/// The options of a recorded shot, by the names of their fields: on the page they are chosen there.
+const NOT_LIVE: [&str; 7] = ["ball", "velocity", "limit", "size", "pictures", "no_ghost", "no_forces"];
+
 /// Refuses what was given and would change nothing. Clap's own `requires` and `conflicts_with` are not enough: what conflicts with an
 /// argument takes back that others require it.
 fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
@@ -118,15 +121,13 @@ fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
             let order = [("joint_order", "a robot's motion (.csv, .pkl)")];
             (format!("the file {}", path.display()), [clip, order].concat())
         }
-        (None, Some(path)) => {
-            // A clip of this program has an order of its own.
-            let npz = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npz"));
-            let order = [("joint_order", "a file that does not state its order (.csv, .pkl)")];
-            let order = if npz { &order[..] } else { &[] };
-            (format!("the file {}", path.display()), [&human[..], &clip, order].concat())
-        }
+        (None, Some(path)) => (format!("the file {}", path.display()), [&human[..], &clip].concat()),
     };
-    Failure::if_ignored(ignored, given, &found)
+    Failure::if_ignored(ignored, given, &found)?;
+    if args.live.live {
+        return Failure::if_ignored(NOT_LIVE.map(|id| (id, "no page in the browser")), given, "--live");
+    }
+    Ok(())
 }
 
 /// Records what there is to see and shows it.

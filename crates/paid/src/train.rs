@@ -19,7 +19,7 @@ use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_live::TrainingPage;
 use paid_task::TaskPreset;
-use paid_train::folder::PRESET_FILE;
+use paid_train::folder::{PRESET_FILE, forget_unsaved};
 use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
@@ -213,6 +213,20 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs"));
     let begun = |stage: Stage| out.join(stage.name()).join(PRESET_FILE).exists();
+    if args.resume && ![Stage::Stage1, Stage::Stage2].into_iter().any(begun) {
+        let out = out.display();
+        return Err(Failure::input(format!(
+            "--resume: expected a run in {out}/stage1 or {out}/stage2, found none"
+        )));
+    }
+    if args.resume && !args.explain {
+        for stage in [Stage::Stage1, Stage::Stage2] {
+            let folder = out.join(stage.name());
+            if forget_unsaved(&folder)? && joined.is_first() {
+                eprintln!("note: the run in {} has no checkpoint yet and begins anew", folder.display());
+            }
+        }
+    }
     // Stage II begins when Stage I is over, so there is nothing of it to resume then.
     let stages: &[(Stage, f64)] = if args.resume && begun(Stage::Stage2) {
         &[(Stage::Stage2, 1.0)]

@@ -47,6 +47,14 @@ fn a_motion_file_that_is_none_is_named() {
 }
 
 #[test]
+fn a_run_that_is_not_there_is_not_resumed_by_a_new_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let error = refuses(&paid(folder.path(), &["train", "--resume", "--out", "mistyped"]));
+    assert!(error.contains("--resume: expected a run in mistyped/stage1 or mistyped/stage2"), "{error}");
+    assert!(!folder.path().join("mistyped").exists());
+}
+
+#[test]
 fn an_unknown_preset_key_comes_with_a_suggestion() {
     let folder = tempfile::tempdir().expect("folder");
     for (command, set, hint) in [

@@ -131,6 +131,26 @@ fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
     assert!(said.contains("stage2: 100%") && !said.contains("stage1: "), "{said}");
     let files = fs::read_dir(&to).expect("a run").flatten().map(|entry| entry.file_name());
     assert_eq!(files.count(), 3, "the carried stage is left as it is");
+
+    // Killed before its first checkpoint the second stage begins anew.
+    let entry = path.join("here/two-stages/seed-1");
+    fs::remove_file(entry.join("scores.json")).expect("removed");
+    for file in fs::read_dir(entry.join("stage2")).expect("a run").flatten() {
+        if file.path().extension().is_some_and(|extension| extension == "safetensors") {
+            fs::remove_file(file.path()).expect("removed");
+        }
+    }
+    let output = paid(path, &line("here", "Two stages"));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    succeeds(&output);
+    assert!(said.contains("stage2: 100%"), "{said}");
+
+    fs::write(entry.join("origin.txt"), "other clips").expect("writes");
+    let error = refuses(&paid(path, &line("here", "Two stages")));
+    assert!(
+        error.contains("origin.txt: expected runs that began with the built-in kicks, found other clips"),
+        "{error}"
+    );
 }
 
 #[test]

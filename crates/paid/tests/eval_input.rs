@@ -59,6 +59,10 @@ fn an_option_that_would_change_nothing_is_refused() {
     assert!(error.contains("--out"), "{error}");
     let error = eval(&["tracking", "--policy", "run", "--robot", "/nope.toml"]);
     assert!(error.contains("--robot /nope.toml: expected an ONNX file as --policy, found run"), "{error}");
+    let error = eval(&["panel", "--policy", "run", "--ball-mass", "0.4"]);
+    assert!(error.contains("--ball-mass: expected no such option, as the panel has balls"), "{error}");
+    let error = refuses(&paid(folder.path(), &["demo", "--live", "--trials", "3"]));
+    assert!(error.contains("'--live' cannot be used with '--trials"), "{error}");
 }
 
 #[test]

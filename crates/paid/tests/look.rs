@@ -77,6 +77,8 @@ fn what_does_not_go_together_is_refused() {
     );
     let error = refused(&["--policy", "run", "--record", "a.gif", "--height", "1.2"]);
     assert!(error.contains("--height: expected a human's motion"), "{error}");
+    let error = refused(&["--policy", "run", "--live", "--ball", "1,0"]);
+    assert!(error.contains("--ball: expected no page in the browser, found --live"), "{error}");
     let error = refused(&[file, "--record", "a.mp4"]);
     assert!(error.contains("--record: expected a name that ends in .gif or .png"), "{error}");
     let error = refused(&["--policy", "run"]);

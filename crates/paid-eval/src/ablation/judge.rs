@@ -63,11 +63,13 @@ impl JudgeSettings {
                 return Err(EvalError::Option { option, expected: "at least 1".into(), found: "0".into() });
             }
         }
-        for (option, value, most) in
-            [("limit", self.limit_s, 60.0), ("latency", self.latency_s, 1.0), ("frame", self.frame_s, 1.0)]
-        {
-            if !(0.0..=most).contains(&value) {
-                let expected = format!("0 to {most} s");
+        if !(self.limit_s > 0.0 && self.limit_s <= 60.0) {
+            let expected = "more than 0 and at most 60 s".to_owned();
+            return Err(EvalError::Option { option: "limit", expected, found: self.limit_s.to_string() });
+        }
+        for (option, value) in [("latency", self.latency_s), ("frame", self.frame_s)] {
+            if !(0.0..=1.0).contains(&value) {
+                let expected = "0 to 1 s".to_owned();
                 return Err(EvalError::Option { option, expected, found: value.to_string() });
             }
         }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use paid_motion::motion_files;
 use paid_train::RunPreset;
 
+use super::origin::Origin;
 use super::plan::{Entry, Plan, wrong};
 use crate::EvalError;
 
@@ -32,6 +33,15 @@ pub struct Contender {
 }
 
 impl Contender {
+    /// What its training begins with; `None` for a policy that there is.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn origin(&self) -> Result<Option<Origin>, EvalError> {
+        let Some(last) = self.stages.last() else { return Ok(None) };
+        Origin::of(self.from.as_deref(), Path::new(&last.run.motions)).map(Some)
+    }
+
     /// What tells it from others of its name: the seed and, of a specialist, the clip.
     pub fn suffix(&self) -> String {
         let clip = self

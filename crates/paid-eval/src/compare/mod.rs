@@ -6,6 +6,7 @@ mod contender;
 mod contender_tests;
 pub mod curves;
 pub mod films;
+mod origin;
 mod plan;
 mod print;
 mod report;
@@ -14,6 +15,7 @@ mod seeds;
 mod tracks;
 
 pub use contender::Contender;
+pub use origin::Origin;
 pub use plan::{Entry, JudgePlan, Plan, StagePlan};
 pub use report::{Comparison, Row};
 pub use score::{ClipShots, EYES, Judgment, PanelScore, Scores, Shots};

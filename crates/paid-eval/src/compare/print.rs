@@ -14,7 +14,13 @@ use crate::subject::PolicySource;
 
 /// Hash of contents (FNV-1a, 64 bits) that should be equal: a difference is an accident, not an attack.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Print(u64);
+pub(super) struct Print(u64);
+
+impl std::fmt::Display for Print {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
 
 impl Print {
     const EMPTY: Self = Self(0xcbf2_9ce4_8422_2325);
@@ -48,8 +54,7 @@ impl Contender {
         let mut out = String::new();
         for (thing, path) in [("policy", &self.policy), ("from", &self.from)] {
             if let Some(path) = path {
-                let Print(hash) = print_of_policy(path)?;
-                let _ = write!(out, "{thing} {hash:016x}, ");
+                let _ = write!(out, "{thing} {}, ", print_of_policy(path)?);
             }
         }
         let clips = match (self.motions(asked), &self.policy) {
@@ -60,16 +65,7 @@ impl Contender {
             }
             (None, None) => PathBuf::new(),
         };
-        if clips.as_os_str().is_empty() {
-            out.push_str("the built-in kicks");
-        } else {
-            let files = motion_files(&clips)?;
-            let mut print = Print::EMPTY;
-            for file in &files {
-                print = print.with(name_in(file, &clips).as_bytes()).with_file(file)?;
-            }
-            let _ = write!(out, "clips {} {:016x}", files.len(), print.0);
-        }
+        out.push_str(&print_of_clips(&clips)?);
         if self.tracks {
             out.push_str(", follows clips");
         }
@@ -77,8 +73,21 @@ impl Contender {
     }
 }
 
+/// Names and contents of the clips in a folder, as text; an empty path stands for the built-in kicks.
+pub(super) fn print_of_clips(clips: &Path) -> Result<String, EvalError> {
+    if clips.as_os_str().is_empty() {
+        return Ok("the built-in kicks".to_owned());
+    }
+    let files = motion_files(clips)?;
+    let mut print = Print::EMPTY;
+    for file in &files {
+        print = print.with(name_in(file, clips).as_bytes()).with_file(file)?;
+    }
+    Ok(format!("clips {} {print}", files.len()))
+}
+
 /// Of a run folder the newest checkpoint and the policy file, which says how it is played; each where it is.
-fn print_of_policy(path: &Path) -> Result<Print, EvalError> {
+pub(super) fn print_of_policy(path: &Path) -> Result<Print, EvalError> {
     let file = path.join(WEIGHTS_FILE);
     let mut print = Print::EMPTY;
     match latest_checkpoint(path) {

@@ -250,8 +250,13 @@ impl Scores {
         let mut panel = None;
         if judge.panel_trials > 0 {
             let subject = load(KnowledgeMode::Truth)?;
-            let options =
-                PanelOptions { trials: judge.panel_trials, balls: vec![None], ..PanelOptions::default() };
+            let options = PanelOptions {
+                grid: judge.grid(),
+                trials: judge.panel_trials,
+                balls: vec![None],
+                limit_s: judge.limit_s,
+                ..PanelOptions::default()
+            };
             let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
             let part = report.parts.first();
             panel = part

@@ -142,6 +142,8 @@ pub fn evaluate(
                 Ok(stage) => stage.play(number, trial),
                 Err(_) => break,
             };
+            // What was stopped on its way has no outcome.
+            let Some(result) = result.transpose() else { break };
             let failed = result.is_err();
             setup.monitor.finish(1);
             results.lock().unwrap_or_else(PoisonError::into_inner).push((number, result));

@@ -34,8 +34,8 @@ pub(super) struct Played {
 }
 
 impl Stage<'_> {
-    /// Plays a trial.
-    pub(super) fn play(&mut self, number: usize, trial: &Trial) -> Result<Played, EvalError> {
+    /// Plays a trial; `None` if the evaluation was stopped before its end.
+    pub(super) fn play(&mut self, number: usize, trial: &Trial) -> Result<Option<Played>, EvalError> {
         let clock = Box::new(processor_clock());
         let begin_s = clock();
         let standing = Pose { rot: Mat3::identity(), pos: Vec3(self.base) };
@@ -89,7 +89,12 @@ impl Stage<'_> {
             Some(motion)
         });
         let watch = match chosen {
-            Some(motion) => self.kick(&mut kick, number, &with_motion(trial, motion), &standing, &rolling)?,
+            Some(motion) => {
+                let kicked =
+                    self.kick(&mut kick, number, &with_motion(trial, motion), &standing, &rolling)?;
+                let Some(watch) = kicked else { return Ok(None) };
+                watch
+            }
             None => Watch::new(&self.setup, self.options),
         };
         let trial = chosen.map_or_else(|| trial.clone(), |motion| with_motion(trial, motion));
@@ -105,7 +110,7 @@ impl Stage<'_> {
         eyes.with_ball = placed.iter().filter(|shown| **shown >= LEAST_SHOWN).count();
         eyes.cause = (!outcome.goal).then(|| Cause::of(&eyes));
         eyes.cpu_s = clock() - begin_s;
-        Ok(Played { outcome, eyes, log })
+        Ok(Some(Played { outcome, eyes, log }))
     }
 
     /// The motion for the ball as it is believed; `None` if none is.
@@ -130,7 +135,7 @@ impl Stage<'_> {
         Some(motion_for(self.facts(), &ball.as_chosen_by(task), task.control_dt_s()))
     }
 
-    /// From the choice to the end.
+    /// From the choice to the end; `None` if the evaluation was stopped before it.
     fn kick(
         &mut self,
         kick: &mut Kick,
@@ -138,7 +143,7 @@ impl Stage<'_> {
         trial: &Trial,
         standing: &Pose,
         rolling: &Rolling,
-    ) -> Result<Watch, EvalError> {
+    ) -> Result<Option<Watch>, EvalError> {
         let facts = self.facts()[trial.motion].clone();
         let start = StartFrame::of(&facts);
         let mut task = self.task(number)?;
@@ -171,7 +176,7 @@ impl Stage<'_> {
         let mut shown = None;
         for step in 0..steps {
             if self.setup.monitor.stopped() {
-                break;
+                return Ok(None);
             }
             let to_strike_s = strike_s - step as f64 * dt_s;
             // Once only the place where the ball lay is shown, the camera may rest; odometry goes on.
@@ -215,7 +220,7 @@ impl Stage<'_> {
             }
             moment = self.moment_of(at_ns + STEP_NS, &sample, &start);
         }
-        Ok(watch)
+        Ok(Some(watch))
     }
 
     /// From standing to the first frame of the motion.

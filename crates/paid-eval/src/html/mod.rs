@@ -118,6 +118,7 @@ mod tests {
     use super::*;
     use crate::monitor::{Effort, Timing};
     use crate::results::{Evaluation, to_json, write_shooting};
+    use crate::shooting::CellScore;
     use crate::shooting::report_tests::report;
     use crate::worst::{Strip, write_strips};
 
@@ -175,6 +176,26 @@ mod tests {
                 || page.matches("http://").count() == page.matches("http://www.w3.org").count()
         );
         assert!(!page.contains("https://"), "nothing is loaded from elsewhere");
+    }
+
+    #[test]
+    fn a_later_report_has_no_strips_of_an_earlier_one_and_the_papers_places_come_first() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut report = report();
+        report.effective = Some(CellScore::of(None, &[&report.trials[0]]));
+        let strip = Strip {
+            trial: 2,
+            words: "earlier".to_owned(),
+            picture: crate::picture::Canvas::new(4, 4, [9; 3]),
+        };
+        write_strips(folder.path(), "mujoco_static", &[strip]).expect("writes");
+        let whole = Evaluation::new("shooting", "it", &report, Timing::of(Effort::default(), 1.0));
+        write_shooting(folder.path(), "mujoco", &report, &to_json(&whole).expect("JSON")).expect("writes");
+        write_report(folder.path()).expect("writes");
+        let page = fs::read_to_string(folder.path().join(REPORT)).expect("the page");
+        assert!(!page.contains("earlier") && !page.contains("worst shots"), "{page}");
+        let headline = "<b>100.0%</b> of 1 shots from the effective workspace are goals";
+        assert!(page.contains(headline), "{page}");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use crate::EvalError;
 use crate::knowledge;
 use crate::picture::escape;
 use crate::shooting::PAPER;
-use crate::worst::StripFile;
+use crate::worst::{STRIPS, StripFile};
 
 /// More rows make a page that no browser sorts at once.
 const MOST_ROWS: usize = 4000;
@@ -24,6 +24,8 @@ struct Shots {
     engine: Engine,
     options: Options,
     total: Total,
+    /// The shots from the paper's effective workspace, if there are others.
+    effective: Option<Total>,
     trials: Vec<Trial>,
 }
 
@@ -97,7 +99,12 @@ pub(super) fn section(
     table: &str,
 ) -> Result<Option<String>, EvalError> {
     let Ok(shots) = serde_json::from_str::<Shots>(json) else { return Ok(None) };
-    let Shots { engine, options, total, trials, .. } = &shots;
+    let Shots { engine, options, trials, .. } = &shots;
+    // The paper's figures are of its effective workspace.
+    let (total, from) = match shots.effective.as_ref().filter(|score| score.success.trials > 0) {
+        Some(effective) => (effective, " from the effective workspace"),
+        None => (&shots.total, ""),
+    };
     let rolling = options.rolling.is_some();
     let ball = if rolling { "rolling balls" } else { "static balls" };
     let known = engine.knowledge.as_ref().map_or("-", |k| k.name.as_str());
@@ -108,7 +115,7 @@ pub(super) fn section(
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
-        "<p class=\"headline\"><b>{:.1}%</b> of {count} shots are goals (95% interval {:.1} to {:.1}){accuracy}. The paper's policy: \
+        "<p class=\"headline\"><b>{:.1}%</b> of {count} shots{from} are goals (95% interval {:.1} to {:.1}){accuracy}. The paper's policy: \
          {paper:.1}%, {paper_accuracy:.3}.</p>\n<p class=\"soft\">What the policy knew: <b>{}</b>; the paper's: {}. {}</p>",
         100.0 * share,
         100.0 * low,
@@ -131,7 +138,7 @@ pub(super) fn section(
         "<div class=\"row\">{}{}</div>",
         figure(
             &bars("goals of all shots", &rows),
-            "goals of all shots, with their 95% interval; the paper states none"
+            &format!("goals of all shots{from}, with their 95% interval; the paper states none")
         ),
         figure(
             &mouth(&laterals, trials.len() - laterals.len(), options.goal_half_width_m),
@@ -150,7 +157,7 @@ pub(super) fn section(
         }
     }
     out.push_str("</div>\n");
-    out.push_str(&strips(folder, &format!("{stem}_worst.json"), "worst shots")?);
+    out.push_str(&strips(folder, &format!("{stem}_{STRIPS}"), "worst shots")?);
     out.push_str(&trial_table(trials));
     let _ =
         writeln!(out, "<details><summary>The table as text</summary><pre>{}</pre></details>", escape(table));
@@ -168,6 +175,9 @@ pub(super) fn strips(folder: &Path, list: &str, what: &str) -> Result<String, Ev
         return Ok(String::new());
     };
     let files: Vec<StripFile> = serde_json::from_str(&list).unwrap_or_default();
+    if files.is_empty() {
+        return Ok(String::new());
+    }
     let mut out = format!("<h3>The {} {what}</h3>\n<div class=\"strips\">", files.len());
     for file in files {
         let name = folder.join(file.picture.trim_end_matches(".png"));

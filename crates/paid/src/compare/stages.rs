@@ -8,7 +8,7 @@ use paid_eval::ablation::{difference, has_run};
 use paid_eval::compare::Contender;
 use paid_eval::contacts;
 use paid_eval::curves::Curves;
-use paid_train::folder::{METRICS_FILE, PRESET_FILE, checkpoints};
+use paid_train::folder::{METRICS_FILE, PRESET_FILE, checkpoints, forget_unsaved};
 use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{Alone, End, Limits, RunPreset, StageJob, Start, train_stage};
 
@@ -38,6 +38,17 @@ pub fn refuse_another(folder: &Path, preset: &RunPreset) -> Result<(), Failure> 
             "{}: expected the preset of the run whose {name} lies there, found none; copy it too, or use another --out",
             file.display()
         ))),
+    }
+}
+
+/// Refuses runs of a contender that began with another policy, or with other clips.
+pub fn refuse_another_origin(out: &Path, contender: &Contender) -> Result<(), Failure> {
+    if !contender.stages.iter().any(|preset| has_run(&run_folder(out, contender, preset))) {
+        return Ok(());
+    }
+    match contender.origin()? {
+        Some(origin) => Ok(origin.refuse_another(&out.join(&contender.folder))?),
+        None => Ok(()),
     }
 }
 
@@ -75,6 +86,9 @@ pub fn train(
     if let Some(policy) = &contender.policy {
         return Ok(Some((policy.clone(), Vec::new())));
     }
+    if let Some(origin) = contender.origin()? {
+        origin.keep(&out.join(&contender.folder))?;
+    }
     let (mut before, mut samples) = (contender.from.clone(), Vec::new());
     for preset in &contender.stages {
         let folder = run_folder(out, contender, preset);
@@ -83,6 +97,7 @@ pub fn train(
             before = Some(policy);
             continue;
         }
+        forget_unsaved(&folder)?;
         let start =
             if has_run(&folder) { Start::Resume } else { before.take().map_or(Start::Fresh, Start::From) };
         let job = StageJob {

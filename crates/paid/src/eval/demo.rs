@@ -45,10 +45,10 @@ pub struct Args {
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Shots at each of 63 places of the workspace, from random points around it.
-    #[arg(long, default_value_t = 4, value_parser = count)]
+    #[arg(long, default_value_t = 4, value_parser = count, conflicts_with = "live")]
     trials: usize,
     /// Shots to record.
-    #[arg(long, default_value_t = 4, value_parser = count)]
+    #[arg(long, default_value_t = 4, value_parser = count, conflicts_with = "live")]
     record: usize,
     /// Seed of everything random.
     #[arg(long, default_value_t = 0)]
@@ -57,7 +57,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print one line of JSON.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "live")]
     json: bool,
     /// Folder for tables, pictures, recording and report.
     #[arg(long, value_name = "DIR", default_value = "demo")]

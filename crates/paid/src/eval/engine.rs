@@ -170,6 +170,23 @@ impl EngineArgs {
         .find_map(|(flag, given)| given.then_some(flag))
     }
 
+    /// An option that was given and is said anew by every ball of the panel ([`paid_eval::panel::PanelBall::apply`]).
+    pub fn said_by_panel(&self) -> Option<&'static str> {
+        let args = &self.scene;
+        [
+            ("--ball-mass", self.ball_mass.is_some()),
+            ("--ball-friction", args.ball_friction.is_some()),
+            ("--ball-contact-time", args.ball_contact_time.is_some()),
+            ("--ball-contact-damping", args.ball_contact_damping.is_some()),
+            ("--ball-damping", args.ball_damping),
+            ("--training-ball", args.training_ball),
+            ("--floor-friction", args.floor_friction.is_some()),
+            ("--floor-contact-time", args.floor_contact_time.is_some()),
+        ]
+        .into_iter()
+        .find_map(|(flag, given)| given.then_some(flag))
+    }
+
     /// The scene that was asked for.
     pub fn spec(&self) -> SceneSpec {
         let args = &self.scene;

@@ -39,6 +39,11 @@ pub struct Args {
 
 /// Runs the panel in MuJoCo, whatever --engine says.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    if let Some(flag) = args.common.said_by_panel() {
+        return Err(Failure::input(format!(
+            "{flag}: expected no such option, as the panel has balls and grounds of its own"
+        )));
+    }
     let mut subject = Subject::load(&args.common.spec_of_referee("paper_stage2")?)?;
     subject.require_ball()?;
     Engines::Mujoco.check()?;
@@ -49,7 +54,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Ball::Rolling => vec![rolling],
         Ball::Both => vec![None, rolling],
     };
-    let options = PanelOptions { trials: args.trials, balls, limit_s: args.limit, held_out: args.held_out };
+    let options = PanelOptions {
+        trials: args.trials,
+        balls,
+        limit_s: args.limit,
+        held_out: args.held_out,
+        ..PanelOptions::default()
+    };
     let (monitor, progress) = Progress::start(args.output.json)?;
     subject.setup.monitor = monitor;
     let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;

@@ -33,6 +33,11 @@ impl Common {
     pub fn spec_of_referee(&self, fallback_task: &str) -> Result<SubjectSpec, Failure> {
         self.setting.spec_in_any_engine(&self.policy, fallback_task)
     }
+
+    /// [`EngineArgs::said_by_panel`].
+    pub fn said_by_panel(&self) -> Option<&'static str> {
+        self.setting.scene.said_by_panel()
+    }
 }
 
 /// The conditions in which a policy is scored or played.

@@ -1,4 +1,4 @@
-//! Follows one shot: the ball until the shot is decided, the robot to its clip's end as well.
+//! Follows one shot: the ball until the shot is decided, the robot to its clip's end and as long as the options say.
 
 use paid_task::preset::ReferenceSource;
 use paid_task::{EnvSample, KickEvent};
@@ -171,14 +171,12 @@ impl Observer for Watch {
             self.decided_steps = sample.step;
             let speed = self.follow_ball(sample);
             let settled = self.crossing.is_some() || speed < AT_REST;
-            self.decided = settled
-                && since_kick.is_some_and(|steps| {
-                    // Whoever lies has nothing more to show.
-                    steps >= self.window && (self.fell || steps >= self.after.unwrap_or(0))
-                });
+            self.decided = settled && since_kick.is_some_and(|steps| steps >= self.window);
         }
-        let enough = if self.kick.is_some() {
-            self.decided && (self.fell || sample.motion_ended || !self.follows_clip)
+        let enough = if let Some(since_kick) = since_kick {
+            let watched = since_kick >= self.after.unwrap_or(0);
+            // Whoever lies has nothing more to show.
+            self.decided && (self.fell || watched && (sample.motion_ended || !self.follows_clip))
         } else {
             // Whoever has not kicked two seconds after the motion's end will not.
             sample.motion_ended && sample.step as usize >= sample.frame + self.window as usize
@@ -322,10 +320,16 @@ pub(crate) mod tests {
 
     #[test]
     fn what_comes_after_a_shot_is_decided_changes_nothing_but_falls() {
+        for after_s in [None, Some(8.0)] {
+            nothing_but_falls(after_s);
+        }
+    }
+
+    fn nothing_but_falls(after_s: Option<f64>) {
         let setup = setup();
         let limits: Vec<f64> = setup.robot.joints.iter().map(|joint| joint.effort_limit).collect();
         // The ball comes to rest 3 m ahead of the plane. A second push takes it there, with all torques at their limits.
-        let outcome = play(&setup, None, |sample| {
+        let outcome = play(&setup, after_s, |sample| {
             if sample.step >= KICK {
                 let pushed = f64::from(sample.step.saturating_sub(200));
                 sample.ball_pos[0] = 2.0 + 0.1 * pushed;
@@ -342,7 +346,8 @@ pub(crate) mod tests {
             }
         });
         assert_eq!((outcome.goal, outcome.lateral_m, outcome.plane_speed), (false, None, None));
-        assert_eq!((outcome.peak_ball_speed, outcome.torque_saturation, outcome.steps), (1.5, 0.0, 288));
+        assert_eq!((outcome.peak_ball_speed, outcome.torque_saturation), (1.5, 0.0));
+        assert_eq!(outcome.steps, if after_s.is_some() { KICK + 400 } else { 288 });
         assert_eq!(outcome.path.len(), 161);
     }
 }
