@@ -67,7 +67,7 @@ pub struct EyesReport {
     pub picture_age_us: Option<u64>,
     /// The frame of odometry that the ball is in, as in [`TorsoPose`].
     pub frame: u32,
-    /// Height of the floor in that frame `[m]`: where the soles were when the robot became ready.
+    /// Height of the floor in that frame `[m]`: where the soles were when the robot became ready, or when kicks were allowed.
     pub floor_m: Option<f64>,
     /// The robot's own ball.
     pub ball: Option<KnownBall>,

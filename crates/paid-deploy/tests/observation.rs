@@ -95,6 +95,11 @@ fn the_first_observation_of_a_kick_is_the_tasks() {
     }
     assert_eq!(runtime.state(), State::Kick, "{} {:?}", runtime.waiting(), runtime.why());
     assert_eq!(runtime.motion(), Some(motion));
+    assert_eq!(
+        runtime.phase().looks_anew(),
+        2,
+        "ready, and when kicks were allowed: the floor may be another by then"
+    );
     let seen = seen.expect("a policy step").observation;
     let layout = paid_policy::ObservationTerms::new(
         &preset.observations.policy,

@@ -18,8 +18,8 @@ pub struct BallEyes {
     picture_ns: Option<u64>,
     /// Number of the own ball, and pictures that have shown it.
     own: Option<(u32, u32)>,
-    /// See [`Phase::times_ready`].
-    times_ready: u32,
+    /// See [`Phase::looks_anew`].
+    looks_anew: u32,
     recorder: Option<Recorder>,
 }
 
@@ -46,7 +46,7 @@ impl BallEyes {
     /// If a part of the setup makes no sense.
     pub fn new(setup: SightSetup) -> Result<Self, DeployError> {
         let sight = Sight::new(SightSetup { lidar: None, ..setup }).map_err(DeployError::eyes)?;
-        Ok(Self { sight, frame: 0, picture_ns: None, own: None, times_ready: 0, recorder: None })
+        Ok(Self { sight, frame: 0, picture_ns: None, own: None, looks_anew: 0, recorder: None })
     }
 
     /// The same eyes; what reaches them and what they believe is recorded from now on.
@@ -67,10 +67,10 @@ impl BallEyes {
         self.take(fix.at_ns, Message::Pose(fix.pose)).map(drop)
     }
 
-    /// A robot that has become ready looks anew: where the floor is, since it stands on it now, and for the next ball.
+    /// A robot that has become ready, or may kick from now on, looks anew: where the floor is, since it stands on it now, and for the next ball.
     fn follow(&mut self, phase: &Phase) -> f64 {
-        if self.times_ready != phase.times_ready() {
-            self.times_ready = phase.times_ready();
+        if self.looks_anew != phase.looks_anew() {
+            self.looks_anew = phase.looks_anew();
             self.own = None;
             self.sight.forget();
         }

@@ -297,7 +297,7 @@ impl Runtime {
         self.events.push(Event { at_us: now_us, from: self.state, to: state, reason: reason.into() });
         self.state = state;
         if state == State::Ready {
-            self.phase.now_ready();
+            self.phase.look_anew();
         }
         self.entered_us = now_us;
         self.still_since_us = None;
@@ -346,6 +346,10 @@ impl Runtime {
         if play && self.state == State::Ready {
             let missing = self.missing_senses(now_us);
             if missing.is_empty() {
+                // It may have become ready in the air, and stands on the floor by now.
+                if !self.enabled {
+                    self.phase.look_anew();
+                }
                 self.enabled = true;
                 self.note(now_us, "keys R1 and X: kicks are allowed");
             } else {

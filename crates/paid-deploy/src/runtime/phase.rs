@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 #[derive(Debug)]
 pub struct Phase {
     to_strike: AtomicU64,
-    ready: AtomicU32,
+    looks: AtomicU32,
 }
 
 impl Default for Phase {
     /// No motion, and not ready yet.
     fn default() -> Self {
-        Self { to_strike: AtomicU64::new(f64::INFINITY.to_bits()), ready: AtomicU32::new(0) }
+        Self { to_strike: AtomicU64::new(f64::INFINITY.to_bits()), looks: AtomicU32::new(0) }
     }
 }
 
@@ -21,8 +21,8 @@ impl Phase {
         self.to_strike.store(to_strike_s.to_bits(), Ordering::Relaxed);
     }
 
-    pub(super) fn now_ready(&self) {
-        self.ready.fetch_add(1, Ordering::Relaxed);
+    pub(super) fn look_anew(&self) {
+        self.looks.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Time until the motion strikes at the last policy step `[s]`; infinite while none is played, negative after the strike.
@@ -30,8 +30,9 @@ impl Phase {
         f64::from_bits(self.to_strike.load(Ordering::Relaxed))
     }
 
-    /// How often the robot has become ready: it stands, and the ball of its last kick is no longer its own.
-    pub fn times_ready(&self) -> u32 {
-        self.ready.load(Ordering::Relaxed)
+    /// How often the eyes had to look anew where the floor is and for a ball: the robot has become ready, and the ball of its last kick is no
+    /// longer its own, or kicks are allowed, and it stands on the floor.
+    pub fn looks_anew(&self) -> u32 {
+        self.looks.load(Ordering::Relaxed)
     }
 }
