@@ -3,12 +3,13 @@
 //! A trial's outcome depends on the seed and its own number only, so that the outcomes of all ranks together are those of one process.
 
 use paid_task::{EpisodeRules, InitialState};
+use paid_train::Ranks;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::EvalError;
 use crate::episodes::{EvalSetup, Observer, run_batches};
-use crate::monitor::Effort;
+use crate::monitor::{Effort, Monitor};
 use crate::policy::DriverMaker;
 
 /// What a rank tells the others.
@@ -62,4 +63,43 @@ pub fn run_shared<O: Observer, T: Serialize + DeserializeOwned>(
     }
     all.sort_by_key(|(trial, _)| *trial);
     Ok(all)
+}
+
+/// True if somebody asked one of the ranks to stop: all of them are asked then. A rank that goes on alone waits for the others in vain, so all of
+/// them must call this between two evaluations.
+pub fn stopped(ranks: &dyn Ranks, monitor: &Monitor) -> bool {
+    let own = [u8::from(monitor.stopped())];
+    let stopped = ranks.gather(&own).iter().flatten().any(|told| *told != 0);
+    if stopped {
+        monitor.stop();
+    }
+    stopped
+}
+
+#[cfg(test)]
+mod tests {
+    use paid_learn::ranks::ThreadRanks;
+
+    use super::*;
+
+    #[test]
+    fn a_rank_that_is_asked_to_stop_stops_all() {
+        let outcome = |asked: [bool; 2]| -> Vec<[bool; 2]> {
+            std::thread::scope(|scope| {
+                let start = |(ranks, asked): (ThreadRanks, bool)| {
+                    scope.spawn(move || {
+                        let monitor = Monitor::default();
+                        if asked {
+                            monitor.stop();
+                        }
+                        [stopped(&ranks, &monitor), monitor.stopped()]
+                    })
+                };
+                let threads: Vec<_> = ThreadRanks::of(2).into_iter().zip(asked).map(start).collect();
+                threads.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+            })
+        };
+        assert_eq!(outcome([false, false]), [[false; 2]; 2]);
+        assert_eq!(outcome([false, true]), [[true; 2]; 2]);
+    }
 }

@@ -26,9 +26,10 @@ fn after(run: &Path, stage: &str, iteration: u64) {
     fs::copy(policy, run.join(format!("model_{iteration}.safetensors"))).expect("a checkpoint");
     let path = run.join("metrics.jsonl");
     let mut log = fs::File::options().append(true).create(true).open(path).expect("a log");
+    let reach = if stage == "stage2" { r#","kick/reach":1.0"# } else { "" };
     writeln!(
         log,
-        r#"{{"stage":"{stage}","iteration":{iteration},"iterations":9,"samples":{},"metrics":{{"kick/on_target":0.5}}}}"#,
+        r#"{{"stage":"{stage}","iteration":{iteration},"iterations":9,"samples":{},"metrics":{{"kick/on_target":0.5{reach}}}}}"#,
         iteration * 1_000_000
     )
     .expect("written");

@@ -20,6 +20,7 @@ use paid_eval::subject::{Subject, SubjectSpec};
 use paid_live::TrainingPage;
 use paid_task::TaskPreset;
 use paid_train::folder::{PRESET_FILE, forget_unsaved};
+use paid_train::meeting::meet;
 use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
@@ -213,19 +214,28 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
     }
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("runs"));
     let begun = |stage: Stage| out.join(stage.name()).join(PRESET_FILE).exists();
-    if args.resume && ![Stage::Stage1, Stage::Stage2].into_iter().any(begun) {
+    let any = [Stage::Stage1, Stage::Stage2].into_iter().any(begun);
+    // All ranks have looked before the first one removes anything.
+    meet(&*joined.ranks, |own| {
+        own.tell("resume", args.resume);
+        own.tell("explain", args.explain);
+        Ok(())
+    })?;
+    if args.resume && !any {
         let out = out.display();
         return Err(Failure::input(format!(
             "--resume: expected a run in {out}/stage1 or {out}/stage2, found none"
         )));
     }
     if args.resume && !args.explain {
-        for stage in [Stage::Stage1, Stage::Stage2] {
+        for stage in [Stage::Stage1, Stage::Stage2].into_iter().filter(|_| joined.is_first()) {
             let folder = out.join(stage.name());
-            if forget_unsaved(&folder)? && joined.is_first() {
+            if forget_unsaved(&folder)? {
                 eprintln!("note: the run in {} has no checkpoint yet and begins anew", folder.display());
             }
         }
+        // The others look again when that is done.
+        joined.ranks.gather(&[]);
     }
     // Stage II begins when Stage I is over, so there is nothing of it to resume then.
     let stages: &[(Stage, f64)] = if args.resume && begun(Stage::Stage2) {
@@ -271,7 +281,7 @@ const SHOTS: usize = 10;
 /// Scores both stages: the first follows the motions, the second shoots at static and rolling balls of the effective workspace. The
 /// files go to `out/eval`. Once `stop` is set the rest is left out.
 fn score(args: &Args, out: &Path, stop: &AtomicBool) -> Result<ExitCode, Failure> {
-    let output = Output { json: args.json, out: Some(out.join("eval")), silent: false };
+    let output = Output { json: args.json, out: Some(out.join("eval")), silent: false, mute: args.quiet };
     let load = |stage: Stage| -> Result<Subject, Failure> {
         let spec =
             SubjectSpec { threads: thread_count(args.threads)?, ..SubjectSpec::new(out.join(stage.name())) };

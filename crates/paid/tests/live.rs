@@ -70,6 +70,13 @@ fn a_training_that_is_watched_is_the_same() {
     stream.write_all(b"\r\n").expect("sent");
     stream.read_to_string(&mut page).expect("the page");
     assert!(page.starts_with("HTTP/1.1 200") && page.contains("id=\"curves\""), "{page:.200}");
+    // Visitors that ask twice and do not wait: to answer them ends nothing.
+    for _ in 0..20 {
+        // The program may have ended by now.
+        let Ok(mut gone) = TcpStream::connect(&address) else { break };
+        let get = |file: &str| format!("GET /{file} HTTP/1.1\r\nHost: {address}\r\n\r\n");
+        let _ = gone.write_all((get("") + &get("main.js")).as_bytes());
+    }
     let watched = child.wait_with_output().expect("it ends");
     let records = succeeds(&watched);
     assert_eq!(records.lines().count(), 3, "nothing but records: {records}");

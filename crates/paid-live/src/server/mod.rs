@@ -4,6 +4,7 @@
 mod guard;
 mod page;
 mod picture;
+mod plain;
 mod viewer;
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
@@ -20,6 +21,7 @@ use tokio::net::TcpListener as AsyncListener;
 use tokio::sync::{oneshot, watch};
 
 use crate::{Command, LiveError};
+use plain::PlainListener;
 
 /// The port that is tried first.
 pub const USUAL_PORT: u16 = 4747;
@@ -169,7 +171,7 @@ impl Server {
                     .with_state(shared);
                 match AsyncListener::from_std(listener) {
                     Ok(listener) => tokio::select! {
-                        _ = axum::serve(listener, routes) => {}
+                        _ = axum::serve(PlainListener(listener), routes) => {}
                         _ = stopped => {}
                     },
                     Err(error) => eprintln!("page: the server does not start: {error}"),

@@ -21,6 +21,9 @@ pub struct Output {
     /// True if another process writes and prints.
     #[arg(skip)]
     pub silent: bool,
+    /// True if nothing is to be printed. The files are written.
+    #[arg(skip)]
+    pub mute: bool,
 }
 
 impl Output {
@@ -44,12 +47,12 @@ impl Output {
 
     /// True if no progress is to be told.
     pub fn quiet(&self) -> bool {
-        self.json || self.silent
+        self.json || self.silent || self.mute
     }
 
     /// Prints the one form or the other.
     pub fn print(&self, text: &str, json: &str) {
-        if !self.silent {
+        if !(self.silent || self.mute) {
             println!("{}", if self.json { json } else { text });
         }
     }
@@ -57,7 +60,7 @@ impl Output {
     /// True if the evaluation was stopped before its first trial ended. There is no report then, and this says so.
     pub fn nothing(&self, monitor: &Monitor, timing: &Timing) -> bool {
         let nothing = monitor.stopped() && timing.effort.trials == 0;
-        if nothing && !self.silent {
+        if nothing && !(self.silent || self.mute) {
             eprintln!("stopped before the first trial ended: there is nothing to report");
         }
         nothing
@@ -120,6 +123,13 @@ mod tests {
         let error = error.to_string();
         assert!(error.contains("nowhere/a.onnx: expected") && !error.contains(".part"), "{error}");
         assert_eq!(fs::read_to_string(folder.path().join("file")).expect("reads"), "precious");
+    }
+
+    #[test]
+    fn a_mute_evaluation_tells_no_progress_and_writes_its_files() {
+        let output = Output { mute: true, out: Some(PathBuf::from("eval")), ..Output::default() };
+        assert!(output.quiet() && output.folder().is_some());
+        assert!(!Output::default().quiet());
     }
 
     #[test]

@@ -9,6 +9,7 @@ use paid_eval::eyes::{self, EyesOptions};
 use paid_eval::html::write_report;
 use paid_eval::results::{Evaluation, to_json, write_agreement, write_eyes, write_shooting, write_summary};
 use paid_eval::scene::Engines;
+use paid_eval::share;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport};
 use paid_eval::subject::Subject;
 use paid_eval::worst::{self, write_strips};
@@ -105,7 +106,7 @@ pub fn score(
                 None => reports.push((engine, vec![report])),
             }
         }
-        if subject.setup.monitor.stopped() {
+        if share::stopped(&*subject.setup.ranks, &subject.setup.monitor) {
             break;
         }
     }

@@ -6,8 +6,8 @@ use crate::failure::Failure;
 
 /// The folder of the motions as a preset value.
 pub fn motions_value(motions: &Path) -> String {
-    // A debug-formatted string is a TOML string for every path that people use.
-    format!("run.motions={:?}", motions.to_string_lossy())
+    // A string of JSON is one of TOML; a debug-formatted one is not, where an accent is a character of its own.
+    format!("run.motions={}", serde_json::Value::from(motions.to_string_lossy()))
 }
 
 /// Refuses a file where a folder of motions is expected.
@@ -34,6 +34,14 @@ pub fn whole(sets: &[String]) -> Result<Vec<String>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folder_of_any_name_is_the_folder_of_the_motions() {
+        for name in ["clips", "U\u{308}bung", "my \"clips\"", r"C:\clips"] {
+            let preset = paid_train::RunPreset::resolve("stage1", &[motions_value(Path::new(name))]);
+            assert_eq!(preset.expect(name).run.motions, name);
+        }
+    }
 
     #[test]
     fn a_change_without_a_value_is_told_with_one_that_a_run_preset_has() {
