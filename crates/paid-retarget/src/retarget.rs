@@ -111,6 +111,8 @@ const AT_END: f64 = 1e-6;
 const LONGEST_S: f64 = 300.0;
 /// Less is no motion of a player `[s]`.
 pub(crate) const SHORTEST_S: f64 = 0.5;
+/// Most that a motion is slowed down to keep the speed limits.
+const SLOWEST: f64 = 4.0;
 /// A trunk farther off upright on average lies `[rad]`.
 const MOST_TILT: f64 = 1.05;
 /// Stage one only leads the way.
@@ -137,7 +139,9 @@ pub fn retarget(
         });
     }
     let cut = motion.cut(options.span_s[0], options.span_s[1]);
-    if cut.frames < 2 || cut.duration_s() * options.fps < 2.0 {
+    // Who asks for a faster motion gets fewer frames.
+    let shorter = if let TimeScale::Fixed(scale) = options.time_scale { scale.min(1.0) } else { 1.0 };
+    if cut.frames < 2 || cut.duration_s() * options.fps * shorter < 2.0 {
         let expected = "a part of the motion of at least 3 frames";
         let [from, to] = options.span_s;
         let to = if to.is_finite() { format!("{to} s") } else { "the end".to_owned() };
@@ -272,10 +276,10 @@ impl Run<'_> {
         loop {
             let free = self.track(scale, None)?;
             let excess = self.joint_speed(&free.poses) / share;
-            if excess <= 1.0 || scale >= 4.0 {
+            if excess <= 1.0 || scale >= SLOWEST {
                 return Ok((scale, self.track(scale, Some(share))?));
             }
-            scale = ((scale * excess * 20.0).ceil() / 20.0).clamp(scale + 0.05, 4.0);
+            scale = slower(scale, excess);
         }
     }
 
@@ -358,6 +362,11 @@ impl Run<'_> {
     }
 }
 
+/// The next scale to try where joints are `excess` times as fast as they may be.
+fn slower(scale: f64, excess: f64) -> f64 {
+    ((scale * excess * 20.0).ceil() / 20.0).max(scale + 0.05).min(SLOWEST)
+}
+
 /// Moves robot and human so that the robot's first base is above the origin and looks along x. What was at `p` in the robot's world is then at
 /// `turn` applied to `p - from`; `None` without a frame.
 fn to_origin(tracked: &mut Tracked) -> Option<(Quat<f64>, Vec3<f64>)> {
@@ -382,4 +391,18 @@ fn to_origin(tracked: &mut Tracked) -> Option<(Quat<f64>, Vec3<f64>)> {
         *quat = turn.mul(Quat(*quat)).normalize().0;
     }
     Some(done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_is_slowed_down_by_twentieths_and_four_times_at_most() {
+        assert_eq!(slower(1.0, 1.26), 1.3);
+        assert_eq!(slower(1.0, 1.0001), 1.05);
+        assert_eq!(slower(2.0, 9.0), SLOWEST);
+        // A sum of twentieths may end just below.
+        assert_eq!(slower(SLOWEST.next_down(), 1.01), SLOWEST);
+    }
 }

@@ -78,6 +78,10 @@ fn options_and_bones_that_make_no_sense_are_refused() {
     let motion = human();
     let options = RetargetOptions { span_s: [1.0, 1.01], ..RetargetOptions::default() };
     assert!(refusal(options, &motion).starts_with("part of the motion: expected a part"));
+    // Four times as fast there is one frame of it.
+    let time_scale = TimeScale::Fixed(0.25);
+    let options = RetargetOptions { span_s: [1.0, 1.06], time_scale, ..RetargetOptions::default() };
+    assert!(refusal(options, &motion).starts_with("part of the motion: expected a part"));
     let options = RetargetOptions { height_m: f64::NAN, ..RetargetOptions::default() };
     assert!(refusal(options, &motion).starts_with("height of the human: expected 0.5 to 2.5 m, found NaN"));
     let mut other = motion.clone();

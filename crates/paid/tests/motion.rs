@@ -73,6 +73,24 @@ fn bad_requests_end_in_one_error() {
     assert!(error.contains("bare.csv:1:3: expected 36 numbers"), "{error}");
     let error = refuses(&paid(folder.path(), &["motion", "convert", "bare.csv", "--out", "a.bvh"]));
     assert!(error.contains("bare.csv"), "{error}");
+    // What would change nothing, or leave a file that nobody reads.
+    let error = refuses(&paid(folder.path(), &["motion", "check", "--fps", "30"]));
+    assert!(error.contains("PATH"), "{error}");
+    succeeds(&paid(folder.path(), &["motion", "generate", "--out", "one", "--ball", "0.9,-0.2"]));
+    succeeds(&paid(
+        folder.path(),
+        &["motion", "cut", "one/kick_right.npz", "--to", "0.1", "--out", "brief.npz"],
+    ));
+    for (option, value, expected) in [
+        ("--unit", "1", "--unit: expected a human's motion (.bvh, .amc), found brief.npz"),
+        ("--skeleton", "a.asf", "--skeleton: expected a human's motion"),
+        ("--rate", "5", "--rate: expected a rate that leaves 2 frames or more"),
+    ] {
+        let args = ["motion", "convert", "brief.npz", "--out", "again.npz", option, value];
+        let error = refuses(&paid(folder.path(), &args));
+        assert!(error.contains(expected), "{error}");
+    }
+    assert!(!folder.path().join("again.npz").exists());
 }
 
 #[test]
@@ -151,6 +169,19 @@ fn a_kick_is_cut_mirrored_joined_and_cleaned() {
         &["motion", "cut", "part.npz", "--shift-kick", "9999", "--out", "x.npz"],
     ));
     assert!(error.contains("--shift-kick: expected a frame of the clip"), "{error}");
+    let args = ["motion", "cut", "part.npz", "--to", "0.5", "--shift-kick", "-1", "--out", "x.npz"];
+    let error = refuses(&paid(folder.path(), &args));
+    assert!(error.contains("--shift-kick: expected a part with the stated kick frame"), "{error}");
+    // A file that states another leg than the faster one and no frame: only --relabel changes the leg.
+    run(&["motion", "convert", "left.npz", "--leg", "right", "--out", "right.csv"]);
+    let stated = fs::read_to_string(folder.path().join("right.csv")).expect("written");
+    let lines: Vec<&str> = stated.lines().filter(|line| !line.starts_with("# kick_frame")).collect();
+    fs::write(folder.path().join("right.csv"), lines.join("\n")).expect("written");
+    let args = ["motion", "cut", "right.csv", "--shift-kick", "-1", "--out", "x.npz"];
+    let text = run(&args);
+    assert!(text.contains("right foot, kick in frame"), "{text}");
+    let text = run(&[&args[..], &["--relabel"]].concat());
+    assert!(text.contains("left foot, kick in frame"), "{text}");
     let error =
         refuses(&paid(folder.path(), &["motion", "cut", "part.npz", "--to", "0.02", "--out", "x.npz"]));
     assert!(error.contains("expected a part of at least 3 frames"), "{error}");

@@ -187,12 +187,15 @@ pub(super) fn coverage(set: &Dataset) -> Figure {
     });
     let floor = Floor::around(set.kicks.iter().map(|kick| kick.place).chain(corners), FLOOR);
     let mut left = floor.figure("which kick takes which ball (frame: a hole, cross: record here)");
-    let side = (grid.step * floor.scale).round() as i64 - 2;
+    // A kick that ends far away leaves little room for the grid.
+    let side = ((grid.step * floor.scale).round() as i64 - 2).max(1);
     for cell in &coverage.cells {
         let at = floor.place([cell.place[0] + margin, cell.place[1] + margin]).map(|n| n.round() as i64);
         if cell.distance_m > coverage.reach_m {
             left.rect(at, [side, side], HOLE);
-            left.rect([at[0] + 3, at[1] + 3], [side - 6, side - 6], pale(color_of_kick(cell.kick)));
+            if side > 6 {
+                left.rect([at[0] + 3, at[1] + 3], [side - 6, side - 6], pale(color_of_kick(cell.kick)));
+            }
         } else {
             left.rect(at, [side, side], pale(color_of_kick(cell.kick)));
         }
@@ -232,7 +235,28 @@ pub(super) fn coverage(set: &Dataset) -> Figure {
 
 #[cfg(test)]
 mod tests {
+    use paid_motion::KickLeg;
+
     use super::*;
+    use crate::dataset::{Coverage, Sector};
+    use crate::shooting::Grid;
+
+    #[test]
+    fn a_kick_that_ends_far_away_leaves_no_square_of_negative_size() {
+        let kick = Kick {
+            name: "far".to_owned(),
+            leg: KickLeg::Right,
+            place: [60.0, 0.0],
+            strike_phase: 0.5,
+            peak_foot_speed: 3.0,
+            path: vec![[0.0; 2], [60.0, 0.0]],
+            foot_speed: vec![0.0, 3.0],
+        };
+        let covered = Coverage::of(std::slice::from_ref(&kick), Grid::EFFECTIVE);
+        let sector = Sector { angle_deg: 20.0, radius_m: 0.25 };
+        let svg = coverage(&Dataset { kicks: vec![kick], sector, coverage: covered }).svg();
+        assert!(!svg.contains("width=\"-") && !svg.contains("height=\"-"), "{svg}");
+    }
 
     #[test]
     fn the_colors_of_a_paper_sized_set_differ() {

@@ -49,8 +49,8 @@ pub struct Animation {
     path: PathBuf,
     temporary: PathBuf,
     size: [usize; 2],
-    /// Hundredths of a second a frame.
-    delay: u16,
+    /// Hundredths of a second a frame; formats hold whole ones, see [`Animation::delay`].
+    pace: f64,
     frames: usize,
     expected: usize,
     sink: Option<Sink>,
@@ -69,7 +69,7 @@ impl Animation {
             path: path.to_owned(),
             temporary: PathBuf::from(temporary),
             size,
-            delay: (100.0 / rate).round().clamp(2.0, 1000.0) as u16,
+            pace: (100.0 / rate).clamp(2.0, 1000.0),
             frames: 0,
             expected: frames,
             sink: None,
@@ -104,8 +104,15 @@ impl Animation {
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_animated(count, 0).map_err(io::Error::other)?;
-        encoder.set_frame_delay(self.delay, 100).map_err(io::Error::other)?;
+        encoder.set_frame_delay(self.delay(), 100).map_err(io::Error::other)?;
         Ok(Sink::Apng(Box::new(encoder.write_header().map_err(io::Error::other)?)))
+    }
+
+    /// How long the next picture stands, in hundredths of a second. Where a frame is no whole number of them, the delays differ by one, so
+    /// that the whole keeps its pace.
+    fn delay(&self) -> u16 {
+        let time = |frames: usize| (frames as f64 * self.pace).round();
+        (time(self.frames + 1) - time(self.frames)) as u16
     }
 
     fn written<T>(&self, result: io::Result<T>) -> Result<T, EvalError> {
@@ -128,14 +135,18 @@ impl Animation {
                 found: format!("number {} of {:?}", self.frames + 1, [image.width(), image.height()]),
             });
         }
+        let delay = self.delay();
         let result = match self.sink.as_mut() {
             Some(Sink::Gif(encoder)) => {
                 let [width, height] = self.size.map(|n| n as u16);
                 let mut frame = gif::Frame::from_rgb_speed(width, height, image.bytes(), 15);
-                frame.delay = self.delay;
+                frame.delay = delay;
                 encoder.write_frame(&frame).map_err(io::Error::other)
             }
-            Some(Sink::Apng(writer)) => writer.write_image_data(image.bytes()).map_err(io::Error::other),
+            Some(Sink::Apng(writer)) => writer
+                .set_frame_delay(delay, 100)
+                .and_then(|()| writer.write_image_data(image.bytes()))
+                .map_err(io::Error::other),
             Some(Sink::Folder) => {
                 self.frames += 1;
                 return image.save(&self.path.join(format!("frame_{:04}.png", self.frames - 1)));
@@ -209,6 +220,29 @@ mod tests {
         }
         assert!(decoder.read_next_frame().expect("decodes").is_none());
         assert_eq!(fs::read_dir(folder.path().join("new")).expect("there").count(), 1, "no part is left");
+    }
+
+    #[test]
+    fn a_rate_between_whole_delays_is_kept_on_average() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let paths = ["a.gif", "a.png"].map(|name| folder.path().join(name));
+        for path in &paths {
+            let mut animation = Animation::create(path, [16, 8], 40.0, 4).expect("begins");
+            for _ in 0..4 {
+                animation.add(&pictures()[0]).expect("adds");
+            }
+            animation.finish().expect("ends");
+        }
+        // Four frames of 2.5 hundredths of a second.
+        let file = File::open(&paths[0]).expect("there");
+        let mut decoder = gif::DecodeOptions::new().read_info(file).expect("a gif");
+        let delays = [(); 4].map(|()| decoder.read_next_frame().expect("decodes").expect("a frame").delay);
+        assert_eq!(delays, [3, 2, 3, 2]);
+        // The delay is 20 bytes into a frame's control chunk, behind the chunk's name.
+        let bytes = fs::read(&paths[1]).expect("there");
+        let chunks = bytes.windows(26).filter(|part| part.starts_with(b"fcTL"));
+        let found: Vec<u16> = chunks.map(|part| u16::from_be_bytes([part[24], part[25]])).collect();
+        assert_eq!(found, delays);
     }
 
     #[test]

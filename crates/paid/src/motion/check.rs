@@ -15,10 +15,10 @@ pub struct Args {
     /// Folder with motion files, or one file (.npz, .csv, .pkl) [default: the built-in kicks].
     path: Option<PathBuf>,
     /// Frame rate of a file that does not state it [Hz].
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", requires = "path")]
     fps: Option<f64>,
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
-    #[arg(long, value_name = "ORDER")]
+    #[arg(long, value_name = "ORDER", requires = "path")]
     joint_order: Option<JointOrder>,
     /// Print JSON.
     #[arg(long)]

@@ -35,6 +35,14 @@ pub struct Args {
     unit: Option<f64>,
 }
 
+impl Args {
+    /// The first option that is given and concerns a human's motion only.
+    fn a_humans(&self) -> Option<&'static str> {
+        let given = [("--skeleton", self.skeleton.is_some()), ("--unit", self.unit.is_some())];
+        given.into_iter().find_map(|(option, given)| given.then_some(option))
+    }
+}
+
 /// Reads, perhaps resamples, and writes.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if let Some(rate) = args.rate.filter(|rate| !(1.0..=2000.0).contains(rate)) {
@@ -45,11 +53,26 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             return human(args, format);
         }
     }
+    if !is_human_file(&args.input)
+        && let Some(option) = args.a_humans()
+    {
+        return Err(Failure::input(format!(
+            "{option}: expected a human's motion (.bvh, .amc), found {}",
+            args.input.display()
+        )));
+    }
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let mut clip = MotionLibrary::read(&args.input, &model, &spec, &args.file.options(args.fps))
         .map_err(Failure::input)?;
     if let Some(rate) = args.rate {
+        let seconds = clip.duration_s();
         clip = resample(&clip, &model, rate);
+        if clip.frames < 2 {
+            return Err(Failure::input(format!(
+                "--rate: expected a rate that leaves 2 frames or more of the {seconds} s of {}, found {rate} Hz",
+                args.input.display()
+            )));
+        }
     }
     let clip = args.file.licensed(clip);
     write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;

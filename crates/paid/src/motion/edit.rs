@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_motion::edit::{cut, join, label, mirror};
-use paid_motion::{Clip, MotionLibrary, ReadOptions, resample, write_motion};
+use paid_motion::{Clip, MotionLibrary, ReadOptions, kick_facts, resample, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -94,8 +94,17 @@ pub fn run_cut(args: &CutArgs) -> Result<ExitCode, Failure> {
             args.input.display()
         )));
     };
-    if args.relabel || (args.shift_kick.is_some() && part.kick_frame.is_none()) {
+    if args.relabel {
         label(&mut part, &model, &spec);
+    } else if args.shift_kick.is_some() && part.kick_frame.is_none() {
+        if let Some(kick) = clip.kick_frame {
+            return Err(Failure::input(format!(
+                "--shift-kick: expected a part with the stated kick frame {kick}, found it cut off in {}; --relabel finds another kick",
+                args.input.display()
+            )));
+        }
+        // Only the frame is missing: the leg stays as the file has it.
+        part.kick_frame = kick_facts(&part, &model, &spec).map(|facts| facts.kick_frame);
     }
     if let (Some(by), Some(kick)) = (args.shift_kick, part.kick_frame) {
         let moved = i64::try_from(kick).ok().and_then(|k| k.checked_add(by));
