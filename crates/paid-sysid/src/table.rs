@@ -69,8 +69,7 @@ impl Identification {
                 e.verdict.name()
             )?;
             if let Some(truth) = truth {
-                let error = 100.0 * (e.value - truth[i]) / truth[i].abs().max(1e-12);
-                write!(out, " {:>8.4} {error:>+6.1}%", truth[i])?;
+                write!(out, " {:>8.4} {:>7}", truth[i], error(e.value, truth[i]))?;
             }
             writeln!(out)?;
         }
@@ -132,6 +131,14 @@ impl Identification {
     }
 }
 
+/// How far a value is off, as a share of the truth; of 0 there is none.
+fn error(value: f64, truth: f64) -> String {
+    if truth == 0.0 {
+        return "-".to_owned();
+    }
+    format!("{:+.1}%", 100.0 * (value - truth) / truth.abs())
+}
+
 fn unseen(e: &Estimate) -> String {
     let why = match e.name {
         "static_friction" => {
@@ -151,4 +158,16 @@ fn unseen(e: &Estimate) -> String {
     format!(
         "{name} cannot be identified from these measurements: {low:.3} to {high:.3} fit as well; {taken}.{why}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_is_a_share_of_the_truth_and_of_none_there_is_no_share() {
+        assert_eq!(error(0.0111, 0.01), "+11.0%");
+        assert_eq!(error(4.9005, 4.95), "-1.0%");
+        assert_eq!(error(0.003, 0.0), "-");
+    }
 }

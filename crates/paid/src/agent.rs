@@ -48,6 +48,21 @@ fn envs(text: &str) -> Result<usize, String> {
     found.ok_or_else(|| format!("expected 1 to {MOST_ENVS}, found '{text}'"))
 }
 
+/// Values that this command sets itself, and what to use instead of `--set`.
+const OWN: [(&str, &str); 3] =
+    [("run.envs", "--envs"), ("run.seed", "--seed"), ("run.shards", "the one shard of an agent")];
+
+/// Refuses a change of a value that this command sets itself: it would be lost.
+fn refuse_own(sets: &[String]) -> Result<(), Failure> {
+    for set in sets {
+        let key = set.split('=').next().unwrap_or_default().trim();
+        if let Some((_, instead)) = OWN.iter().find(|(own, _)| *own == key) {
+            return Err(Failure::input(format!("--set {key}: expected {instead}, found '{set}'")));
+        }
+    }
+    Ok(())
+}
+
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Kind {
     /// Holds the default pose.
@@ -69,6 +84,7 @@ struct Report<'a> {
 /// Runs the agent and prints each term's mean.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
     let mut sets = whole(&args.sets)?;
+    refuse_own(&sets)?;
     sets.extend([
         format!("run.envs={}", args.envs),
         "run.shards=1".to_owned(),
@@ -122,5 +138,19 @@ fn print(args: &Args, report: &AgentReport) {
         for t in terms {
             println!("{:<36} {:>12.5} {:>12.5} {:>12.5} {:>12.5}", t.name, t.mean, t.std, t.min, t.max);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_that_the_command_would_overwrite_is_refused_with_its_option() {
+        let error = refuse_own(&["run.envs=128".to_owned()]).expect_err("refused").to_string();
+        assert_eq!(error, "--set run.envs: expected --envs, found 'run.envs=128'");
+        let error = refuse_own(&["run.seed = 3".to_owned()]).expect_err("refused").to_string();
+        assert_eq!(error, "--set run.seed: expected --seed, found 'run.seed = 3'");
+        assert!(refuse_own(&["run.isa=portable".to_owned(), "task.scene.gravity=9.8".to_owned()]).is_ok());
     }
 }

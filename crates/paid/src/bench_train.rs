@@ -42,8 +42,15 @@ const CASES: [(&str, &str, &str); 3] = [
     ("LSTM 1x128, 2 epochs", "stage1_lstm", "learn.ppo.epochs=2"),
 ];
 
+/// Longest measurement `[s]`.
+const MOST_S: f64 = 3600.0;
+
 /// Measures and prints.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    if !(args.seconds > 0.0 && args.seconds <= MOST_S) {
+        let found = args.seconds;
+        return Err(Failure::input(format!("--seconds: expected above 0, at most {MOST_S}, found {found}")));
+    }
     let threads = thread_count(args.threads)?;
     let mut cases: Vec<(String, &str, Option<&str>)> =
         CASES.iter().map(|(title, preset, set)| ((*title).to_owned(), *preset, Some(*set))).collect();

@@ -53,6 +53,10 @@ struct Written<'a> {
 
 /// Writes the file and reads it back.
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
+    if args.checkpoint.as_deref() == Some(args.out.as_path()) {
+        let found = args.out.display();
+        return Err(Failure::input(format!("--checkpoint: expected another file than --out, found {found}")));
+    }
     let weights = match args.average {
         Some(count) => load_mean(&args.run, count),
         None => load_weights(&args.run),
@@ -62,7 +66,6 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     writable_file("--out", &args.out)?;
     if let Some(path) = &args.checkpoint {
         writable_file("--checkpoint", path)?;
-        write_weights(&weights, path).map_err(Failure::input)?;
     }
     let clip = match &args.with_reference {
         None => None,
@@ -73,6 +76,10 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
             Some(if same { clip } else { resample(&clip, &trained.model, rate) })
         }
     };
+    // Nothing is written before all of the input is read.
+    if let Some(path) = &args.checkpoint {
+        write_weights(&weights, path).map_err(Failure::input)?;
+    }
     trained.write_onnx(&args.out, &args.license, clip.as_ref()).map_err(Failure::input)?;
     let policy = OnnxPolicy::load(&args.out).map_err(Failure::input)?;
     let bytes = std::fs::metadata(&args.out)

@@ -149,8 +149,13 @@ fn export_names_what_is_missing_or_cannot_be_written() {
     succeeds(&paid(folder.path(), &train));
     let error = refuses(&paid(folder.path(), &["export", "a", "--out", "nowhere/p.onnx"]));
     assert!(error.contains("nowhere/p.onnx"), "{error}");
-    let error = refuses(&paid(folder.path(), &["export", "a", "--with-reference", "absent.npz"]));
+    let small = ["--checkpoint", "small.safetensors"];
+    let absent = [&["export", "a", "--with-reference", "absent.npz"][..], &small].concat();
+    let error = refuses(&paid(folder.path(), &absent));
     assert!(error.contains("absent.npz"), "{error}");
+    assert!(!folder.path().join("small.safetensors").exists());
+    let error = refuses(&paid(folder.path(), &["export", "a", "--out", "p", "--checkpoint", "p"]));
+    assert!(error.contains("--checkpoint: expected another file than --out, found p"), "{error}");
 }
 
 #[test]

@@ -102,6 +102,7 @@ fn numbers_that_no_machine_holds_are_refused() {
         ),
         (&["train", "stage1", "--threads", "99999999"], "--threads: expected 1 to 1024, found 99999999"),
         (&["agent", "zero", "--envs", "10000000000"], "expected 1 to 1000000, found '10000000000'"),
+        (&["bench", "train", "--seconds", "-1"], "--seconds: expected above 0, at most 3600, found -1"),
     ] {
         let error = refuses(&paid(folder.path(), args));
         assert!(error.contains(expected), "{args:?}: {error}");

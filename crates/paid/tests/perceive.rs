@@ -35,6 +35,17 @@ fn wrong_detectors_and_options_are_refused() {
     assert!(error.contains("broken.onnx"), "{error}");
     let error = refuses(&paid(folder.path(), &["perceive", "detect", "--confidence", "1.5"]));
     assert!(error.contains("--confidence") && error.contains("1.5"), "{error}");
+    // The run ends before the fault begins.
+    let fault = ["perceive", "odometry", "--scene", "hall", "--seconds", "8", "--fault", "covered"];
+    let error = refuses(&paid(folder.path(), &fault));
+    assert!(
+        error.contains("--seconds: expected 8.1 or more with --fault") && error.contains("found 8"),
+        "{error}"
+    );
+    // What cannot be written is said before the work.
+    fs::write(folder.path().join("taken"), b"precious").expect("writes");
+    let error = refuses(&paid(folder.path(), &["perceive", "detect", "--held-out", "1", "--out", "taken"]));
+    assert!(error.contains("--out: expected a folder, found the file taken"), "{error}");
     let error = refuses(&paid(folder.path(), &["perceive", "detect", "--picture", "640"]));
     assert!(error.contains("640x480"), "{error}");
     #[cfg(not(feature = "train-detector"))]

@@ -51,7 +51,7 @@ fn a_filmed_surface_comes_back_with_its_pictures() {
 
     // The same as JSON, with the file that was written.
     let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--json"]].concat())));
-    assert_eq!(report["surface"]["name"], "yard");
+    assert_eq!((&report["surface"]["name"], &report["truth"][4]), (&Value::from("yard"), &Value::from(4.95)));
     let found = report["ball"]["angular_damping"].as_f64().expect("a number");
     assert!((found - 4.95).abs() < 0.05 * 4.95, "{found}");
     assert_eq!(report["confidence"]["estimates"].as_array().expect("a list").len(), 5);
@@ -189,6 +189,16 @@ fn wrong_options_are_refused() {
         (&["--rebound", "1"], "--rebound: expected --from turf or steel, found --from parameters"),
         (&["--from", "mujoco", "--roll-length", "5"], "--roll-length: expected --from turf or steel"),
         (&["--from", "turf", "--damping-ratio", "0.2"], "--damping-ratio: expected --from mujoco"),
+        (
+            &["--from", "turf", "--spin", "0"],
+            "--spin: expected --from parameters or mujoco, found --from turf",
+        ),
+        (&["--from", "turf", "--task", "stage2"], "--task: expected --from parameters or mujoco"),
+        (
+            &["--from", "mujoco", "--isa", "portable"],
+            "--isa: expected --from parameters, found --from mujoco",
+        ),
+        (&["--from", "steel", "--set", "scene.ground.restitution=1"], "--set: expected --from parameters or"),
     ] {
         let error = refuses(&paid(folder.path(), &[&["sysid", "simulate", "--out", "x"], more].concat()));
         assert!(error.contains(expected), "{error}");

@@ -24,6 +24,8 @@ pub(crate) const SCANS_PER_S: f64 = 10.0;
 pub(crate) const SCAN_S: f64 = 1.0 / SCANS_PER_S;
 /// Rays between two poses of the motion: 0.5 ms at full rate, in which a torso moves by less than 1 mm.
 const RAYS_PER_POSE: u64 = 100;
+/// No longer than this lies between two poses, however few rays there are `[s]`: a turn of more than a degree is no small one.
+const POSE_S: f64 = 0.01;
 
 /// How good the sensor is.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -224,8 +226,9 @@ impl<T: Trajectory> SimulatedMid360<T> {
         let start_s = end_s - SCAN_S;
         let mut points = Vec::with_capacity((rate * SCAN_S) as usize);
         let last = (end_s * rate).round() as u64;
+        let rays_per_pose = ((rate * POSE_S).round() as u64).clamp(1, RAYS_PER_POSE);
         while self.rays < last {
-            let upto = (self.rays + RAYS_PER_POSE).min(last);
+            let upto = (self.rays + rays_per_pose).min(last);
             let (t0, t1) = (self.rays as f64 / rate, upto as f64 / rate);
             let lidar = |t: f64| self.trajectory.pose(t) * self.torso_from_lidar;
             let (a, b) = (lidar(t0), lidar(t1));
@@ -298,6 +301,47 @@ mod tests {
         assert!(on_ground > 500, "{on_ground}");
         // Arms hang 0.2 to 0.6 m from the head.
         assert!(frame.scan.points.iter().any(|p| p.position.norm() < 0.5));
+    }
+
+    /// A torso that turns by a radian a second where it stands.
+    struct Turning;
+
+    impl Trajectory for Turning {
+        fn pose(&self, time_s: f64) -> Isometry3<f64> {
+            Isometry3::from_parts(
+                Translation3::new(0.0, 0.0, 0.8),
+                UnitQuaternion::from_euler_angles(0.0, 0.0, time_s),
+            )
+        }
+    }
+
+    #[test]
+    fn a_sensor_of_few_points_that_turns_sees_the_hall_where_it_is() {
+        let model = SensorModel {
+            points_per_s: 1000.0,
+            range_noise_m: 0.0,
+            self_hits: false,
+            ..SensorModel::default()
+        };
+        let hall = || Scene::new(SceneKind::Hall, 5);
+        let imu = Config::default().imu_from_lidar;
+        let mut sensor = SimulatedMid360::new(hall(), Turning, model, g1_torso_from_lidar(), &imu, 5);
+        let scan = sensor.next_frame().scan;
+        assert!(scan.points.len() > 50, "{}", scan.points.len());
+        let mut off: Vec<f64> = scan
+            .points
+            .iter()
+            .map(|p| {
+                let lidar = Turning.pose(p.offset_s) * g1_torso_from_lidar();
+                let range = p.position.norm();
+                let ray = lidar.rotation * (p.position / range);
+                let seen = hall().range(&lidar.translation.vector, &ray, p.offset_s, 0.0);
+                seen.map_or(1.0, |seen| (seen - range).abs())
+            })
+            .collect();
+        off.sort_by(f64::total_cmp);
+        let most = off[off.len() * 9 / 10];
+        assert!(most < 2e-3, "nine of ten points are off by up to {most} m");
     }
 
     #[test]

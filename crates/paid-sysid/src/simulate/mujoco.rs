@@ -62,6 +62,7 @@ impl MujocoBall {
         let qvel = world.qvel_mut();
         (qvel[0], qvel[4]) = (speed, turning);
         let mut last = [0.0, height];
+        let mut before = last;
         let (mut steps, mut out) = (0_u64, Vec::with_capacity(times.len()));
         for &t in times {
             while (steps as f64) * STEP_S < t - 1e-9 {
@@ -74,9 +75,13 @@ impl MujocoBall {
                 world.step();
                 steps += 1;
                 let q = world.qpos();
+                before = last;
                 last = [q[0], q[2] - p.radius_m];
             }
-            out.push(last);
+            // A frame between two steps shows what lies between them.
+            let early = ((steps as f64) * STEP_S - t) / STEP_S;
+            let share = if early > 1e-5 { early } else { 0.0 };
+            out.push([0, 1].map(|k| last[k] + share * (before[k] - last[k])));
         }
         if out.as_flattened().iter().all(|x| x.is_finite()) {
             return Ok(out);
@@ -114,6 +119,9 @@ mod tests {
         assert!((heights[10] - fall).abs() < 0.01, "{}", heights[10]);
         let rebound = heights[14..].iter().copied().fold(0.0, f64::max);
         assert!((0.4..1.2).contains(&rebound), "{rebound}");
+        // A camera's frame in the middle between two steps.
+        let frames = ball.drop(2.0, &[0.0, 0.1, 0.10025, 0.1005]).expect("runs");
+        assert!((frames[2] - 0.5 * (frames[1] + frames[3])).abs() < 1e-9, "{frames:?}");
         let distances = ball.roll(2.0, 1.0, &times).expect("runs");
         // Constant deceleration by the rolling friction: mu g / (r (1 + k)).
         let slowing = 0.01 / 0.11 * 9.81 / (1.0 + 2.0 / 3.0);

@@ -69,6 +69,9 @@ pub fn train(
             return Err(VisionError::value(what, "1 or more", "0"));
         }
     }
+    if !(options.rate > 0.0 && options.rate.is_finite()) {
+        return Err(VisionError::value("rate", "a positive number", options.rate.to_string()));
+    }
     if options.steps.checked_mul(options.batch).is_none() {
         return Err(VisionError::value("steps", "steps times batch below 2^32", options.steps.to_string()));
     }
@@ -177,6 +180,11 @@ mod tests {
         let none = TrainOptions { batch: 0, ..options };
         let error = train(&none, &path, &on, |_| ()).expect_err("no windows").to_string();
         assert!(error.contains("batch"), "{error}");
+        for rate in [-1e-3, 0.0, f64::NAN] {
+            let wrong = TrainOptions { rate, ..options };
+            let error = train(&wrong, &path, &on, |_| ()).expect_err("no rate").to_string();
+            assert!(error.starts_with("rate: expected a positive number"), "{error}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@ use paid_vision::detect::Detector;
 use paid_vision::judge::{JudgeOptions, judge, sheet};
 use paid_vision::{ColorImage, Intrinsics};
 
+use crate::eval::out::writable;
 use crate::failure::Failure;
 
 /// Arguments of `paid perceive detect`.
@@ -60,6 +61,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             )));
         }
         detector = detector.with_confidence(confidence);
+    }
+    if let Some(folder) = &args.out {
+        writable("--out", folder)?;
     }
     let [width, height] = args.picture;
     // Square pixels, 42 degrees from top to bottom as the D435i's color picture.

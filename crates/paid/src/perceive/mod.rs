@@ -38,7 +38,7 @@ enum Command {
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     match &args.command {
         Command::Detect(args) => detect::run(args),
-        Command::Train(args) => train::run(args),
+        Command::Train(args) => return train::run(args),
         Command::Calibrate(args) => calibrate::run(args),
         Command::Odometry(args) => odometry::run(args),
         Command::Fit(args) => fit::run(args),

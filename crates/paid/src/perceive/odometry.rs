@@ -6,6 +6,8 @@ use crate::failure::Failure;
 
 /// When a fault begins `[s]`.
 const FAULT_AT_S: f64 = 8.0;
+/// The shortest run in which a fault shows: its first scan ends 0.1 s after its begin `[s]`.
+const LEAST_WITH_FAULT_S: f64 = 8.1;
 
 /// Arguments of `paid perceive odometry`.
 #[derive(Debug, clap::Args)]
@@ -25,7 +27,7 @@ pub struct Args {
     /// Time that the IMU's stamps are late [ms].
     #[arg(long, default_value_t = 0.0, value_parser = offset)]
     imu_offset: f64,
-    /// A fault of the sensor 8 s after the start: covered, kidnapped, late, gap, backwards or silent.
+    /// A fault of the sensor 8 s after the start (--seconds 8.1 or more): covered, kidnapped, late, gap, backwards or silent.
     #[arg(long, value_name = "NAME")]
     fault: Option<FaultKind>,
     /// Print JSON.
@@ -48,6 +50,12 @@ fn number(text: &str, low: f64, high: f64, expected: &str) -> Result<f64, String
 
 /// Measures and prints.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.fault.is_some() && args.seconds < LEAST_WITH_FAULT_S {
+        return Err(Failure::input(format!(
+            "--seconds: expected {LEAST_WITH_FAULT_S} or more with --fault, which begins after {FAULT_AT_S} s, found {}",
+            args.seconds
+        )));
+    }
     let scenes = args.scene.map_or_else(|| SceneKind::ALL.to_vec(), |scene| vec![scene]);
     let clock = processor_clock();
     let mut reports = Vec::new();

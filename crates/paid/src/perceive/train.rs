@@ -1,6 +1,7 @@
 //! `paid perceive train`: a ball detector from rendered pictures.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use crate::failure::Failure;
 
@@ -30,11 +31,12 @@ pub struct Args {
     json: bool,
 }
 
-/// Trains and prints the loss.
+/// Trains and prints the loss; ends with 130 after Ctrl-C.
 #[cfg(feature = "train-detector")]
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     use paid_vision::train::{TrainOptions, train};
 
+    crate::eval::out::writable_file("--out", &args.out)?;
     let options = TrainOptions {
         steps: args.steps,
         batch: args.batch,
@@ -66,12 +68,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             if done < options.steps { format!(", stopped after {done} steps") } else { String::new() };
         println!("{}{stopped}", args.out.display());
     }
-    Ok(())
+    Ok(if done < options.steps { ExitCode::from(crate::stop::STOPPED) } else { ExitCode::SUCCESS })
 }
 
 /// Says what is missing.
 #[cfg(not(feature = "train-detector"))]
-pub fn run(args: &Args) -> Result<(), Failure> {
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Err(Failure::input(format!(
         "this program was built without training of detectors; {} is written by one built with it: cargo run --release --features \
          train-detector -- perceive train --steps {} --batch {} --rate {} --seed {}",

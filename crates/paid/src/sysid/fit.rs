@@ -192,6 +192,8 @@ struct Report<'a> {
     surface: &'a Surface,
     #[serde(flatten)]
     found: &'a Identification,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    truth: Option<&'a Parameters>,
     remarks: Vec<String>,
     options: &'a Options,
     seconds: f64,
@@ -237,7 +239,8 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
     if args.json {
         let files = written.iter().map(|p| p.display().to_string()).collect();
         let remarks = found.remarks();
-        let report = Report { surface: &surface, found: &found, remarks, options: &options, seconds, files };
+        let (surface, found, truth) = (&surface, &found, args.truth.as_ref());
+        let report = Report { surface, found, truth, remarks, options: &options, seconds, files };
         println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::input)?);
         return Ok(());
     }

@@ -145,7 +145,10 @@ pub fn run(args: &Args, given: &[String]) -> Result<(), Failure> {
 fn refuse_ignored(from: SourceArg, given: &[String]) -> Result<(), Failure> {
     const BALL: [SourceArg; 2] = [SourceArg::Parameters, SourceArg::Mujoco];
     const FIFA: [SourceArg; 2] = [SourceArg::Turf, SourceArg::Steel];
-    let options: [(&str, &[SourceArg], &str); 6] = [
+    let options: [(&str, &[SourceArg], &str); 9] = [
+        ("spin", &BALL, "parameters or mujoco"),
+        ("task", &BALL, "parameters or mujoco"),
+        ("isa", &[SourceArg::Parameters], "parameters"),
         ("surface", &BALL, "parameters or mujoco"),
         ("parameters", &BALL, "parameters or mujoco"),
         ("rebound", &FIFA, "turf or steel"),
@@ -156,6 +159,10 @@ fn refuse_ignored(from: SourceArg, given: &[String]) -> Result<(), Failure> {
     let others = options.iter().filter(|(_, of, _)| !of.contains(&from));
     let found =
         from.to_possible_value().map_or_else(String::new, |name| format!("--from {}", name.get_name()));
+    // Its option has another name than its field.
+    if FIFA.contains(&from) && given.iter().any(|id| id == "sets") {
+        return Err(Failure::input(format!("--set: expected --from parameters or mujoco, found {found}")));
+    }
     Failure::if_ignored(others.map(|(id, _, expected)| (*id, format!("--from {expected}"))), given, &found)
 }
 
