@@ -53,10 +53,18 @@ export class Course {
     this.touchedAt = null;
   }
 
+  // Time begins anew: another match, another program.
+  begin() {
+    this.frames = [];
+    this.touchedAt = null;
+    if (this.shot) this.shot.until = -Infinity;
+  }
+
   push(frame) {
-    const last = this.frames[this.frames.length - 1];
-    if (last && (frame.step < last.step || frame.time < last.time)) this.frames = [];
-    else if (last && frame.step === last.step) this.frames.pop();
+    const before = this.newest;
+    if (before && (frame.step < before.step || frame.time < before.time)) this.begin();
+    const last = this.newest;
+    if (last && frame.step === last.step) this.frames.pop();
     else if (last) this.lost += frame.step - last.step - 1;
     if (last && frame.time > last.time) this.apart += 0.2 * (Math.min(0.3, frame.time - last.time) - this.apart);
     if (frame.touched && !(last && last.touched)) this.touchedAt = frame.time;
@@ -71,11 +79,13 @@ export class Course {
   // Keeps the shot that was just decided.
   keepShot() {
     const newest = this.newest;
-    if (!newest || this.touchedAt === null) return;
-    const from = this.touchedAt - 1.1;
-    const frames = this.frames.filter((f) => f.time >= from);
+    if (!newest) return;
+    // A missed ball has no touch.
+    const touch = this.touchedAt ?? newest.time - 1.5;
+    this.touchedAt = null;
+    const frames = this.frames.filter((f) => f.time >= touch - 1.1);
     // The ball goes on into the net.
-    this.shot = { frames, until: newest.time + 0.7 };
+    this.shot = { frames, touch, until: newest.time + 0.7 };
   }
 
   startReplay() {
@@ -83,7 +93,7 @@ export class Course {
     if (!shot) return false;
     const last = shot.frames[shot.frames.length - 1].time;
     const frames = shot.frames.concat(this.frames.filter((f) => f.time > last && f.time <= shot.until));
-    this.replay = { frames, time: frames[0].time };
+    this.replay = { frames, touch: shot.touch, time: frames[0].time };
     return true;
   }
 
@@ -94,8 +104,7 @@ export class Course {
   // The moment to draw, `passed` seconds after the last one.
   at(passed) {
     if (this.replay) {
-      const { frames } = this.replay;
-      const touch = this.touchedAt ?? 0;
+      const { frames, touch } = this.replay;
       // Slower around the touch.
       const near = Math.abs(this.replay.time - touch) < 0.25;
       this.replay.time += passed * (near ? 0.15 : 0.4);

@@ -58,6 +58,12 @@ function diagram({ title, unit, points }) {
   return box;
 }
 
+// Another program may show no training.
+export function hideCurves() {
+  document.body.classList.remove("training", "waiting");
+  $("curves").hidden = true;
+}
+
 // Shows what the program told; the page turns into that of a training.
 export function showCurves(told) {
   document.body.classList.add("training");

@@ -3,9 +3,9 @@
 import { add, clamp, norm, scale, sub } from "./math.js";
 import { command } from "./wire.js";
 
-// Impulse of a push per meter of its arrow [N s/m], and the hardest that the program takes [N s].
+// Impulse of a push per meter of its arrow [N s/m], and the hardest: the program takes 120, which rounding must not exceed [N s].
 const PUSH = 60;
-const HARDEST = 120;
+const HARDEST = 119.999;
 // A ball that lay still in the hand for so long is put down, not flicked [ms].
 const STILL = 90;
 const FASTEST = 7;
@@ -55,10 +55,12 @@ export class Hand {
       this.holds = { what: "camera" };
       return;
     }
+    const { replaying } = this.state;
     this.state.stopReplay();
     const slack = e.pointerType === "touch" ? 26 : 10;
     const turned = e.button === 2 || e.button === 1 || e.ctrlKey;
-    const hit = turned ? { what: "pan" } : this.under(moment, x, y, slack);
+    // What a replay shows is not there now.
+    const hit = turned ? { what: "pan" } : replaying ? { what: "ground" } : this.under(moment, x, y, slack);
     this.holds = hit;
     if (hit.what === "ball") {
       this.ball = { at: [moment.ball.pos[0], moment.ball.pos[1]], way: [], grip: null };

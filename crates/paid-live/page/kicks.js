@@ -5,7 +5,7 @@ const $ = (id) => document.getElementById(id);
 const WORDS = {
   coverage: "Which kick takes which ball, and the holes",
   placement: "Where the task puts the ball of each kick",
-  trajectories: "The ways of the base, time as color",
+  trajectories: "Paths of the base, colored by time",
   foot_speed: "Speed of the kicking foot over the phase",
 };
 

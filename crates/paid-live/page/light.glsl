@@ -34,7 +34,7 @@ vec3 shade(vec3 albedo, float rough, float gloss, vec3 n, vec3 p) {
     float nh = max(dot(n, h), 0.0);
     float d = nh * nh * (a * a - 1.0) + 1.0;
     float spec = a * a / (3.14 * d * d) * 0.25;
-    float fresnel = pow(1.0 - max(dot(n, v), 0.0), 4.0);
+    float fresnel = pow(clamp(1.0 - dot(n, v), 0.0, 1.0), 4.0);
     vec3 c = albedo * (ambient + uSunColor * diffuse * lit);
     c += gloss * (uSunColor * lit * diffuse * spec + uSkyColor * (0.06 + 0.5 * fresnel));
     return c;

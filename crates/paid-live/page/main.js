@@ -1,7 +1,7 @@
 // Brings the parts together: link, course, view, hand, panel.
 
 import { Course } from "./course.js";
-import { showCurves } from "./curves.js";
+import { hideCurves, showCurves } from "./curves.js";
 import { Hand } from "./hand.js";
 import { heading } from "./math.js";
 import { Panel } from "./panel.js";
@@ -40,7 +40,7 @@ function stopReplay() {
 
 function replay() {
   if (course.replay) return stopReplay();
-  if (!course.startReplay()) return panel.say("No shot to show again yet.");
+  if (!course.startReplay()) return panel.say("There is no shot to replay yet.");
   camera = { ...view.camera };
   const moment = course.replay.frames[0];
   const towards = moment.goal[2];
@@ -56,6 +56,7 @@ function replay() {
 
 // The keyboard's hand: takes the ball, carries it, lets it go.
 let carried = null;
+let carriedAt = 0;
 const actions = {
   replay,
   stopReplay,
@@ -73,11 +74,12 @@ const actions = {
     panel.say("A push of 25 N s.");
   },
   carry(ahead, left) {
-    if (!state.moment || view.scene?.watched || view.scene?.kicks) return;
+    if (!state.moment || view.scene?.watched || !view.scene?.ball) return;
     const towards = state.moment.goal[2];
     const [c, s] = [Math.cos(towards), Math.sin(towards)];
     const at = carried || [state.moment.ball.pos[0], state.moment.ball.pos[1]];
     carried = [at[0] + c * ahead - s * left, at[1] + s * ahead + c * left];
+    carriedAt = performance.now();
     send(command.hold(carried));
   },
   letGo() {
@@ -99,6 +101,8 @@ function picture(now) {
   state.moment = moment;
   hand.flush();
   if (!course.replay) hand.track(moment, passed);
+  // The program has let go: a hand was silent for too long, or another ball came.
+  if (carried && !course.newest.held && now - carriedAt > 500) carried = null;
   const held = hand.ball !== null || carried !== null;
   const begins = moment.kicking && !(before && before.kicking);
   if (held || begins) {
@@ -124,6 +128,7 @@ function picture(now) {
   if (now - told > 200) {
     told = now;
     panel.setFrame(course.newest, pictures, course.lost);
+    panel.setFollow(hand.follow);
   }
 }
 
@@ -150,7 +155,12 @@ async function start() {
   hand = new Hand(canvas, view, send, state);
   canvas.addEventListener("webglcontextlost", (e) => (e.preventDefault(), location.reload()));
   link = new Link({
+    opened: hideCurves,
     scene(scene) {
+      // Nothing of another scene is shown in this one.
+      stopReplay();
+      course.begin();
+      course.shot = before = carried = null;
       document.body.classList.remove("waiting");
       document.body.classList.toggle("no-ball", !scene.ball);
       document.body.classList.toggle("watched", scene.watched);

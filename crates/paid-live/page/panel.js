@@ -28,22 +28,29 @@ export class Panel {
     click("help", () => this.toggleHelp());
     click("help-close", () => this.toggleHelp(false));
     click("kicks-tab", () => showKicks());
-    click("more", () => $("drawer").classList.toggle("open"));
+    click("more", () => $("more").setAttribute("aria-expanded", String($("drawer").classList.toggle("open"))));
     $("rate").addEventListener("change", (e) => (this.send(command.rate(Number(e.target.value))), e.target.blur()));
     $("clip").addEventListener("change", (e) => (this.send(command.clip(Number(e.target.value))), e.target.blur()));
     $("engine").addEventListener("change", (e) => (this.send(command.engine(Number(e.target.value))), e.target.blur()));
     $("surface").addEventListener("change", (e) => (this.send(command.surface(Number(e.target.value))), e.target.blur()));
-    for (const name of Object.keys(this.layers))
+    for (const name of Object.keys(this.layers)) {
+      // A browser may remember what was checked before a reload.
+      $(`layer-${name}`).checked = this.layers[name];
       $(`layer-${name}`).addEventListener("change", (e) => {
         this.layers[name] = e.target.checked;
-        $("rewards").hidden = !this.layers.rewards;
-        $("picture").hidden = !this.layers.picture;
+        this.showLayers();
       });
+    }
     addEventListener("keydown", (e) => this.key(e));
   }
 
+  showLayers() {
+    $("rewards").hidden = !this.layers.rewards;
+    $("picture").hidden = !this.layers.picture || !this.scene?.camera;
+  }
+
   key(e) {
-    if (e.ctrlKey || e.metaKey || e.altKey || /SELECT|INPUT/.test(e.target.tagName)) return;
+    if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;
     const { send, actions, frame } = this;
     const layer = (name) => $(`layer-${name}`).click();
     const keys = {
@@ -78,8 +85,8 @@ export class Panel {
       "-": () => actions.zoom(1.11),
     };
     const act = keys[e.key] || keys[e.key.toLowerCase()];
-    // A button under the focus is pressed by Space and Enter as everywhere.
-    if (!act || (e.target.tagName === "BUTTON" && (e.key === " " || e.key === "Enter"))) return;
+    // A button, box or link under the focus is pressed by Space and Enter as everywhere.
+    if (!act || (/^(BUTTON|INPUT|A)$/i.test(e.target.tagName) && (e.key === " " || e.key === "Enter"))) return;
     e.preventDefault();
     act();
   }
@@ -98,6 +105,7 @@ export class Panel {
     $("surface").replaceChildren(new Option("as it is", "0"), ...surfaces);
     $("what").textContent = `${scene.policy.split(/[\\/]/).slice(-2).join("/")} on ${scene.robot.toUpperCase()}`;
     $("seen").hidden = $("seen-picture").hidden = !scene.camera;
+    this.showLayers();
     if (scene.camera) {
       const [a, b, , d] = scene.camera.corners;
       const far = (p, q) => Math.hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
@@ -144,8 +152,7 @@ export class Panel {
     if (document.activeElement !== $("surface")) $("surface").value = String(board.surface);
     this.drawHeat(board.cells);
     const [number, words] = board.notice;
-    if (this.notice !== null && number !== this.notice) this.say(words);
-    else if (this.notice === null && words) this.say(words);
+    if (words && number !== this.notice) this.say(words);
     this.notice = number;
     const decided = before !== null && board.shots > before;
     if (decided) {
@@ -224,7 +231,10 @@ export class Panel {
           ? `slow motion, 1/${Math.round(1 / frame.rate)}`
           : "real time";
     $("status").textContent =
-      `${time} · step ${frame.cost.toFixed(1)} ms · ${Math.round(pictures)} pictures/s` +
+      time +
+      // Of what is played elsewhere, nobody says what it costs.
+      (frame.cost ? ` · step ${frame.cost.toFixed(1)} ms` : "") +
+      ` · ${Math.round(pictures)} pictures/s` +
       (lost ? ` · ${lost} frames lost` : "") +
       (frame.viewers > 1 ? ` · ${frame.viewers} viewers` : "");
     $("status").classList.toggle("late", frame.late && !frame.paused);
@@ -276,6 +286,9 @@ export class Panel {
 
   setGone(words) {
     $("gone").hidden = words === null;
-    if (words !== null) $("gone-words").textContent = words || "The program is not there. This page waits for it.";
+    // Beyond this machine it refuses pages without its token, and a page cannot tell that from a program that has ended.
+    const here = /^(localhost$|127\.|\[::1\])/.test(location.hostname);
+    const away = here ? "The program is not running." : "The program is not running, or it has printed another address, with another token.";
+    if (words !== null) $("gone-words").textContent = words || `${away} This page waits for it.`;
   }
 }

@@ -39,7 +39,7 @@ export class View {
 
   constructor(canvas, texts) {
     const gl = canvas.getContext("webgl2", { antialias: true, alpha: false, powerPreference: "high-performance" });
-    if (!gl) throw new Error("This browser shows no WebGL2.");
+    if (!gl) throw new Error("This browser has no WebGL2, which the page needs.");
     this.canvas = canvas;
     this.gl = gl;
     const [light, solidV, solidF, groundV, groundF, netV, netF, skyV, skyF] = texts;
@@ -505,7 +505,7 @@ export class View {
       return norm(sub(to, scale(direction, dot(to, direction))));
     };
     const ball = moment.ball.pos;
-    if (distance(ball) < this.scene.ball_radius_m + size(ball)) return { what: "ball" };
+    if (this.scene.ball && distance(ball) < this.scene.ball_radius_m + size(ball)) return { what: "ball" };
     let best = null;
     for (const part of this.scene.parts) {
       const body = moment.bodies[part.body];
@@ -516,7 +516,7 @@ export class View {
     if (best) return best;
     const [gx, gy, heading] = moment.goal;
     const [c, s] = [Math.cos(heading), Math.sin(heading)];
-    for (const part of this.posts) {
+    for (const part of this.scene.ball ? this.posts : []) {
       const along = rotate(part.quat, [1, 0, 0]);
       for (let k = -1; k <= 1; k += 0.1) {
         const p = add(part.center, scale(along, k * part.half[0]));

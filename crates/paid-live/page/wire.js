@@ -110,6 +110,7 @@ export class Link {
     const socket = new WebSocket(`ws://${location.host}/ws${query}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
+    socket.onopen = () => this.on.opened();
     socket.onmessage = (event) => {
       if (typeof event.data !== "string") {
         const frame = decode(event.data);
@@ -133,7 +134,7 @@ export class Link {
   // The program speaks another version: its page is another one, too. Once a minute is enough.
   reload() {
     const last = Number(sessionStorage.getItem("reloaded") || 0);
-    if (Date.now() - last < 60000) return this.on.gone("The program is of another version.");
+    if (Date.now() - last < 60000) return this.on.gone("The program has another version. Reload this page.");
     sessionStorage.setItem("reloaded", String(Date.now()));
     location.reload();
   }

@@ -182,7 +182,7 @@ impl<'a> Game<'a> {
             }
             None => {
                 self.clip = None;
-                self.board.say("The clip that suits the ball.");
+                self.board.say("Every ball is kicked with the clip that suits it.");
             }
         }
     }

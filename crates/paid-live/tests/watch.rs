@@ -63,7 +63,9 @@ fn who_looks_on_sees_what_happens_and_can_only_stop_it() {
     assert!(!page.stop_asked());
     viewer.send(Command::Reset);
     viewer.send(Command::Stop);
+    let begin = Instant::now();
     while !page.stop_asked() {
+        assert!(begin.elapsed() < Duration::from_secs(60), "the stop is lost");
         std::thread::sleep(Duration::from_millis(1));
     }
     assert!(!page.stop_asked(), "once");

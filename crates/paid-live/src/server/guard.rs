@@ -23,7 +23,7 @@ pub(crate) enum Refusal {
 impl Refusal {
     pub fn words(self) -> &'static str {
         match self {
-            Self::Host => "this address is reached by its number or as localhost only",
+            Self::Host => "open this page by its IP address or as localhost",
             Self::Origin => "another page may not command this one",
             Self::Token => "open the address that was printed, with its token",
         }
@@ -36,7 +36,9 @@ fn text(headers: &HeaderMap, name: axum::http::HeaderName) -> Option<&str> {
 
 /// True if `host` (name or number, and port) is the server at `address`.
 fn is_own(host: &str, address: SocketAddr) -> bool {
-    let Some((name, port)) = host.rsplit_once(':') else { return false };
+    // A browser leaves out the usual port.
+    let split = if host.ends_with(']') { None } else { host.rsplit_once(':') };
+    let (name, port) = split.unwrap_or((host, "80"));
     if port.parse() != Ok(address.port()) {
         return false;
     }
@@ -104,6 +106,16 @@ mod tests {
             assert_eq!(at_home(host, None), Ok(()), "{host}");
         }
         assert_eq!(at_home("localhost:4747", Some("http://localhost:4747")), Ok(()));
+    }
+
+    #[test]
+    fn the_usual_port_is_left_out() {
+        let usual = SocketAddr::from(([127, 0, 0, 1], 80));
+        let ask = |host, origin| check(&headers(host, origin), &Uri::from_static("/ws"), usual, None);
+        assert_eq!(ask("localhost", Some("http://localhost")), Ok(()));
+        assert_eq!(ask("[::1]", None), Ok(()));
+        assert_eq!(ask("evil.example", None), Err(Refusal::Host));
+        assert_eq!(ask("localhost:4747", None), Err(Refusal::Host));
     }
 
     #[test]

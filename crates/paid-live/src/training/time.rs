@@ -42,13 +42,26 @@ impl Time {
     /// Does what concerns time; true if the command is done with. Engine and ground stay those that are trained in.
     pub fn obey(&mut self, command: Command) -> bool {
         match command {
-            Command::Pause(on) => self.paused = on,
+            Command::Pause(on) => {
+                self.paused = on;
+                self.measure_anew();
+            }
             Command::Step => (self.paused, self.once) = (true, true),
-            Command::Rate(rate) => self.rate = rate,
+            Command::Rate(rate) => {
+                self.rate = rate;
+                self.measure_anew();
+            }
             Command::Engine(_) | Command::Surface(_) | Command::Stop => {}
             _ => return false,
         }
         true
+    }
+
+    /// A pause is no lateness. The next step is due no sooner for it: visitors must not take more than the share of the cores.
+    fn measure_anew(&mut self) {
+        let due = self.pace.due();
+        self.pace.resume(Instant::now(), self.rate);
+        self.pace.not_before(due);
     }
 
     /// A step took from `begun` to `now`. The next one is due when real time asks for it and the share of the cores allows it; a late
@@ -82,5 +95,8 @@ mod tests {
         let mut slow = Time { cores: 2.0, pace: Pace::new(start), ..Time::new(0.02) };
         slow.stepped(ms(1000), ms(1003));
         assert_eq!(slow.pace.due(), ms(1100));
+        // Whoever pauses and goes on gets no step sooner.
+        assert!(slow.obey(Command::Pause(true)) && slow.obey(Command::Pause(false)));
+        assert!(slow.pace.due() >= ms(1100) && !slow.pace.late());
     }
 }
