@@ -62,7 +62,7 @@ pub struct Limits {
     pub remote_s: f64,
     /// False: runs without a remote, stopped by Ctrl-C only. For simulations.
     pub remote_required: bool,
-    /// Odometry older than this stops a kick before its strike `[s]`. Default 0.1: ten poses.
+    /// With odometry older than this no kick begins, and one that has begun goes on without looking `[s]`. Default 0.1: ten poses.
     pub odometry_age_s: f64,
     /// The same for the last picture with the ball `[s]`. Default 1: in most of a run-up the ball is below the picture.
     pub ball_age_s: f64,

@@ -101,6 +101,9 @@ fn a_kick(player: &Arc<Player>, limits: &Limits) -> Vec<(u64, Vec<Packet>)> {
 
 #[test]
 fn a_runtime_that_kicks_allocates_nothing_between_transitions() {
+    if !common::mujoco("a_runtime_that_kicks_allocates_nothing_between_transitions") {
+        return;
+    }
     let player = player();
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
     let steps = a_kick(&player, &limits);
@@ -225,6 +228,10 @@ fn thinking(log: Option<LogWriter>) -> (usize, usize, LiveReport) {
 
 #[test]
 fn the_whole_thinking_step_allocates_nothing_between_transitions_with_a_log_and_without() {
+    let test = "the_whole_thinking_step_allocates_nothing_between_transitions_with_a_log_and_without";
+    if !common::mujoco(test) {
+        return;
+    }
     for logs in [false, true] {
         // The recorded packets do not wait for a machine that is busy: then the kick may be missed. A kick's own steps are counted above, in
         // simulated time.

@@ -9,6 +9,9 @@ use paid_sight::{Message, Recorded, Recording};
 
 #[test]
 fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed() {
+    if !common::mujoco("a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed") {
+        return;
+    }
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
     let options = LockstepOptions {
         limits,
@@ -36,6 +39,9 @@ fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_notic
 
 #[test]
 fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
+    if !common::mujoco("without_odometry_no_kick_is_allowed_and_no_ball_has_a_place") {
+        return;
+    }
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
     let options = LockstepOptions {
         limits,
@@ -54,6 +60,9 @@ fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
 
 #[test]
 fn pictures_and_beliefs_of_a_lockstep_are_recorded() {
+    if !common::mujoco("pictures_and_beliefs_of_a_lockstep_are_recorded") {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("seen.mcap");
     let eyes = OwnEyesOptions {

@@ -25,6 +25,9 @@ fn domain(test: u32) -> u16 {
 
 #[test]
 fn a_rendered_ball_becomes_a_belief_near_its_place() {
+    if !common::mujoco("a_rendered_ball_becomes_a_belief_near_its_place") {
+        return;
+    }
     let player = player();
     let mut robot = VirtualG1::new(Arc::clone(&player)).expect("MuJoCo");
     robot.place_ball([1.2, 0.15], [0.0; 2]);

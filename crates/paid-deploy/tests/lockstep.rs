@@ -27,6 +27,9 @@ fn ready(player: &Arc<Player>) -> Lockstep {
 
 #[test]
 fn a_robot_that_is_let_go_stands_for_ten_seconds() {
+    if !common::mujoco("a_robot_that_is_let_go_stands_for_ten_seconds") {
+        return;
+    }
     let player = player();
     let mut step = Lockstep::new(&player, &LockstepOptions::default()).expect("MuJoCo");
     step.make_ready(true).expect("ready");
@@ -37,6 +40,9 @@ fn a_robot_that_is_let_go_stands_for_ten_seconds() {
 
 #[test]
 fn commands_reach_the_robot_as_late_as_was_asked() {
+    if !common::mujoco("commands_reach_the_robot_as_late_as_was_asked") {
+        return;
+    }
     let player = player();
     // Ticks of 2 ms from the stop keys to a command without stiffness.
     let ticks = |command_delay_us: u64| {
@@ -59,6 +65,9 @@ fn commands_reach_the_robot_as_late_as_was_asked() {
 
 #[test]
 fn a_rolling_ball_slows_as_the_runtime_predicts() {
+    if !common::mujoco("a_rolling_ball_slows_as_the_runtime_predicts") {
+        return;
+    }
     let player = player();
     let mut robot = VirtualG1::new(Arc::clone(&player)).expect("MuJoCo");
     robot.place_ball([-2.0, 0.0], [-0.3, 0.0]);
@@ -75,6 +84,9 @@ fn a_rolling_ball_slows_as_the_runtime_predicts() {
 
 #[test]
 fn a_kicked_ball_slides_to_the_goal() {
+    if !common::mujoco("a_kicked_ball_slides_to_the_goal") {
+        return;
+    }
     let player = player();
     let mut robot = VirtualG1::new(Arc::clone(&player)).expect("MuJoCo");
     robot.place_ball([-2.0, 0.0], [-6.0, 0.0]);
@@ -86,6 +98,9 @@ fn a_kicked_ball_slides_to_the_goal() {
 
 #[test]
 fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
+    if !common::mujoco("a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit") {
+        return;
+    }
     let player = player();
     let dir = tempfile::tempdir().expect("dir");
     let file = dir.path().join("match.mcap");
@@ -122,6 +137,9 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
 
 #[test]
 fn a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log() {
+    if !common::mujoco("a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log") {
+        return;
+    }
     let player = player();
     let dir = tempfile::tempdir().expect("dir");
     let file = dir.path().join("match.mcap");
@@ -141,6 +159,9 @@ fn a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log(
 
 #[test]
 fn every_fault_of_a_standing_robot_is_damped_in_time() {
+    if !common::mujoco("every_fault_of_a_standing_robot_is_damped_in_time") {
+        return;
+    }
     let faults = [
         Fault::Tilt,
         Fault::Spin,
@@ -166,6 +187,9 @@ fn every_fault_of_a_standing_robot_is_damped_in_time() {
 
 #[test]
 fn a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick() {
+    if !common::mujoco("a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick") {
+        return;
+    }
     let faults = [
         Fault::ActionNotFinite,
         Fault::ActionHuge,
@@ -304,6 +328,9 @@ fn no_kick_is_allowed_without_odometry_detector_and_goal() {
 
 #[test]
 fn targets_never_jump_when_the_controller_changes() {
+    if !common::mujoco("targets_never_jump_when_the_controller_changes") {
+        return;
+    }
     let player = player();
     let mut step = ready(&player);
     step.robot.place_ball([1.2, 0.0], [0.0; 2]);
@@ -357,6 +384,9 @@ fn nothing_is_said_while_it_listens_and_nothing_at_all_beside_another_commander(
 
 #[test]
 fn a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop() {
+    if !common::mujoco("a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop") {
+        return;
+    }
     let player = player();
     let options = LockstepOptions::default();
     let mut step = Lockstep::new(&player, &options).expect("MuJoCo");

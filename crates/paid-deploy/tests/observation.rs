@@ -48,6 +48,9 @@ fn messages(
 
 #[test]
 fn the_first_observation_of_a_kick_is_the_tasks() {
+    if !common::mujoco("the_first_observation_of_a_kick_is_the_tasks") {
+        return;
+    }
     let player = player();
     let preset = player.task.with_knowledge(paid_task::preset::KnowledgeMode::Truth);
     let library = Arc::new(player.library.clone());
@@ -135,6 +138,9 @@ fn with_memory(player: &Player) -> Arc<Player> {
 
 #[test]
 fn a_policy_that_remembers_begins_every_kick_with_an_empty_memory() {
+    if !common::mujoco("a_policy_that_remembers_begins_every_kick_with_an_empty_memory") {
+        return;
+    }
     let player = with_memory(&player());
     let scene = SceneOptions::default();
     let sim = MujocoSim::new(&player.model, &player.control, &scene, 1).expect("MuJoCo");

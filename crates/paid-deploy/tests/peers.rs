@@ -150,6 +150,9 @@ fn cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte() {
 fn a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot() {
     let test = "a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot";
     let Some(folder) = peers(test, SDK) else { return };
+    if !common::mujoco(test) {
+        return;
+    }
     let player = player();
     let link = DdsLink::open(domain(2), LOOPBACK, Side::Robot).expect("DDS");
     let line = link.switcher().expect("DDS");
@@ -245,6 +248,9 @@ fn the_virtual_robots_battery_is_heard_by_the_vendors_sdk() {
 fn a_program_on_the_vendors_cpp_sdk_moves_the_virtual_robot() {
     let test = "a_program_on_the_vendors_cpp_sdk_moves_the_virtual_robot";
     let Some(folder) = peers(test, CPP) else { return };
+    if !common::mujoco(test) {
+        return;
+    }
     let player = player();
     let link = DdsLink::open(domain(6), LOOPBACK, Side::Robot).expect("DDS");
     let stop = AtomicBool::new(false);

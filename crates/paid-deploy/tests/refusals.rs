@@ -72,6 +72,9 @@ fn states_without_checksum_pass_only_where_the_flag_says_so() {
 
 #[test]
 fn without_checksums_every_other_fault_is_damped_as_before() {
+    if !common::mujoco("without_checksums_every_other_fault_is_damped_as_before") {
+        return;
+    }
     let limits = Limits { check_crc: false, ..Limits::default() };
     let others: Vec<Fault> = Fault::ALL.into_iter().filter(|fault| *fault != Fault::Checksum).collect();
     let report = drill(&player(), &limits, &others, 1, |_| {}).expect("drill");

@@ -23,6 +23,9 @@ impl Line for Quiet {
 
 #[test]
 fn hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone() {
+    if !common::mujoco("hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone") {
+        return;
+    }
     let player = player();
     let mut step = Lockstep::new(&player, &LockstepOptions::default()).expect("MuJoCo");
     step.robot.set_mount(Mount::Hands);
@@ -38,6 +41,9 @@ fn hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone() {
 
 #[test]
 fn hands_let_go_of_a_robot_that_the_vendors_controller_holds_and_of_no_other() {
+    if !common::mujoco("hands_let_go_of_a_robot_that_the_vendors_controller_holds_and_of_no_other") {
+        return;
+    }
     let player = player();
     let stand = |master: &str| {
         let (robot_end, _runtime) = ChannelLink::pair();

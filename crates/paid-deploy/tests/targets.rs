@@ -44,6 +44,9 @@ fn stubborn(player: &Player, action: f32) -> Arc<Player> {
 
 #[test]
 fn a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range() {
+    if !common::mujoco("a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range") {
+        return;
+    }
     let good = player();
     let player = stubborn(&good, 60.0);
     let limits = Limits { action: 100.0, target_step: 10.0, switch_s: 0.0, ..limits() };
@@ -60,6 +63,9 @@ fn a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range() {
 
 #[test]
 fn targets_move_no_farther_in_a_step_than_allowed() {
+    if !common::mujoco("targets_move_no_farther_in_a_step_than_allowed") {
+        return;
+    }
     let good = player();
     let free = Limits { switch_s: 0.0, ..limits() };
     let longest = |limits: Limits| {
@@ -85,6 +91,9 @@ fn targets_move_no_farther_in_a_step_than_allowed() {
 
 #[test]
 fn the_first_target_of_a_second_kick_does_not_jump() {
+    if !common::mujoco("the_first_target_of_a_second_kick_does_not_jump") {
+        return;
+    }
     let player = player();
     let mut step = ready(&player, limits());
     let kick = |n: usize| move |s: &Lockstep| s.runtime().kicks() == n && s.runtime().state() == State::Kick;
@@ -118,6 +127,9 @@ fn the_first_target_of_a_second_kick_does_not_jump() {
 
 #[test]
 fn no_command_of_a_kick_asks_a_motor_for_more_than_it_has() {
+    if !common::mujoco("no_command_of_a_kick_asks_a_motor_for_more_than_it_has") {
+        return;
+    }
     let player = player();
     let dir = tempfile::tempdir().expect("dir");
     let file = dir.path().join("kick.mcap");

@@ -28,7 +28,7 @@ impl Default for CameraPreset {
 }
 
 impl CameraPreset {
-    /// The colour picture of the same camera, 69 x 42 degrees: a ball is told from other things by its colour.
+    /// The color picture of the same camera, 69 x 42 degrees: a ball is told from other things by its color.
     pub fn color() -> Self {
         Self { across_deg: 69.0, upright_deg: 42.0, ..Self::default() }
     }

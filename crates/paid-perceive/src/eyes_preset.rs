@@ -11,7 +11,7 @@ use crate::{BodyPose, CameraPreset, OdometryPreset, PositionNoise, TrackerPreset
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EyesPreset {
-    /// The camera, on the torso. Default: the G1's colour picture.
+    /// The camera, on the torso. Default: the G1's color picture.
     pub camera: CameraPreset,
     /// Pictures a second. Default 30.
     pub rate_hz: [f64; 2],

@@ -106,7 +106,7 @@ pub enum ShownAfterStrike {
     /// The ball, wherever it flies.
     Ball,
     /// Where it lay at the strike, at rest in the world. With the last frame of a motion held, a policy that had never seen a
-    /// ball metres away fell in 83% of the shots within 8 s, and in 5% with this.
+    /// ball meters away fell in 83% of the shots within 8 s, and in 5% with this.
     WhereItLay,
 }
 

@@ -69,10 +69,12 @@ struct Settings {
 impl Settings {
     fn from_env() -> Self {
         let is = |name: &str, value: &str| std::env::var_os(name).is_some_and(|v| v == value);
+        // An empty variable is none.
+        let path = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
         let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared");
         Self {
-            shared: std::env::var_os("PAID_SHARED").map_or(beside, PathBuf::from),
-            log: std::env::var_os("PAID_SKIP_LOG").map(PathBuf::from),
+            shared: path("PAID_SHARED").unwrap_or(beside),
+            log: path("PAID_SKIP_LOG"),
             skips_fail: is("CI", "true") && !is("PAID_ALLOW_SKIPS", "1"),
             package: std::env::var("CARGO_PKG_NAME").unwrap_or_default(),
         }

@@ -83,7 +83,7 @@ pub fn calibrate(views: &[BallView], first: &Pose) -> Result<Calibration, Vision
     let mut error = square(&residuals(views, &camera, &balls));
     for _ in 0..30 {
         let now = residuals(views, &camera, &balls);
-        // Numeric derivatives: the parameters are metres and radians of order 1.
+        // Numeric derivatives: the parameters are meters and radians of order 1.
         let step = 1e-6;
         let columns: Vec<Vec<f64>> = (0..unknown)
             .map(|k| {

@@ -69,7 +69,7 @@ struct EpisodeArgs {
     /// Leave out the reference (the pale blue robot).
     #[arg(long, requires = "policy")]
     no_ghost: bool,
-    /// Leave out the contact forces (red arrows, 1 m for 1000 N; those on bodies point up).
+    /// Leave out the contact forces (red arrows, 1 m for 1000 N).
     #[arg(long, requires = "policy")]
     no_forces: bool,
     #[command(flatten)]

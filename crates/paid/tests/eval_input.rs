@@ -3,7 +3,6 @@
 mod common;
 
 use std::fs;
-use std::path::Path;
 
 use common::{folder, paid, refuses};
 use paid_mujoco::Library;
@@ -34,7 +33,7 @@ fn bad_arguments_are_named() {
     assert!(error.contains("'--eyes-latency-ms <MS>': expected 0 to 500 ms, found '900'"), "{error}");
     let error = eval(&[&shooting[..], &["--knowledge", "perceived", "--eyes-latency-ms", "nan"]].concat());
     assert!(error.contains("--eyes-latency-ms") && error.contains("found 'nan'"), "{error}");
-    assert!(!Path::new("scores").exists());
+    assert!(!folder.path().join("scores").exists());
 }
 
 #[test]

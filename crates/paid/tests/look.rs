@@ -117,8 +117,7 @@ fn a_recording_that_is_stopped_leaves_nothing_behind() {
         assert!(child.try_wait().expect("waits").is_none(), "it ended before it was stopped");
         sleep(Duration::from_millis(5));
     }
-    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("a signal");
-    assert!(kill.success());
+    common::kill("-INT", child.id());
     assert_eq!(child.wait().expect("ends").code(), Some(130));
     let names: Vec<_> =
         fs::read_dir(folder.path()).expect("folder").map(|e| e.expect("entry").file_name()).collect();

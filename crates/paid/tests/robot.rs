@@ -98,6 +98,9 @@ impl Watcher for Killer<'_> {
 
 #[test]
 fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
+    if !common::mujoco("a_robot_whose_runtime_is_killed_stops_by_its_own_timeout") {
+        return;
+    }
     let player = Player::load(&PlayerSpec { policy: policy(), motions: None, sets: Vec::new() });
     let player = Arc::new(player.expect("policy"));
     let folder = tempfile::tempdir().expect("a folder");
@@ -172,6 +175,9 @@ fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
 
 #[test]
 fn a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have() {
+    if !common::mujoco("a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have") {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     let domain = domain(1).to_string();
     let mut robot = Command::new(env!("CARGO_BIN_EXE_paid"))
@@ -214,6 +220,9 @@ fn a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have() {
 
 #[test]
 fn a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them() {
+    if !common::mujoco("a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them") {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("script"), "1 ball 1 0\n2 quit\n").expect("write");
     let (domain, policy) = (domain(2).to_string(), policy());
@@ -244,6 +253,9 @@ fn a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them(
 
 #[test]
 fn matches_in_lockstep_have_a_log_each_and_write_over_none() {
+    if !common::mujoco("matches_in_lockstep_have_a_log_each_and_write_over_none") {
+        return;
+    }
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     let policy = policy();

@@ -229,6 +229,10 @@ mod tests {
 
     #[test]
     fn balls_are_the_judges_as_far_as_the_robot_sees_them_and_does_not_stand_on_them() {
+        let test = "balls_are_the_judges_as_far_as_the_robot_sees_them_and_does_not_stand_on_them";
+        if paid_testing::mujoco(test, paid_mujoco::Library::get()).is_none() {
+            return;
+        }
         let policy =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
         let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");

@@ -18,6 +18,17 @@ pub fn paid(folder: &Path, args: &[&str]) -> Output {
         .expect("the program starts")
 }
 
+/// True if MuJoCo is here; without it the test, or its part, is skipped.
+pub fn mujoco(test: &str) -> bool {
+    paid_testing::mujoco(test, paid_mujoco::Library::get()).is_some()
+}
+
+/// Sends a process a signal, such as `-INT`. The shell has the command, where no package has brought it.
+pub fn kill(signal: &str, process: u32) {
+    let status = Command::new("sh").args(["-c", &format!("kill {signal} {process}")]).status();
+    assert!(status.expect("a shell").success(), "kill {signal} {process}");
+}
+
 /// Standard output as text.
 pub fn text(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).expect("UTF-8")

@@ -1,12 +1,12 @@
 //! A rank that dies in the middle of a training.
 
-use std::process::{Child, Command};
+use std::process::Child;
 use std::time::Duration;
 
 use paid_train::folder::checkpoints;
 
 use crate::command;
-use crate::common::{paid, small, succeeds};
+use crate::common::{kill, paid, small, succeeds};
 
 /// The process of this rank among those that `mpirun` has started.
 fn process_of(mpirun: u32, rank: &str) -> Option<u32> {
@@ -54,8 +54,7 @@ fn a_rank_that_is_killed_ends_the_job_and_the_last_checkpoint_goes_on() {
         assert!(job.0.try_wait().expect("a job").is_none(), "ended before its first checkpoint: {}", said());
         std::thread::sleep(Duration::from_millis(20));
     }
-    let second = process_of(job.0.id(), "1").expect("the second rank").to_string();
-    assert!(Command::new("kill").args(["-KILL", &second]).status().expect("kill").success());
+    kill("-KILL", process_of(job.0.id(), "1").expect("the second rank"));
 
     assert!(!job.0.wait().expect("it ends").success());
     let said = said();
