@@ -137,10 +137,13 @@ impl DdsLink {
         let fail = network("DDS");
         crate::interface::check(interface)?;
         let participant = participant(domain, interface).map_err(|e| fail(e.to_string()))?;
-        let qos: QosPolicies = QosPolicyBuilder::new()
-            .reliability(Reliability::BestEffort)
-            .history(History::KeepLast { depth: 1 })
-            .build();
+        let best_effort = |depth: i32| -> QosPolicies {
+            QosPolicyBuilder::new()
+                .reliability(Reliability::BestEffort)
+                .history(History::KeepLast { depth })
+                .build()
+        };
+        let qos = best_effort(1);
         let own = Arc::new(Own::new());
         let publisher = participant.create_publisher(&qos).map_err(|e| fail(e.to_string()))?;
         let subscriber = participant.create_subscriber(&qos).map_err(|e| fail(e.to_string()))?;
@@ -171,11 +174,7 @@ impl DdsLink {
         let at_runtime = side == Side::Runtime;
         let senses_in = if at_runtime { Some(reader(SENSES, &reliable)?) } else { None };
         // The newest command alone is the own one, as a rule: somebody else's would hide behind it.
-        let all_commands: QosPolicies = QosPolicyBuilder::new()
-            .reliability(Reliability::BestEffort)
-            .history(History::KeepLast { depth: COMMANDS })
-            .build();
-        let commands = if at_runtime { Some(reader(LOW_CMD, &all_commands)?) } else { None };
+        let commands = if at_runtime { Some(reader(LOW_CMD, &best_effort(COMMANDS))?) } else { None };
         // A reliable writer serves readers of either kind.
         let states = if at_runtime { None } else { Some(writer(LOW_STATE, &reliable)?) };
         let battery_out = if at_runtime { None } else { Some(writer(BATTERY, &reliable)?) };

@@ -68,14 +68,20 @@ fn a_resumed_run_ends_in_the_weights_of_an_uninterrupted_one() {
     }
 }
 
+/// A trainer after an iteration, which has written its checkpoint.
+fn saved(preset: &RunPreset, path: &Path) -> Trainer<Toy> {
+    let mut first = trainer(preset);
+    first.iterate(1).expect("iterates");
+    first.save(path).expect("saves");
+    first
+}
+
 #[test]
 fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("model.safetensors");
     let preset = Toy::preset(&[]);
-    let mut first = trainer(&preset);
-    first.iterate(1).expect("iterates");
-    first.save(&path).expect("saves");
+    saved(&preset, &path);
     let checkpoint = Checkpoint::load(&path).expect("reads");
     let refuse = |trainer: &mut Trainer<Toy>| {
         let before = weights(trainer);
@@ -105,9 +111,7 @@ fn a_checkpoint_of_an_earlier_version_with_the_same_preset_goes_on() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("model.safetensors");
     let preset = Toy::preset(&[]);
-    let mut first = trainer(&preset);
-    first.iterate(1).expect("iterates");
-    first.save(&path).expect("saves");
+    let first = saved(&preset, &path);
     let text = preset.to_toml().expect("writes");
     let fewer = text.replace("critic_told_truth = true\n", "");
     assert_ne!(text, fewer);

@@ -122,18 +122,19 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for (_, name) in VARIANTS {
         presets.push(variant_preset(name, &overrides, budget)?);
     }
-    for ((_, name), preset) in VARIANTS.into_iter().zip(&presets) {
-        refuse_another(args, &args.out.join(name), preset)?;
-    }
-    // A wrong one is told before anything is written.
+    // A wrong policy is told before anything is written. All variants have the clips of this call.
     load_weights(&args.from)?;
+    let origin = Origin::of(Some(&args.from), Path::new(&presets[0].run.motions))?;
+    for ((_, name), preset) in VARIANTS.into_iter().zip(&presets) {
+        refuse_another(&origin, &args.out.join(name), preset)?;
+    }
     // All variants are judged alike: seen as the complete one is trained to see, and late.
     let judged = presets[0].clone();
     let knowledge = knowledge(&judged, &settings);
     let mut scores = Scores { settings: settings.clone(), knowledge, scores: Vec::new() };
     for ((variant, name), preset) in VARIANTS.into_iter().zip(presets) {
         let folder = args.out.join(name);
-        Origin::of(Some(&args.from), Path::new(&preset.run.motions))?.keep(&folder)?;
+        origin.keep(&folder)?;
         forget_unsaved(&folder)?;
         let start = if has_run(&folder) { Start::Resume } else { Start::From(args.from.clone()) };
         let job = StageJob {
@@ -177,7 +178,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 }
 
 /// Refuses a run in `folder` that is not this call's: of another preset, or begun with another policy or other clips.
-fn refuse_another(args: &Args, folder: &Path, preset: &RunPreset) -> Result<(), Failure> {
+fn refuse_another(origin: &Origin, folder: &Path, preset: &RunPreset) -> Result<(), Failure> {
     if !has_run(folder) {
         return Ok(());
     }
@@ -187,7 +188,7 @@ fn refuse_another(args: &Args, folder: &Path, preset: &RunPreset) -> Result<(), 
             folder.join(PRESET_FILE).display()
         )));
     }
-    Ok(Origin::of(Some(&args.from), Path::new(&preset.run.motions))?.refuse_another(folder)?)
+    Ok(origin.refuse_another(folder)?)
 }
 
 fn finish(args: &Args, scores: &Scores) -> Result<(), Failure> {

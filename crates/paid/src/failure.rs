@@ -65,6 +65,11 @@ impl Failure {
     }
 }
 
+/// The first of these options that was given.
+pub fn first_given(options: &[(&'static str, bool)]) -> Option<&'static str> {
+    options.iter().find_map(|&(option, given)| given.then_some(option))
+}
+
 /// The options of the command line, by the names that the libraries give to values.
 const FLAGS: [(&str, &str); 23] = [
     ("knowledge", "--knowledge"),

@@ -170,27 +170,34 @@ mod tests {
         assert_eq!((0..4).map(|k| see(1060 + 20 * k, 5, 1.0).0).last(), Some(Some(1)));
     }
 
+    /// A LiDAR on a torso that has these poses.
+    fn in_the_hall(poses: Vec<(f64, Isometry3<f64>)>) -> SimulatedMid360<PoseList> {
+        SimulatedMid360::new(
+            Scene::new(SceneKind::Hall, 2),
+            PoseList::new(poses).expect("poses"),
+            SensorModel { points_per_s: 20_000.0, ..SensorModel::default() },
+            g1_torso_from_lidar(),
+            &Config::g1().imu_from_lidar,
+            2,
+        )
+    }
+
+    /// This machine's time of what the sensor stamps `s`, and what comes `ms` later: the sensor's clock began 40 s before this one; samples take
+    /// 3 ms, scans 20.
+    fn at(s: f64, ms: u64) -> u64 {
+        40_000_000_000 + (s * 1e9).round() as u64 + ms * 1_000_000
+    }
+
     #[test]
     fn a_torso_that_moves_a_meter_is_followed_by_the_clock_of_this_machine() {
-        let config = Config::g1();
         // It stands for a second and goes a meter along x in the next two.
         let x = |t: f64| (0.5 * (t - 1.0)).clamp(0.0, 1.0);
         let poses = (0..1700).map(|k| {
             let t = f64::from(k) * 0.002;
             (t, Isometry3::translation(x(t), 0.0, 0.8))
         });
-        let mut sensor = SimulatedMid360::new(
-            Scene::new(SceneKind::Hall, 2),
-            PoseList::new(poses.collect()).expect("poses"),
-            SensorModel { points_per_s: 20_000.0, ..SensorModel::default() },
-            g1_torso_from_lidar(),
-            &config.imu_from_lidar,
-            2,
-        );
-        let mut eyes = TorsoEyes::lidar(config, 0.003).expect("a setup");
-        // The sensor's clock began 40 s before this one; samples take 3 ms, scans 20.
-        let (zero_ns, mut fixes) = (40_000_000_000_u64, Vec::new());
-        let at = |s: f64, ms: u64| zero_ns + (s * 1e9).round() as u64 + ms * 1_000_000;
+        let mut sensor = in_the_hall(poses.collect());
+        let (mut eyes, mut fixes) = (TorsoEyes::lidar(Config::g1(), 0.003).expect("a setup"), Vec::new());
         for _ in 0..32 {
             let frame = sensor.next_frame();
             for sample in frame.imu {
@@ -212,19 +219,9 @@ mod tests {
 
     #[test]
     fn a_lidar_whose_clock_has_fallen_back_before_its_first_time_keeps_its_poses_in_order() {
-        let config = Config::g1();
         let here = Isometry3::translation(0.0, 0.0, 0.8);
-        let mut sensor = SimulatedMid360::new(
-            Scene::new(SceneKind::Hall, 2),
-            PoseList::new((0..800).map(|k| (f64::from(k) * 0.002, here)).collect()).expect("poses"),
-            SensorModel { points_per_s: 20_000.0, ..SensorModel::default() },
-            g1_torso_from_lidar(),
-            &config.imu_from_lidar,
-            2,
-        );
-        let mut eyes = TorsoEyes::lidar(config, 0.003).expect("a setup");
-        let (zero_ns, mut fixes) = (40_000_000_000_u64, Vec::new());
-        let at = |s: f64, ms: u64| zero_ns + (s * 1e9).round() as u64 + ms * 1_000_000;
+        let mut sensor = in_the_hall((0..800).map(|k| (f64::from(k) * 0.002, here)).collect());
+        let (mut eyes, mut fixes) = (TorsoEyes::lidar(Config::g1(), 0.003).expect("a setup"), Vec::new());
         for _ in 0..12 {
             let frame = sensor.next_frame();
             for sample in frame.imu {

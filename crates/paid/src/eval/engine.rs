@@ -10,7 +10,7 @@ use paid_task::TaskPreset;
 use paid_train::setup::load_robot;
 
 use super::out::writable;
-use crate::failure::Failure;
+use crate::failure::{Failure, first_given};
 
 /// Engine that simulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -148,7 +148,7 @@ impl EngineArgs {
         let args = &self.scene;
         // The public protocol has another ball, in both engines.
         let protocol = args.protocol.is_some_and(|protocol| protocol != Protocol::Public);
-        [
+        first_given(&[
             ("--protocol", protocol),
             ("--physics-dt", args.physics_dt.is_some()),
             ("--floor-friction", args.floor_friction.is_some()),
@@ -165,15 +165,13 @@ impl EngineArgs {
             ("--self-friction", args.self_friction.is_some()),
             ("--self-contact-time", args.self_contact_time.is_some()),
             ("--no-friction-loss", args.no_friction_loss),
-        ]
-        .into_iter()
-        .find_map(|(flag, given)| given.then_some(flag))
+        ])
     }
 
     /// An option that was given and is said anew by every ball of the panel ([`paid_eval::panel::PanelBall::apply`]).
     pub fn said_by_panel(&self) -> Option<&'static str> {
         let args = &self.scene;
-        [
+        first_given(&[
             ("--ball-mass", self.ball_mass.is_some()),
             ("--ball-friction", args.ball_friction.is_some()),
             ("--ball-contact-time", args.ball_contact_time.is_some()),
@@ -182,9 +180,7 @@ impl EngineArgs {
             ("--training-ball", args.training_ball),
             ("--floor-friction", args.floor_friction.is_some()),
             ("--floor-contact-time", args.floor_contact_time.is_some()),
-        ]
-        .into_iter()
-        .find_map(|(flag, given)| given.then_some(flag))
+        ])
     }
 
     /// The scene that was asked for.

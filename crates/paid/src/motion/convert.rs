@@ -9,7 +9,7 @@ use paid_retarget::{HumanOptions, amc_texts, bvh_text, is_human_file, read_human
 use paid_robot::{RobotModel, RobotSpec};
 
 use super::robot_file::RobotFile;
-use crate::failure::Failure;
+use crate::failure::{Failure, first_given};
 
 /// Arguments of `paid motion convert`.
 #[derive(Debug, clap::Args)]
@@ -38,8 +38,7 @@ pub struct Args {
 impl Args {
     /// The first option that is given and concerns a human's motion only.
     fn a_humans(&self) -> Option<&'static str> {
-        let given = [("--skeleton", self.skeleton.is_some()), ("--unit", self.unit.is_some())];
-        given.into_iter().find_map(|(option, given)| given.then_some(option))
+        first_given(&[("--skeleton", self.skeleton.is_some()), ("--unit", self.unit.is_some())])
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use paid_motion::{Clip, JointOrder, KickLeg, ReadOptions};
 
-use crate::failure::Failure;
+use crate::failure::{Failure, first_given};
 
 /// Refuses a file where `--out` needs a folder; one that is missing will be made.
 pub fn expect_folder(out: &Path) -> Result<(), Failure> {
@@ -41,11 +41,10 @@ impl RobotFile {
 
     /// The first option that is given.
     pub fn given(&self) -> Option<&'static str> {
-        let given = [
+        first_given(&[
             ("--joint-order", self.joint_order.is_some()),
             ("--leg", self.leg.is_some()),
             ("--license", self.license.is_some()),
-        ];
-        given.into_iter().find_map(|(option, given)| given.then_some(option))
+        ])
     }
 }
