@@ -111,6 +111,14 @@ pub enum RetargetError {
         /// What was found instead.
         found: String,
     },
+    /// A skeleton beside a BVH file.
+    #[error("{path}: expected no --skeleton beside a BVH file, which has its own, found --skeleton {given}")]
+    OwnSkeleton {
+        /// The motion.
+        path: PathBuf,
+        /// The skeleton that was named.
+        given: PathBuf,
+    },
     /// Bones whose names no table knows.
     #[error("{path}: bones named as in {naming}: '{missing}' is missing; found: {found}")]
     Bones {

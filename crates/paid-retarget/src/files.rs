@@ -19,7 +19,8 @@ pub struct HumanOptions {
     pub unit_m: Option<f64>,
     /// Frames a second of an AMC file [default: 120] or of points [default: what the files say]. A BVH file states its own; another is an error.
     pub fps: Option<f64>,
-    /// The ASF file of an AMC file, or the TOML file of points [default: the one beside it, see [`read_human`]].
+    /// The ASF file of an AMC file, or the TOML file of points [default: the one beside it, see [`read_human`]]. A BVH file has its own; another
+    /// is an error.
     pub skeleton: Option<PathBuf>,
 }
 
@@ -83,6 +84,9 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
         let skeleton = parse_skeleton(&text(&file)?, &file)?;
         motion_of_points(path, &read_points(path)?, &skeleton, options)
     } else if is_human_file(path) {
+        if let Some(skeleton) = &options.skeleton {
+            return Err(RetargetError::OwnSkeleton { path: path.to_owned(), given: skeleton.clone() });
+        }
         let unit = options.unit_m.map_or(Unit::Usual(TEXT_UNIT_M), Unit::Told);
         let motion = parse_bvh(&text(path)?, path, unit.meters())?;
         match options.fps {

@@ -197,3 +197,15 @@ fn a_frame_rate_beside_that_of_a_bvh_file_must_be_the_same() {
         "kick.bvh: expected no --fps beside the 60.0 frames a second that the file states, found --fps 120";
     assert!(error.ends_with(expected), "{error}");
 }
+
+#[test]
+fn a_skeleton_beside_a_bvh_file_is_refused() {
+    let (folder, [bvh, ..]) = files(&player(40));
+    let options = HumanOptions { skeleton: Some(folder.path().join("text.asf")), ..HumanOptions::default() };
+    let error = read_human(&bvh, &options).expect_err("two skeletons").to_string();
+    assert!(
+        error.starts_with(&format!("{}: expected no --skeleton beside a BVH file", bvh.display())),
+        "{error}"
+    );
+    assert!(error.ends_with("text.asf"), "{error}");
+}

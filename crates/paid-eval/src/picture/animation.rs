@@ -14,7 +14,7 @@ pub enum Kind {
     Gif,
     /// `.png` or `.apng`: all colors; larger.
     Apng,
-    /// A name without an extension: a folder of `frame_0000.png` and so on.
+    /// A name without an extension: a folder of `frame_0000.png` and so on. What a longer recording left there goes.
     Folder,
 }
 
@@ -148,13 +148,25 @@ impl Animation {
                 .and_then(|()| writer.write_image_data(image.bytes()))
                 .map_err(io::Error::other),
             Some(Sink::Folder) => {
+                let file = self.numbered(self.frames);
                 self.frames += 1;
-                return image.save(&self.path.join(format!("frame_{:04}.png", self.frames - 1)));
+                return image.save(&file);
             }
             None => Ok(()),
         };
         self.frames += 1;
         self.written(result)
+    }
+
+    /// The picture with this number in a folder.
+    fn numbered(&self, number: usize) -> PathBuf {
+        self.path.join(format!("frame_{number:04}.png"))
+    }
+
+    /// Removes the pictures of a longer recording that was in the folder before.
+    fn remove_the_rest(&self) -> io::Result<()> {
+        let rest = (self.frames..).map(|number| self.numbered(number));
+        rest.take_while(|file| file.is_file()).try_for_each(fs::remove_file)
     }
 
     /// Ends the file and gives it its name.
@@ -169,7 +181,8 @@ impl Animation {
                 .and_then(|mut file| io::Write::flush(&mut file))
                 .map(|()| true),
             Some(Sink::Apng(writer)) => writer.finish().map_err(io::Error::other).map(|()| true),
-            Some(Sink::Folder) | None => Ok(false),
+            Some(Sink::Folder) => self.remove_the_rest().map(|()| false),
+            None => Ok(false),
         };
         let renamed =
             ended.and_then(|file| if file { fs::rename(&self.temporary, &self.path) } else { Ok(()) });
@@ -265,6 +278,15 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         write(&folder.path().join("frames"));
         assert!(folder.path().join("frames/frame_0002.png").is_file());
+        // A shorter one in the same folder leaves nothing of the longer one, but what is somebody else's.
+        let frames = folder.path().join("frames");
+        fs::write(frames.join("notes.txt"), "mine").expect("written");
+        let mut shorter = Animation::create(&frames, [16, 8], 25.0, 1).expect("begins");
+        shorter.add(&pictures()[0]).expect("adds");
+        shorter.finish().expect("ends");
+        let left = |name: &str| frames.join(name).is_file();
+        let names = ["frame_0000.png", "frame_0001.png", "frame_0002.png", "notes.txt"];
+        assert_eq!(names.map(left), [true, false, false, true]);
         let error =
             Animation::create(Path::new("a.mp4"), [16, 8], 25.0, 3).err().expect("refused").to_string();
         assert_eq!(
