@@ -28,12 +28,10 @@ impl Writer {
         }
     }
 
-    /// Takes the runtime's command, given at `now_us` `[us]`; none before the runtime has begun to command.
+    /// Takes the runtime's command, given at `now_us` `[us]`; none while the runtime listens and somebody else may command the robot.
     pub fn give(&mut self, command: Option<LowCmd>, now_us: u64) {
-        if let Some(command) = command {
-            self.latest = Some((command, now_us));
-            self.silence.heard();
-        }
+        self.latest = command.map(|command| (command, now_us));
+        self.silence.heard();
     }
 
     /// From now on it only damps.
@@ -46,12 +44,12 @@ impl Writer {
         self.stopped
     }
 
-    /// Age of the runtime's last command at `now_us` `[us]`; none before the first.
+    /// Age of the runtime's last command at `now_us` `[us]`; none while there is none.
     pub fn age_us(&self, now_us: u64) -> Option<u64> {
         self.latest.as_ref().map(|(_, given_us)| now_us.saturating_sub(*given_us))
     }
 
-    /// What to send at `now_us` `[us]`; nothing before the runtime's first command.
+    /// What to send at `now_us` `[us]`; nothing while the runtime wants nothing sent.
     pub fn write(&mut self, now_us: u64) -> Option<LowCmd> {
         self.silence.step(now_us);
         let (command, given_us) = self.latest.as_ref()?;

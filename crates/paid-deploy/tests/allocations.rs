@@ -252,10 +252,10 @@ fn the_writer_and_the_handover_to_it_allocate_nothing() {
         for k in 0..100_u64 {
             // The runtime falls silent half way: the writer's own damping allocates nothing either.
             if k < 50 {
-                mailbox.put((command.clone(), 2_000 * k));
+                mailbox.put((Some(command.clone()), 2_000 * k));
             }
             if let Some((command, given_us)) = mailbox.take() {
-                writer.give(Some(command), given_us);
+                writer.give(command, given_us);
             }
             if let Some(command) = writer.write(2_000 * k) {
                 out.command(&command).expect("nowhere");

@@ -10,7 +10,7 @@ use common::player;
 use paid_deploy::log::{LogHeader, LogReader, LogWriter, replay};
 use paid_deploy::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, drill, play_match};
 use paid_deploy::wire::{DAMPING_KEYS, Key, LowCmd, LowState, Remote};
-use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State};
+use paid_deploy::{Limits, Packet, Player, PlayerSpec, Runtime, State, Writer};
 
 fn spec() -> PlayerSpec {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../policies/demo/stage2.safetensors");
@@ -380,6 +380,23 @@ fn nothing_is_said_while_it_listens_and_nothing_at_all_beside_another_commander(
     };
     assert_eq!(commands(0), Some(1002), "milliseconds");
     assert_eq!(commands(100), None);
+}
+
+#[test]
+fn a_robot_that_it_has_not_moved_is_left_to_whoever_begins_to_command_it() {
+    let mut runtime = Runtime::new(player(), Limits::default());
+    let mut writer = Writer::new(&Limits::default(), 29);
+    // Period of 2 ms; somebody else commands from the 700th on, the operator stops this program at the 800th.
+    let mut sent = |k: u64| {
+        let mut packets = vec![Packet::LowState(healthy(2 * k as u32).sealed().to_cdr())];
+        packets.extend((k >= 700).then_some(Packet::OthersCommand));
+        writer.give(runtime.step(2000 * k, &packets, k >= 800).command, 2000 * k);
+        (writer.write(2000 * k).is_some(), runtime.state())
+    };
+    assert!((1..=500).all(|k| sent(k) == (false, State::Passive)), "it listens");
+    assert!((501..700).all(|k| sent(k) == (true, State::Passive)), "its own damping");
+    assert!((700..800).all(|k| sent(k) == (false, State::Passive)), "somebody else");
+    assert!((800..1000).all(|k| sent(k) == (false, State::Damping)), "told to stop");
 }
 
 #[test]

@@ -233,9 +233,7 @@ pub fn run_live(
                     policy_steps.add(Duration::from_micros(took_us));
                 }
                 // The writer is inside for well under a microsecond: if just now, the next command is 2 ms away.
-                if let Some(command) = &output.command {
-                    shared.commands.put((command.clone(), now_us));
-                }
+                shared.commands.put((output.command.clone(), now_us));
                 if steps % STATUS_STEPS == 0 {
                     statuses.put(runtime.status(now_us));
                 }

@@ -41,8 +41,8 @@ impl fmt::Display for Failure {
 /// What the writing thread shares with the others.
 #[derive(Default)]
 pub(super) struct Shared {
-    /// Commands, each with the time at which it was given `[us]`.
-    pub commands: Mailbox<(LowCmd, u64)>,
+    /// What the runtime wants sent, if anything, and the time at which it said so `[us]`.
+    pub commands: Mailbox<(Option<LowCmd>, u64)>,
     /// The thinking thread has ended.
     pub over: AtomicBool,
     /// The system has granted real-time priority.
@@ -92,7 +92,7 @@ pub(super) fn write_on(
             writer.stop();
         }
         if let Some((command, given_us)) = shared.commands.take() {
-            writer.give(Some(command), given_us);
+            writer.give(command, given_us);
         }
         let now_us = begin.elapsed().as_micros() as u64;
         let damped = writer.stopped();

@@ -126,14 +126,15 @@ impl Runtime {
         intake.not_finite = !self.body.take(state, &self.player);
     }
 
-    /// True while it only listens: for a time, until the robot has spoken, and for good if somebody else commands the robot that is not
-    /// this runtime's yet. That it is told to stop does not make the robot its own: damping would fight the program that balances it.
+    /// True while it only listens: for a time, until the robot has spoken, and for good once somebody else commands a robot that this
+    /// runtime has not moved yet. Neither its own damping nor a wish to stop makes the robot its own: it would fight the program that
+    /// balances it.
     pub(super) fn listens(&self, now_us: u64) -> bool {
         let begun_us = self.begun_us.unwrap_or(now_us);
         let young = now_us.saturating_sub(begun_us) as f64 * 1e-6 < self.limits.listen_s;
         let not_its_own = match self.state {
             State::Passive => true,
-            State::Damping => !self.commanded,
+            State::Damping => !self.moved,
             State::StandUp | State::Ready | State::Kick | State::Settle => false,
         };
         not_its_own && (young || self.intake.others || self.intake.state_us.is_none())

@@ -95,8 +95,8 @@ pub struct Runtime {
     limits: Limits,
     state: State,
     begun_us: Option<u64>,
-    /// True once it has given a command.
-    commanded: bool,
+    /// True once it has moved the joints: from then on the robot is its own.
+    moved: bool,
     entered_us: u64,
     body: Body,
     intake: Intake,
@@ -151,7 +151,7 @@ impl Runtime {
             limits,
             state: State::Passive,
             begun_us: None,
-            commanded: false,
+            moved: false,
             entered_us: 0,
             enabled: false,
             controller: Controller::Damping,
@@ -256,7 +256,6 @@ impl Runtime {
         }
         self.begun_us.get_or_insert(now_us);
         let command = (!self.listens(now_us)).then(|| self.command(now_us));
-        self.commanded |= command.is_some();
         Output { command, state: self.state, acted, events: std::mem::take(&mut self.events) }
     }
 
@@ -321,6 +320,7 @@ impl Runtime {
     /// Another controller takes over: targets begin at the measured pose.
     fn switch(&mut self, now_us: u64, controller: Controller) {
         if self.controller != controller {
+            self.moved = true;
             self.controller = controller;
             self.switched_us = now_us;
             self.switch_rad_s = self.limits.switch_rad_s;
