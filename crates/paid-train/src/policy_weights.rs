@@ -20,11 +20,14 @@ pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
     if run.is_file() {
         return Ok(Checkpoint::load(run)?);
     }
-    let mut weights = mean_of_run(run)?;
+    as_its_policy_plays(run, mean_of_run(run)?)
+}
+
+/// `weights` of the run's end, played as its policy file says, if it has one of the same end: another met the ball at other times.
+fn as_its_policy_plays(run: &Path, mut weights: Checkpoint) -> Result<Checkpoint, TrainError> {
     let file = run.join(WEIGHTS_FILE);
     if file.is_file() {
         let policy = Checkpoint::load(&file)?;
-        // One of an earlier end of the run met the ball at other times.
         if policy.meta().iteration == weights.meta().iteration {
             set_play(&mut weights, RunPreset::of_checkpoint(&policy)?.task.play())?;
         }
@@ -46,7 +49,8 @@ pub(crate) fn mean_of_run(run: &Path) -> Result<Checkpoint, TrainError> {
     mean(&newest, late.map_or(&[], |late| &earlier[late..]))
 }
 
-/// The mean of the weights of the newest `count` checkpoints of a run folder (at least one).
+/// The mean of the weights of the newest `count` checkpoints of a run folder (at least one), played as its policy file says
+/// ([`write_play`]).
 ///
 /// # Errors
 /// If there are fewer, or as [`load_weights`].
@@ -57,7 +61,7 @@ pub fn load_mean(run: &Path, count: usize) -> Result<Checkpoint, TrainError> {
         let message = format!("expected at least {} checkpoints, found {found}", count.max(1));
         return Err(TrainError::Folder { path: run.to_owned(), message });
     }
-    mean(&newest, &earlier[found - count..])
+    as_its_policy_plays(run, mean(&newest, &earlier[found - count..])?)
 }
 
 /// The checkpoint `newest` with the mean of its weights and those of `others`.

@@ -9,7 +9,7 @@ use paid_learn::{Alone, Checkpoint};
 use paid_policy::PlayContract;
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
-use crate::policy_weights::{WEIGHTS_FILE, load_weights, write_play, write_weights};
+use crate::policy_weights::{WEIGHTS_FILE, load_mean, load_weights, write_play, write_weights};
 use crate::stage::run_stage;
 use crate::toy::Toy;
 use crate::{End, Judge, Limits, Named, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
@@ -319,12 +319,11 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     let contacts = [("kick".to_owned(), 1.25)];
     let play = PlayContract { contact_s: contacts.into(), mirror_left_kicks: true, where_it_lay: None };
     write_play(&file, play.clone()).expect("writes");
-    let of = |path: &Path| {
-        let weights = load_weights(path).expect("a policy");
-        RunPreset::of_checkpoint(&weights).expect("a preset").task.play()
-    };
+    let plays = |weights: &Checkpoint| RunPreset::of_checkpoint(weights).expect("a preset").task.play();
+    let of = |path: &Path| plays(&load_weights(path).expect("a policy"));
     assert_eq!(of(&file), play);
     assert_eq!(of(&out), play);
+    assert_eq!(plays(&load_mean(&out, 2).expect("two checkpoints")), play, "export --average");
     assert_eq!(
         Checkpoint::load(&file).expect("reads").policy().expect("policy").params,
         weights.policy().expect("policy").params
