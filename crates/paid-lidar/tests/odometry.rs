@@ -71,12 +71,12 @@ fn a_corridor_names_its_direction_and_owns_up_to_the_error_along_it() {
 }
 
 #[test]
-fn an_imu_late_by_20_ms_costs_centimeters_only() {
+fn an_imu_late_by_20_ms_costs_a_centimeter() {
     let mut options = options(SceneKind::Hall, 6.0);
     options.model.imu_offset_s = 0.02;
     let report = run(&options);
     assert_eq!(report.lost, 0, "{}", said(&report));
-    assert!(report.position_rms_m < 0.06, "{}", report.position_rms_m);
+    assert!(report.position_rms_m < 0.015, "{}", report.position_rms_m);
 }
 
 #[test]

@@ -224,8 +224,8 @@ impl Run {
             let least = self.least_shares.get_or_insert([1.0; 2]);
             *least = [least[0].min(estimate.share), least[1].min(estimate.off_ground_share)];
         }
-        let offset_s = options.model.imu_offset_s;
-        let truth = |t: f64| sensor.torso(t - offset_s);
+        // An estimate is of its time on the clock of the scans, whatever the IMU's stamps are.
+        let truth = |t: f64| sensor.torso(t);
         let here = truth(estimate.time_s);
         let frame =
             *self.odometry_from_scene.get_or_insert_with(|| estimate.odometry_from_body * here.inverse());
