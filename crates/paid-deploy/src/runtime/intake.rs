@@ -1,6 +1,6 @@
 //! What comes from the robot, and whether it can be believed.
 
-use super::{Reason, Runtime, State};
+use super::{Reason, Runtime};
 use crate::eyes::DeviceClock;
 use crate::limits::Limits;
 use crate::message::{OdometryPose, Packet, Sighting};
@@ -132,12 +132,7 @@ impl Runtime {
     pub(super) fn listens(&self, now_us: u64) -> bool {
         let begun_us = self.begun_us.unwrap_or(now_us);
         let young = now_us.saturating_sub(begun_us) as f64 * 1e-6 < self.limits.listen_s;
-        let not_its_own = match self.state {
-            State::Passive => true,
-            State::Damping => !self.moved,
-            State::StandUp | State::Ready | State::Kick | State::Settle => false,
-        };
-        not_its_own && (young || self.intake.others || self.intake.state_us.is_none())
+        !self.moved && (young || self.intake.others || self.intake.state_us.is_none())
     }
 
     /// Why the robot must not stand up now.

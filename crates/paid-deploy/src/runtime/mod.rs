@@ -95,7 +95,7 @@ pub struct Runtime {
     limits: Limits,
     state: State,
     begun_us: Option<u64>,
-    /// True once it has moved the joints: from then on the robot is its own.
+    /// True once it has moved the joints. The robot is its own after that.
     moved: bool,
     entered_us: u64,
     body: Body,

@@ -225,14 +225,13 @@ impl Run {
             *least = [least[0].min(estimate.share), least[1].min(estimate.off_ground_share)];
         }
         // An estimate is of its time on the clock of the scans, whatever the IMU's stamps are.
-        let truth = |t: f64| sensor.torso(t);
-        let here = truth(estimate.time_s);
+        let here = sensor.torso(estimate.time_s);
         let frame =
             *self.odometry_from_scene.get_or_insert_with(|| estimate.odometry_from_body * here.inverse());
         let wanted = frame * here;
         let h = 0.01;
-        let velocity = (truth(estimate.time_s + h).translation.vector
-            - truth(estimate.time_s - h).translation.vector)
+        let velocity = (sensor.torso(estimate.time_s + h).translation.vector
+            - sensor.torso(estimate.time_s - h).translation.vector)
             / (2.0 * h);
         // While lost there is no promise to keep.
         if !estimate.health.is_lost() {
