@@ -266,8 +266,8 @@ mod tests {
         other.scores.judgments[0].fixed = shots(54);
         let table = Comparison { title: "a title".into(), rows: vec![row, other] }.table();
         let seeds = table.lines().find(|l| l.contains("52.0%")).expect("the mean of 50 and 54");
-        // Deviation sqrt(8), over sqrt(2), times 12.706; the others are equal: 20 of 200.
-        assert!(seeds.contains("[26.6, 77.4]") && seeds.contains("10.0% [6.6, 14.9]"), "{seeds}");
+        // Angles 0.785398 and 0.825441: sin^2(0.805420 -+ 12.706 x 0.0200214). The others are equal: 20 of 200.
+        assert!(seeds.contains("[27.4, 76.1]") && seeds.contains("10.0% [6.6, 14.9]"), "{seeds}");
         assert!(table.contains("Student's with 1 degree of freedom"), "{table}");
         let clip = table.lines().find(|l| l.contains("stylized-001")).expect("a clip");
         assert!(

@@ -1,5 +1,7 @@
 //! What the seeds of an entry have in common: the mean of their shares and its interval.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::Judgment;
 use super::report::Row;
 use super::score::Shots;
@@ -23,10 +25,11 @@ fn student_t(freedom: usize) -> f64 {
         + (3.0 * power(7) + 19.0 * power(5) + 17.0 * power(3) - 15.0 * z) / (384.0 * n.powi(3))
 }
 
-/// What the seeds of all entries say of how much seeds differ.
+/// What the seeds of all entries say of how much seeds differ. Shares are compared by their angle, `asin(sqrt(share))`: near 0 and 1 there is less
+/// room to differ, and the angle allows for it, as it does for the binomial variance (M. S. Bartlett, "The use of transformations", 1947).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Between {
-    /// Squared deviations from the mean of their entry, summed.
+    /// Squared deviations from the mean angle of their entry, summed, in rad^2.
     squares: f64,
     /// Degrees of freedom: an entry's number of seeds less one, summed.
     freedom: usize,
@@ -37,34 +40,39 @@ impl Between {
     fn of(entries: &[Vec<Count>]) -> Self {
         let mut all = Self::default();
         for counts in entries {
-            let Some(center) = mean(counts.iter().map(share)) else { continue };
-            all.squares += counts.iter().map(|count| (share(count) - center).powi(2)).sum::<f64>();
+            let Some(center) = mean(counts.iter().map(angle)) else { continue };
+            all.squares += counts.iter().map(|count| (angle(count) - center).powi(2)).sum::<f64>();
             all.freedom += counts.len() - 1;
         }
         all
     }
 
-    /// Mean over the seeds of an entry and the ends of its 95% interval: Student's, and at least the binomial one of all trials together (Wilson's).
+    /// Mean share over the seeds of an entry and the ends of its 95% interval: Student's of the angle, and at least the binomial one of all trials
+    /// together (Wilson's).
     /// `None` without seeds, or if no entry has several.
     fn interval(&self, counts: &[Count]) -> Option<[f64; 3]> {
         let center = mean(counts.iter().map(share))?;
+        let turned = mean(counts.iter().map(angle))?;
         if self.freedom == 0 {
             return None;
         }
         let variance = self.squares / self.freedom as f64;
         let half = student_t(self.freedom) * (variance / counts.len() as f64).sqrt();
+        let [low, high] =
+            [turned - half, turned + half].map(|angle| angle.clamp(0.0, FRAC_PI_2).sin().powi(2));
         let sum = |of: fn(&Count) -> usize| counts.iter().map(of).sum();
         let binomial = Share::new(sum(|count| count.count), sum(|count| count.trials));
-        Some([
-            center,
-            (center - half).min(binomial.low).max(0.0),
-            (center + half).max(binomial.high).min(1.0),
-        ])
+        Some([center, low.min(binomial.low), high.max(binomial.high)])
     }
 }
 
 fn share(count: &Count) -> f64 {
     count.count as f64 / count.trials.max(1) as f64
+}
+
+/// In rad, 0 to pi / 2.
+fn angle(count: &Count) -> f64 {
+    share(count).sqrt().asin()
 }
 
 /// The rows of every entry that was trained with several seeds, in the order of the table.
@@ -115,8 +123,8 @@ pub(super) fn table(rows: &[Row]) -> Option<String> {
     let degrees = if freedom == 1 { "degree" } else { "degrees" };
     (freedom > 0).then(|| {
         format!(
-            "{table}The interval is Student's with {freedom} {degrees} of freedom: the variance between seeds is pooled over all entries with several.\n\
-             It is at least Wilson's of all shots of the entry's seeds.\n"
+            "{table}The interval is Student's with {freedom} {degrees} of freedom, of asin(sqrt(share)): the variance between seeds is pooled over all\n\
+             entries with several. It is at least Wilson's of all shots of the entry's seeds.\n"
         )
     })
 }
@@ -156,9 +164,10 @@ mod tests {
     #[test]
     fn the_interval_of_two_seeds_alone_is_wide() {
         let entries = of(&[&[70, 74]]);
-        // Mean 0.72, deviation 0.02 sqrt(2), over sqrt(2) is 0.02; times 12.706.
+        // Angles 0.991157 and 1.035726, mean 1.013441, deviation 0.0222845 sqrt(2), over sqrt(2) is 0.0222845; times 12.706 is 0.283146.
+        // sin^2(0.730295), sin^2(1.296588).
         let interval = Between::of(&entries).interval(&entries[0]).expect("two");
-        close(interval, [0.72, 0.465_88, 0.974_12]);
+        close(interval, [0.72, 0.445_01, 0.926_68]);
         assert_eq!(Between::of(&of(&[&[70]])).interval(&of(&[&[70]])[0]), None);
         assert_eq!(Between::default().interval(&[]), None);
     }
@@ -167,13 +176,23 @@ mod tests {
     fn entries_with_several_seeds_share_what_they_know_of_their_difference() {
         let entries = of(&[&[70, 74], &[20, 24, 28], &[50]]);
         let between = Between::of(&entries);
-        // 2 x 0.02^2 and 2 x 0.04^2 with 1 and 2 degrees of freedom; one seed alone says nothing.
+        // Angles 0.991157 and 1.035726: 0.000993. Angles 0.463648, 0.511973 and 0.557599: 0.004415. 1 and 2 degrees of freedom; one seed alone
+        // says nothing.
         assert_eq!(between.freedom, 3);
-        assert!((between.squares - 0.004).abs() < 1e-12, "{between:?}");
-        // sqrt(0.004 / 3 / 2) = 0.025820, times 3.182.
-        close(between.interval(&entries[0]).expect("two"), [0.72, 0.637_84, 0.802_16]);
-        // sqrt(0.004 / 3 / 3) = 0.021082, times 3.182.
-        close(between.interval(&entries[1]).expect("three"), [0.24, 0.172_92, 0.307_08]);
+        assert!((between.squares - 0.005_408).abs() < 1e-6, "{between:?}");
+        // sqrt(0.005408 / 3 / 2) = 0.030021, times 3.182 is 0.095529, about 1.013441.
+        close(between.interval(&entries[0]).expect("two"), [0.72, 0.630_97, 0.801_46]);
+        // sqrt(0.005408 / 3 / 3) = 0.024512, times 3.182 is 0.077999, about 0.511073.
+        close(between.interval(&entries[1]).expect("three"), [0.24, 0.176_12, 0.308_68]);
+    }
+
+    #[test]
+    fn an_entry_near_all_goals_is_not_said_to_differ_as_one_that_has_room_to() {
+        let entries = of(&[&[80, 90], &[98, 99]]);
+        let [wide, narrow] = [0, 1].map(|k| Between::of(&entries).interval(&entries[k]).expect("two"));
+        // Both have angles -+0.225015, about 1.178097 and 1.449764; the latter ends at pi / 2.
+        close(wide, [0.85, 0.664_56, 0.972_14]);
+        close(narrow, [0.985, 0.884_96, 1.0]);
     }
 
     #[test]
