@@ -32,11 +32,15 @@ impl Count {
         Share::of(outcomes).into()
     }
 
+    /// `count / trials`; zero without trials.
+    pub fn share(&self) -> f64 {
+        self.count as f64 / self.trials.max(1) as f64
+    }
+
     /// Share with interval.
     pub fn text(&self) -> String {
         let percent = |x: f64| 100.0 * x;
-        let share = self.count as f64 / self.trials.max(1) as f64;
-        format!("{:.1}% [{:.1}, {:.1}]", percent(share), percent(self.low), percent(self.high))
+        format!("{:.1}% [{:.1}, {:.1}]", percent(self.share()), percent(self.low), percent(self.high))
     }
 }
 

@@ -76,9 +76,7 @@ impl Comparison {
                 let samples: u64 = row.scores.samples.iter().sum();
                 let optional =
                     |value: Option<f64>, digits| value.map_or("-".to_owned(), |x| number(x, digits));
-                let share = |count: &crate::ablation::Count| {
-                    format!("{}%", number(100.0 * count.count as f64 / count.trials.max(1) as f64, 1))
-                };
+                let share = |count: &crate::ablation::Count| format!("{}%", number(100.0 * count.share(), 1));
                 let Shots { goals, contacts, falls, accuracy, ball_speed } = &judgment.fixed;
                 table.row([
                     row.name.clone(),
@@ -149,10 +147,7 @@ impl Comparison {
                     clip.clone(),
                     shots.goals.text(),
                     shots.accuracy.map_or("-".to_owned(), |x| number(x, 3)),
-                    format!(
-                        "{}%",
-                        number(100.0 * shots.falls.count as f64 / shots.falls.trials.max(1) as f64, 1)
-                    ),
+                    format!("{}%", number(100.0 * shots.falls.share(), 1)),
                     shots.ball_speed.map_or("-".to_owned(), |x| number(x, 2)),
                     mpjpe_mm.map_or("-".to_owned(), |x| number(x, 0)),
                     g_mpjpe_mm.map_or("-".to_owned(), |x| number(x, 0)),

@@ -48,10 +48,9 @@ impl Between {
     }
 
     /// Mean share over the seeds of an entry and the ends of its 95% interval: Student's of the angle, and at least the binomial one of all trials
-    /// together (Wilson's).
-    /// `None` without seeds, or if no entry has several.
+    /// together (Wilson's). `None` without seeds, or if no entry has several.
     fn interval(&self, counts: &[Count]) -> Option<[f64; 3]> {
-        let center = mean(counts.iter().map(share))?;
+        let center = mean(counts.iter().map(Count::share))?;
         let turned = mean(counts.iter().map(angle))?;
         if self.freedom == 0 {
             return None;
@@ -66,13 +65,9 @@ impl Between {
     }
 }
 
-fn share(count: &Count) -> f64 {
-    count.count as f64 / count.trials.max(1) as f64
-}
-
 /// In rad, 0 to pi / 2.
 fn angle(count: &Count) -> f64 {
-    share(count).sqrt().asin()
+    count.share().sqrt().asin()
 }
 
 /// The rows of every entry that was trained with several seeds, in the order of the table.
