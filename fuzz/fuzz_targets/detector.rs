@@ -9,10 +9,10 @@ use paid_onnx::OnnxFile;
 use paid_vision::ColorImage;
 use paid_vision::detect::Detector;
 
-#[path = "../../crates/paid-vision/tests/detectors/mod.rs"]
+#[path = "../../crates/sense/vision/tests/detectors/mod.rs"]
 mod detectors;
 
-const OWN: &[u8] = include_bytes!("../../crates/paid-vision/assets/ball.onnx");
+const OWN: &[u8] = include_bytes!("../../crates/sense/vision/assets/ball.onnx");
 
 /// Files to begin with; the own one, a thousand times as long to read, comes seldom.
 fn seed(number: u8) -> &'static [u8] {

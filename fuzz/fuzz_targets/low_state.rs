@@ -1,7 +1,7 @@
 //! Any bytes as the robot's state or command: an error or a message that comes back as it was, never a panic.
 #![no_main]
 
-use paid_deploy::wire::{LowCmd, LowState, Remote};
+use paid_runtime::wire::{LowCmd, LowState, Remote};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(state) = LowState::from_cdr(bytes) {

@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use paid_sight::Recording;
+use paid_world::Recording;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let recording = Recording::from_bytes(Path::new("fuzz.mcap"), bytes.to_vec());
     let _ = recording.read(|_| Ok(()));
     // Messages of the known topics, without the file around them.
-    let _ = paid_sight::decode_any(bytes);
+    let _ = paid_world::decode_any(bytes);
 });

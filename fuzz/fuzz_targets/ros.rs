@@ -1,7 +1,7 @@
 //! Any bytes as a message of a ROS 2 camera, LiDAR, inertial sensor or odometry: an error or a message, never a panic.
 #![no_main]
 
-use paid_sight::ros::{read_camera_info, read_color, read_depth, read_imu, read_odometry, read_points};
+use paid_world::ros::{read_camera_info, read_color, read_depth, read_imu, read_odometry, read_points};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(picture) = read_color(bytes) {

@@ -8,7 +8,7 @@
 //! cargo run --release --manifest-path benches/solvers/Cargo.toml
 //! ```
 
-#[path = "../../../crates/paid-motion/src/clean/rows.rs"]
+#[path = "../../../crates/skill/motion/src/clean/rows.rs"]
 #[allow(dead_code)]
 mod rows;
 

@@ -1,0 +1,77 @@
+//! `paid perceive replay`: runs the eyes again on a recording.
+
+use std::path::PathBuf;
+
+use paid_lidar::sim::processor_clock;
+use paid_vision::detect::Detector;
+use paid_world::{Believed, Recording, replay, seconds};
+
+use crate::failure::Failure;
+
+/// Arguments of `paid perceive replay`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The recording, MCAP, as `paid eval shooting --eyes --record FILE` writes it.
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// The network of the user that found the balls, where one did.
+    #[arg(long, value_name = "ONNX")]
+    detector: Option<PathBuf>,
+    /// Print what is believed at every step.
+    #[arg(long)]
+    steps: bool,
+}
+
+/// Runs the eyes again; an unequal belief is a failure, and so is a recording without any.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let recording = Recording::open(&args.file).map_err(Failure::input)?;
+    let detector = args.detector.as_deref().map(|path| Detector::load(path, None)).transpose();
+    let mut sight = recording.sight(detector.map_err(Failure::input)?).map_err(Failure::input)?;
+    let clock = processor_clock();
+    let begin = clock();
+    let result = replay(&recording, &mut sight, |believed| {
+        if args.steps {
+            print_step(believed);
+        }
+    });
+    let result = result.map_err(Failure::input)?;
+    let cpu_s = clock() - begin;
+    println!(
+        "{} messages, {} pictures, {} steps in {:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
+        result.messages,
+        result.pictures,
+        result.steps,
+        result.span_s,
+        result.span_s / cpu_s.max(1e-9)
+    );
+    match result.first_different_s {
+        None => {
+            println!("{} beliefs, all equal to the recorded ones to the last bit", result.equal);
+            Ok(())
+        }
+        Some(at_s) => Err(Failure::input(format!(
+            "{}: beliefs: expected those of the recording, found others from {at_s:.2} s on ({} were equal)",
+            args.file.display(),
+            result.equal
+        ))),
+    }
+}
+
+fn print_step(believed: &Believed) {
+    let ball = believed.ball.map_or_else(
+        || "no ball".to_owned(),
+        |ball| {
+            let b = &ball.belief;
+            let ([x, y], [vx, vy]) = (b.ball.position, b.ball.velocity);
+            format!(
+                "ball {} {} ({x:.3}, {y:.3}) m ({vx:.2}, {vy:.2}) m/s, {:.3} m, {:.2} s",
+                ball.id,
+                ball.state.name(),
+                b.ball.covariance[0].max(0.0).sqrt(),
+                b.age_s
+            )
+        },
+    );
+    let picture = believed.picture.map_or_else(String::new, |fault| format!("; {fault}"));
+    println!("{:7.2} s  odometry {}; {ball}{picture}", seconds(believed.at_ns), believed.odometry);
+}

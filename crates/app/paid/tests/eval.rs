@@ -1,0 +1,330 @@
+//! `paid eval` from end to end, on an untrained policy and motions of our own.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{folder, paid, refuses, succeeds};
+use paid_mujoco::Library;
+use serde_json::Value;
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text.trim()).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+/// True if MuJoCo is here; without it the test, or its part, is skipped.
+fn mujoco(test: &str) -> bool {
+    paid_testing::mujoco(test, Library::get()).is_some()
+}
+
+#[test]
+fn tracking_prints_one_line_of_json_and_writes_the_same() {
+    let folder = folder();
+    let args = ["eval", "tracking", "--policy", "run", "--starts", "2", "--out", "scores", "--json"];
+    let text = succeeds(&paid(folder.path(), &args));
+    assert_eq!(text.trim().lines().count(), 1);
+    let report = json(&text);
+    assert_eq!(report["kind"], "tracking");
+    assert_eq!(
+        report["runs"].as_array().map(Vec::len),
+        Some(6),
+        "two motions, one exact and two other starts"
+    );
+    assert_eq!(report["timing"]["trials"], 6);
+    let file = fs::read_to_string(folder.path().join("scores/builtin_tracking.json")).expect("the file");
+    assert_eq!(json(&file), report);
+    for name in ["errors.png", "errors.svg"] {
+        let path = folder.path().join(format!("scores/builtin_tracking_{name}"));
+        assert!(fs::metadata(path).is_ok_and(|m| m.len() > 100), "{name}");
+    }
+    let table = succeeds(&paid(folder.path(), &["eval", "tracking", "--policy", "run", "--starts", "0"]));
+    assert!(table.contains("swing_left") && table.contains("this policy, exact"), "{table}");
+    assert!(
+        !table.contains("this policy, perturbed"),
+        "nothing is said about starts that were not run: {table}"
+    );
+}
+
+#[test]
+fn shooting_writes_every_trial_and_every_figure() {
+    let folder = folder();
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "1"];
+    let args = [&args[..], &["--effective", "--ball", "both", "--out", "scores", "--json"]].concat();
+    let text = succeeds(&paid(folder.path(), &args));
+    let lines: Vec<&str> = text.trim().lines().collect();
+    assert_eq!(lines.len(), 2, "a line a kind of ball");
+    let written = |name: &str| folder.path().join("scores").join(name);
+    for (line, ball) in lines.iter().zip(["static", "rolling"]) {
+        let report = json(line);
+        assert_eq!(report["trials"].as_array().map(Vec::len), Some(63));
+        assert_eq!(report["options"]["rolling"].is_null(), ball == "static");
+        let file = |name: &str| written(&format!("builtin_{ball}_{name}"));
+        let csv = fs::read_to_string(file("trials.csv")).expect("the trials");
+        assert_eq!(csv.lines().count(), 64);
+        for name in ["success", "accuracy", "paths"] {
+            let png = fs::read(file(&format!("{name}.png"))).expect("a picture");
+            let svg = fs::read_to_string(file(&format!("{name}.svg"))).expect("a vector picture");
+            assert!(
+                png.starts_with(b"\x89PNG") && svg.starts_with("<svg") && svg.ends_with("</svg>\n"),
+                "{name}"
+            );
+        }
+        assert!(file("shooting.json").is_file());
+    }
+    // The paper's four panels are one picture: two maps of 63 cells a ball.
+    let panels = fs::read_to_string(written("builtin_summary_panels.svg")).expect("the panels");
+    for title in
+        ["success [%], static", "success [%], rolling", "accuracy x 100, static", "accuracy x 100, rolling"]
+    {
+        assert!(panels.contains(title), "{title}");
+    }
+    assert_eq!(panels.matches("<rect").count(), 1 + 4 * 63);
+    assert!(written("builtin_summary_panels.png").is_file());
+    let page = fs::read_to_string(written("report.html")).expect("the report");
+    for section in ["builtin_static", "builtin_rolling", "builtin_summary"] {
+        assert!(page.contains(&format!(">{section}<")), "{section}");
+    }
+    assert_eq!(page.matches("<svg").count(), 11, "three pictures and two charts a ball, and the panels");
+    assert_eq!(page.matches("<tr class=").count(), 2 * 63, "a row a shot");
+    assert!(page.contains("To repeat it:</p><pre>paid eval shooting"), "the command");
+    assert!(!page.contains("src=\"http") && !page.contains("http-equiv"), "the report needs no network");
+}
+
+#[test]
+fn a_score_of_what_the_robot_sees_says_so() {
+    let folder = folder();
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
+    let asked = ["--effective", "--knowledge", "perceived", "--eyes-noise", "2", "--eyes-latency-ms", "100"];
+    let text = succeeds(&paid(folder.path(), &[&args[..], &asked, &["--out", "scores"]].concat()));
+    assert!(text.contains("knowledge: perceived (the tracker's ball position"), "{text}");
+    assert!(text.contains("0.1 s old") && text.contains("that times 2 unknown to the tracker"), "{text}");
+    let csv = fs::read_to_string(folder.path().join("scores/builtin_static_trials.csv")).expect("the trials");
+    assert!(csv.lines().skip(1).all(|line| line.ends_with(",perceived")), "{csv}");
+}
+
+#[test]
+fn an_onnx_file_scores_as_its_checkpoint_does() {
+    let folder = folder();
+    let score = |policy: &str| {
+        let args =
+            ["eval", "tracking", "--policy", policy, "--motions", "motions", "--starts", "0", "--json"];
+        json(&succeeds(&paid(folder.path(), &args)))
+    };
+    let (checkpoint, onnx) = (score("run"), score("run/policy.onnx"));
+    for (a, b) in
+        checkpoint["runs"].as_array().expect("runs").iter().zip(onnx["runs"].as_array().expect("runs"))
+    {
+        let error = |run: &Value| run["errors"]["mpjpe_mm"].as_f64().expect("a number");
+        assert_eq!(a["frames"], b["frames"]);
+        assert!((error(a) - error(b)).abs() < 0.05 * error(a), "{} and {}", error(a), error(b));
+    }
+}
+
+#[test]
+fn both_engines_run_the_same_trials() {
+    if !mujoco("both_engines_run_the_same_trials") {
+        return;
+    }
+    let folder = folder();
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.5"];
+    let args = [&args[..], &["--engine", "both", "--effective", "--out", "scores", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    assert_eq!(report["pairs"].as_array().map(Vec::len), Some(63));
+    let csv = fs::read_to_string(folder.path().join("scores/both_static_trials.csv")).expect("the pairs");
+    assert_eq!(csv.lines().count(), 64);
+
+    // Where a rolling ball will be depends on the engine's ball; which motion meets it must not.
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "2", "--limit", "0.1"];
+    // Thirteen kicks, so that there is a choice.
+    succeeds(&paid(folder.path(), &["motion", "generate", "--out", "kicks"]));
+    let terms = r#"observations.policy=["reference_joint_pos", "reference_joint_vel", "projected_gravity", "reference_anchor_ang_vel", "base_ang_vel", "joint_pos_rel", "joint_vel", "last_action", "ball_at_strike", "goal_pos"]"#;
+    let rolling = ["--motions", "kicks", "--ball", "rolling", "--set", terms];
+    let args = [&args[..], &rolling, &["--engine", "both", "--effective", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    let trials = |engine: &str| -> Vec<Value> {
+        let all = report[engine]["trials"].as_array().expect("trials");
+        let planned =
+            |t: &Value| serde_json::json!([t["motion"], t["ball"], t["ball_velocity"], t["goal_xy"]]);
+        all.iter().inspect(|t| assert!(t["motion"].is_u64(), "{t}")).map(planned).collect()
+    };
+    assert_eq!(trials("builtin").len(), 126);
+    assert_eq!(trials("builtin"), trials("mujoco"));
+
+    let args =
+        ["eval", "tracking", "--policy", "run", "--engine", "both", "--starts", "1", "--out", "scores"];
+    let table = succeeds(&paid(folder.path(), &args));
+    assert!(table.contains("MuJoCo 3.") && table.contains("built-in"), "{table}");
+    assert!(table.contains("what went apart first") && table.contains("of 4 runs"), "{table}");
+    let csv = fs::read_to_string(folder.path().join("scores/both_tracking_runs.csv")).expect("the pairs");
+    assert_eq!(csv.lines().count(), 5);
+}
+
+#[test]
+fn the_gap_between_the_engines_has_a_row_a_difference() {
+    if !mujoco("the_gap_between_the_engines_has_a_row_a_difference") {
+        return;
+    }
+    let folder = folder();
+    let args =
+        ["eval", "gap", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
+    let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "gap", "--json"]].concat())));
+    let rows = report["rows"].as_array().expect("rows");
+    let names: Vec<&str> = rows.iter().filter_map(|r| r["name"].as_str()).collect();
+    for name in ["built-in engine", "MuJoCo", "soles", "implicit PD", "bouncing ball", "all together"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    assert!(rows[0]["same_outcome"].is_null() && rows[1]["same_outcome"]["trials"] == 63, "{rows:?}");
+    let csv = fs::read_to_string(folder.path().join("gap/gap_static.csv")).expect("the table");
+    assert_eq!(csv.lines().count(), rows.len() + 1);
+}
+
+#[test]
+fn a_panel_has_a_row_a_ball_and_kind() {
+    if !mujoco("a_panel_has_a_row_a_ball_and_kind") {
+        return;
+    }
+    let folder = folder();
+    let args = ["eval", "panel", "--policy", "run", "--task", "paper_stage2", "--limit", "0.04", "--json"];
+    let report =
+        json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "scores", "--held-out"]].concat())));
+    assert_eq!(report["parts"].as_array().map(Vec::len), Some(2));
+    assert_eq!(report["parts"][1]["rows"].as_array().map(Vec::len), Some(10));
+    assert_eq!(report["parts"][0]["rows"][4]["ball"]["name"], "dead");
+    assert!(report["title"].as_str().is_some_and(|t| t.contains("HELD OUT")), "{report}");
+    let csv = fs::read_to_string(folder.path().join("scores/panel_held_out.csv")).expect("the table");
+    assert_eq!(csv.lines().count(), 21);
+}
+
+#[test]
+fn a_match_ends_with_the_first_fall_and_is_filmed() {
+    let folder = folder();
+    let args =
+        ["eval", "match", "--policy", "run", "--task", "paper_stage2", "--kicks", "2", "--matches", "2"];
+    let args = [&args[..], &["--out", "scores", "--film", "match.gif", "--film-kicks", "1"]].concat();
+    let table = succeeds(&paid(folder.path(), &args));
+    assert!(table.contains("2 matches of 2 kicks, robot never reset"), "{table}");
+    for name in ["scores/builtin_match_static.csv", "scores/builtin_match_static.json", "match.gif"] {
+        assert!(folder.path().join(name).is_file(), "{name}");
+    }
+    let both = [&args[..], &["--engine", "both"]].concat();
+    assert!(refuses(&paid(folder.path(), &both)).contains("expected builtin or mujoco"));
+}
+
+#[test]
+fn a_robot_is_watched_after_its_kick_as_long_as_asked() {
+    let folder = folder();
+    let args =
+        ["eval", "shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
+    let args = [&args[..], &["--effective", "--after-s", "0.2", "--json"]].concat();
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    assert_eq!(report["options"]["after_s"], 0.2);
+    assert_eq!(report["total"]["falls_within"]["trials"], 63);
+    assert!(report["total"]["falls_in_clip"]["share"].is_number());
+}
+
+#[test]
+fn a_film_has_a_strip_and_frames() {
+    let folder = folder();
+    let args =
+        ["eval", "film", "--policy", "run", "--task", "paper_stage2", "--frames", "film", "--limit", "0.5"];
+    succeeds(&paid(folder.path(), &[&args[..], &["--rate", "5", "--ball", "0.8,-0.1"]].concat()));
+    for name in ["strip.png", "paths.png", "paths.svg", "frame_0000.png"] {
+        assert!(folder.path().join("film").join(name).is_file(), "{name}");
+    }
+}
+
+#[test]
+fn a_demo_scores_draws_and_records() {
+    let folder = folder();
+    succeeds(&paid(folder.path(), &["export", "run", "--out", "policy.onnx"]));
+    let args = ["demo", "--policy", "policy.onnx", "--motions", "motions", "--trials", "1", "--record", "2"];
+    let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--json"]].concat())));
+    assert_eq!((&report["kind"], report["trials"].as_array().map(Vec::len)), (&"demo".into(), Some(63)));
+    let balls: std::collections::BTreeSet<String> = report["trials"]
+        .as_array()
+        .expect("trials")
+        .iter()
+        .map(|trial| trial["ball"][0].to_string())
+        .collect();
+    assert_eq!(balls.len(), 63, "every ball lies somewhere else");
+    let demo = folder.path().join("demo");
+    for name in ["shots.gif", "shot_1.png", "shot_2.png", "report.html", "builtin_static_success.png"] {
+        assert!(fs::metadata(demo.join(name)).is_ok_and(|m| m.len() > 100), "{name}");
+    }
+    assert!(!demo.join("shot_3.png").exists());
+}
+
+#[test]
+fn the_programs_own_policy_still_scores_with_the_built_in_kicks() {
+    let folder = tempfile::tempdir().expect("folder");
+    let args = ["demo", "--trials", "1", "--record", "0", "--json"];
+    let report = json(&succeeds(&paid(folder.path(), &args)));
+    // Measured: 97% (252 trials). Whoever changes engine, task or generator so that it does not hold trains it anew.
+    let success = report["total"]["success"]["share"].as_f64().expect("a share");
+    assert!(success > 0.9, "{success}");
+    assert!(folder.path().join("demo/policy.safetensors").is_file());
+}
+
+#[test]
+fn the_scene_is_written_for_mujocos_viewer() {
+    let folder = tempfile::tempdir().expect("folder");
+    let args = ["eval", "scene", "--out", "scene.xml", "--protocol", "public", "--floor-friction", "0.55"];
+    succeeds(&paid(folder.path(), &args));
+    let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("the scene");
+    assert!(xml.contains("friction=\"0.55 ") && xml.contains("mass=\"0.1\""), "{xml}");
+    let args = ["eval", "scene", "--ball-contact-damping", "0.09", "--no-friction-loss"];
+    succeeds(&paid(folder.path(), &args));
+    let xml = fs::read_to_string(folder.path().join("scene.xml")).expect("the scene");
+    assert!(xml.contains("solref=\"0.02 0.09\"") && !xml.contains("frictionloss=\"0.1\""), "{xml}");
+}
+
+#[test]
+fn a_policys_contacts_are_measured_and_kept_in_its_file() {
+    let folder = tempfile::tempdir().expect("folder");
+    let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo");
+    fs::copy(demo.join("stage2.safetensors"), folder.path().join("stage2.safetensors")).expect("copies");
+    let measure = |also: &[&str]| {
+        let args = ["eval", "contacts", "--policy", "stage2.safetensors", "--json"];
+        json(&succeeds(&paid(folder.path(), &[&args[..], also].concat())))
+    };
+    // As if they had not been measured: the balls are at rest, so that makes no difference.
+    let found = measure(&["--set", "ball.contact_s={}", "--keep"]);
+    let rows = found["rows"].as_array().expect("rows");
+    assert_eq!(rows.len(), 13);
+    for row in rows {
+        let [strike, contact] = ["strike_s", "contact_s"].map(|key| row[key].as_f64().expect("a time"));
+        assert!((0.1..0.35).contains(&(strike - contact)), "{row}");
+        assert!(row["spread_s"].as_f64().is_some_and(|spread| spread <= 0.02), "{row}");
+    }
+    let kept = paid_policy::Checkpoint::load(&folder.path().join("stage2.safetensors")).expect("reads");
+    let preset = paid_train::RunPreset::of_checkpoint(&kept).expect("a preset");
+    let first = rows[0]["motion"].as_str().expect("a name");
+    assert_eq!(Some(preset.task.ball.contact_s[first]), rows[0]["contact_s"].as_f64());
+    assert!(preset.task.mirror_left_kicks, "as the demo is played");
+    let shipped = paid_policy::Checkpoint::load(&demo.join("stage2.safetensors")).expect("reads");
+    assert_eq!(kept.policy().expect("weights").params, shipped.policy().expect("weights").params);
+
+    // An ONNX file is played so, too: without the mirror a left foot is a quarter of a second early.
+    let args = ["export", "stage2.safetensors", "--out", "policy.onnx", "--json"];
+    let contract = &json(&succeeds(&paid(folder.path(), &args)))["contract"];
+    assert_eq!(contract["play"]["mirror_left_kicks"], true, "{contract}");
+    assert_eq!(contract["play"]["contact_s"][first], rows[0]["contact_s"], "{contract}");
+    assert_eq!(
+        contract["play"]["where_it_lay"]["from_s"], 0.3,
+        "a ball that flies off makes it fall: {contract}"
+    );
+    let args = ["eval", "contacts", "--policy", "policy.onnx", "--json"];
+    let exported = json(&succeeds(&paid(folder.path(), &args)));
+    for (a, b) in rows.iter().zip(exported["rows"].as_array().expect("rows")) {
+        let [a_s, b_s] = [a, b].map(|row| row["contact_s"].as_f64().expect("a time"));
+        assert!((a_s - b_s).abs() <= 0.04, "{a} {b}");
+    }
+
+    let error = refuses(&paid(folder.path(), &["eval", "contacts", "--policy", "policy.onnx", "--keep"]));
+    assert!(error.contains("--keep: expected --policy to be a checkpoint file"), "{error}");
+}

@@ -1,0 +1,164 @@
+//! Where ball and goal are: what the senses say in, the policy's view out.
+//!
+//! The robot's own eyes ([`crate::eyes`]) give the torso's pose and what they believe of the ball. Virtual senses give the pelvis's pose and
+//! single pictures, which the shared tracker fuses here.
+
+mod ball;
+mod place;
+#[cfg(test)]
+mod tests;
+
+use paid_lanes::Vec3;
+use paid_policy::{Pose, SceneView};
+use paid_task::RollingBall;
+use paid_track::{AfterStrike, BallHistory, Belief, effective_time, predicted_displacement};
+
+use super::body::Body;
+use crate::message::{EyesReport, OdometryPose, Sighting, TorsoPose};
+use crate::player::Player;
+use ball::Ball;
+use place::Place;
+
+/// Ball, goal and odometry as the robot believes them.
+#[derive(Clone, Debug)]
+pub(crate) struct Sight {
+    place: Place,
+    ball: Ball,
+    /// Center of the goal in odometry's frame `[m]`.
+    pub goal: Option<[f64; 2]>,
+    /// What is shown of the ball after the strike.
+    pub after_strike: AfterStrike<f64>,
+    /// Where the ball was shown at the policy's last steps.
+    pub history: BallHistory<f64>,
+}
+
+impl Sight {
+    pub fn new(player: &Player) -> Self {
+        Self {
+            place: Place::new(),
+            ball: Ball::new(player),
+            goal: None,
+            after_strike: AfterStrike::new(),
+            history: BallHistory::new(),
+        }
+    }
+
+    /// Takes in a pose of the pelvis.
+    pub fn odometry(&mut self, pose: OdometryPose) {
+        self.place.odometry(pose);
+    }
+
+    /// Takes in a pose of the torso: the joints of its time say where the pelvis was. True if it is of a new frame.
+    pub fn torso_pose(&mut self, now_us: u64, pose: &TorsoPose) -> bool {
+        let anew = self.place.torso_pose(now_us, pose);
+        if anew {
+            // What was known in the old frame means nothing in the new one.
+            self.goal = None;
+            self.ball.forget_report();
+            self.history.reset_lane(0);
+        }
+        anew
+    }
+
+    /// Takes in what the eyes believe.
+    pub fn report(&mut self, now_us: u64, report: &EyesReport) {
+        self.ball.report(now_us, report, self.place.frame());
+    }
+
+    /// Takes the operator's word for the goal: ahead of the torso and to its left `[m]`.
+    pub fn goal_ahead(&mut self, [ahead, left]: [f64; 2]) {
+        let Some(torso) = self.torso() else { return };
+        let (s, c) = torso.rot.yaw().sin_cos();
+        self.goal = Some([torso.pos.x() + c * ahead - s * left, torso.pos.y() + s * ahead + c * left]);
+    }
+
+    /// Takes in a picture, to be fused at the next policy step.
+    pub fn sighting(&mut self, sighting: Sighting) {
+        self.ball.sighting(sighting);
+    }
+
+    /// Age of the last pose `[s]`; infinite without one.
+    pub fn odometry_age(&self, now_us: u64) -> f64 {
+        self.place.odometry_age(now_us)
+    }
+
+    /// The pelvis in odometry's frame: place from odometry, roll and pitch from the inertial sensor.
+    pub fn base(&self, now_us: u64, body: &Body) -> Option<Pose<f64>> {
+        self.place.base(now_us, body)
+    }
+
+    /// Remembers where the torso is now: pictures of now come later.
+    pub fn remember(&mut self, now_us: u64, body: &Body, player: &Player) {
+        self.ball.now(now_us);
+        self.place.remember(now_us, body, player);
+    }
+
+    /// The torso now, in odometry's frame.
+    pub fn torso(&self) -> Option<Pose<f64>> {
+        self.place.torso()
+    }
+
+    /// A policy step of the tracker; `to_strike_s` is the time until the motion strikes `[s]`, infinite before a kick.
+    pub fn advance(&mut self, now_us: u64, dt_s: f64, to_strike_s: f64) {
+        self.ball.advance(now_us, dt_s, to_strike_s, &self.place);
+    }
+
+    /// Pictures in a row that showed the ball where it was believed to be.
+    pub fn looks(&self) -> u32 {
+        self.ball.looks()
+    }
+
+    /// What is believed: by the eyes, as it goes on since they said so, or by the tracker here.
+    pub fn belief(&self, to_strike_s: f64) -> Belief<f64> {
+        self.ball.belief(to_strike_s)
+    }
+
+    /// The ball in the frame in which motions are chosen: origin below the torso, x along its heading.
+    pub fn ball_ahead(&self, belief: &Belief<f64>) -> Option<RollingBall> {
+        let torso = self.torso()?;
+        let [x, y, _] = torso.pos.0;
+        let (s, c) = torso.rot.yaw().sin_cos();
+        let turned = |[x, y]: [f64; 2]| [c * x + s * y, c * y - s * x];
+        let [bx, by] = belief.ball.position;
+        let velocity = turned(belief.ball.velocity);
+        Some(RollingBall { place: turned([bx - x, by - y]), velocity, decay: self.ball.decay })
+    }
+
+    /// Bearing of the goal from the torso's heading `[rad]`.
+    pub fn goal_bearing(&self) -> Option<f64> {
+        let ([gx, gy], torso) = (self.goal?, self.torso()?);
+        let angle = (gy - torso.pos.y()).atan2(gx - torso.pos.x()) - torso.rot.yaw();
+        Some(angle.sin().atan2(angle.cos()))
+    }
+
+    /// Ball and goal as the policy sees them, in the base frame `[m]`. The motion's strike and the foot's contact are
+    /// `to_strike_s` and `to_contact_s` ahead; `of_ball_s` is the tracker's strike: infinite once the next ball is awaited.
+    pub fn scene(
+        &mut self,
+        base: &Pose<f64>,
+        player: &Player,
+        [to_strike_s, to_contact_s]: [f64; 2],
+        of_ball_s: f64,
+    ) -> SceneView<f64> {
+        let belief = self.belief(of_ball_s);
+        let ([x, y], [vx, vy]) = (belief.ball.position, belief.ball.velocity);
+        let ball = Vec3([x, y, self.ball.height()]);
+        let wait = effective_time(to_contact_s, self.ball.decay);
+        let at_strike = ball + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
+        let (mut ball, mut at_strike) = (ball, at_strike);
+        if let Some(times) = player.task.ball.after_strike.times() {
+            self.after_strike.advance(at_strike, to_strike_s, times);
+            ball = self.after_strike.shown(ball, to_strike_s, times);
+            at_strike = self.after_strike.shown(at_strike, to_strike_s, times);
+        }
+        let before = self.history.look(ball);
+        self.history.advance();
+        let [gx, gy] = self.goal.unwrap_or_default();
+        SceneView {
+            ball: base.point_in_body(ball),
+            ball_at_strike: base.point_in_body(at_strike),
+            ball_before: before.map(|place| base.point_in_body(place)),
+            goal: base.point_in_body(Vec3([gx, gy, self.ball.height()])),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Who commands the robot, asked and noticed over DDS on the loopback.
+
+mod common;
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use common::player;
+use paid_runtime::sim::VendorLink;
+use paid_runtime::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
+use paid_runtime::wire::{Key, LowCmd, LowState, Remote};
+use paid_runtime::{DdsLink, Inlet, Limits, Outlet, Packet, Runtime, Side, State};
+
+const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+/// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
+const PATIENCE: Duration = Duration::from_secs(90);
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// A domain that no test beside this one has. Ports of domains from 101 on are among those that the system hands to others.
+fn domain(test: u32) -> u16 {
+    20 + ((4 * std::process::id() + test) % 80) as u16
+}
+
+#[test]
+fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
+    let player = player();
+    let robot = DdsLink::open(domain(0), LOOPBACK, Side::Robot).expect("the loopback");
+    let line = robot.switcher().expect("topics");
+    let mut robot = VendorLink::new(robot, line, SwitcherService::new("ai"), &player);
+    let runtime = DdsLink::open(domain(0), LOOPBACK, Side::Runtime).expect("the loopback");
+    let mut client = SwitcherClient::new(runtime.switcher().expect("topics"));
+    let patience = Patience { answer: PATIENCE, release: PATIENCE, every: Duration::from_millis(100) };
+    let stop = AtomicBool::new(false);
+    let (kept, told) = std::thread::scope(|scope| {
+        let robot = scope.spawn(|| {
+            // What holds the robot: the vendor's command as long as it is in command, then once the one that lets go.
+            let mut held = None;
+            loop {
+                // A release that comes within a round is seen in the next one: once told to stop, one whole round is left.
+                let last = stop.load(Ordering::Relaxed);
+                while let Ok(Some(packet)) = robot.receive() {
+                    if let Packet::LowCmd(bytes) = packet {
+                        held = LowCmd::from_cdr(&bytes).ok().map(|command| command.motors[0].mode);
+                    }
+                }
+                if last {
+                    return held;
+                }
+                std::thread::sleep(PAUSE);
+            }
+        });
+        let on = AtomicBool::new(false);
+        let refused = await_release(&mut client, false, patience, &on, |_| {});
+        let mut told = Vec::new();
+        let released = await_release(&mut client, true, patience, &on, |line| told.push(line.to_owned()));
+        stop.store(true, Ordering::Relaxed);
+        released.expect("released");
+        let error = refused.expect_err("in command").to_string();
+        assert!(error.starts_with("refused to start: the vendor's controller 'ai' is in command"), "{error}");
+        (robot.join().expect("robot"), told)
+    });
+    assert_eq!(told, ["releases the vendor's controller 'ai'", "the vendor's controller is released"]);
+    assert_eq!(kept, Some(0), "the motors are off");
+}
+
+#[test]
+fn commands_of_somebody_else_are_noticed_and_own_ones_are_not_taken_for_theirs() {
+    let open = |side| DdsLink::open(domain(1), LOOPBACK, side).expect("the loopback");
+    let (mut robot, mut own, mut other) = (open(Side::Robot), open(Side::Runtime), open(Side::Runtime));
+    let command = |kd| Packet::LowCmd(LowCmd::damping(5, 29, kd).sealed().to_cdr());
+    let begin = Instant::now();
+    // First the own commands alone, until the robot and the other program have heard a hundred of them.
+    let (mut heard, mut taken_for_others, mut noticed_by_other) = (0, 0, 0);
+    while heard < 100 || noticed_by_other < 100 {
+        assert!(begin.elapsed() < PATIENCE, "{heard} heard by the robot, {noticed_by_other} by the other");
+        own.send(command(3.0 + heard as f32 * 0.01)).expect("sent");
+        std::thread::sleep(PAUSE);
+        while let Some(packet) = robot.receive().expect("open") {
+            heard += usize::from(matches!(packet, Packet::LowCmd(_)));
+        }
+        while let Some(packet) = own.receive().expect("open") {
+            taken_for_others += usize::from(packet == Packet::OthersCommand);
+        }
+        while let Some(packet) = other.receive().expect("open") {
+            noticed_by_other += usize::from(packet == Packet::OthersCommand);
+        }
+    }
+    assert_eq!(taken_for_others, 0);
+    // Then the other program commands, too.
+    let mut noticed = false;
+    while !noticed {
+        assert!(begin.elapsed() < 2 * PATIENCE, "nobody has noticed");
+        other.send(command(8.0)).expect("sent");
+        std::thread::sleep(PAUSE);
+        while let Some(packet) = own.receive().expect("open") {
+            noticed |= packet == Packet::OthersCommand;
+        }
+    }
+    // Nor do they hide behind an own command that comes later. A busy machine may lose some.
+    let mut rounds = 0;
+    for k in 0..20_u8 {
+        other.send(command(1.5)).expect("sent");
+        std::thread::sleep(PAUSE);
+        own.send(command(30.0 + f32::from(k))).expect("sent");
+        std::thread::sleep(4 * PAUSE);
+        let heard = std::iter::from_fn(|| own.receive().expect("open"));
+        rounds += usize::from(heard.filter(|packet| *packet == Packet::OthersCommand).count() > 0);
+    }
+    assert!(rounds >= 10, "noticed in {rounds} rounds of 20");
+}
+
+#[test]
+fn the_senses_topic_carries_nothing_but_senses() {
+    let mut robot = DdsLink::open(domain(2), LOOPBACK, Side::Robot).expect("the loopback");
+    let mut runtime = DdsLink::open(domain(2), LOOPBACK, Side::Runtime).expect("the loopback");
+    let begin = Instant::now();
+    let mut heard = Vec::new();
+    // The goal comes last: once it has come ten times, so has everything before it.
+    while heard.iter().filter(|packet| matches!(packet, Packet::Goal(_))).count() < 10 {
+        assert!(begin.elapsed() < PATIENCE, "heard {heard:?}");
+        let others = [Packet::Keys(0x1020), Packet::Master(String::new()), Packet::Broken("no".to_owned())];
+        for packet in others.into_iter().chain([Packet::Goal([5.0, 0.0])]) {
+            robot.send(packet).expect("sent");
+        }
+        std::thread::sleep(PAUSE);
+        while let Some(packet) = runtime.receive().expect("open") {
+            heard.push(packet);
+        }
+    }
+    assert!(heard.iter().all(|packet| *packet == Packet::Goal([5.0, 0.0])), "{heard:?}");
+}
+
+#[test]
+fn a_low_battery_is_told_over_the_wire_and_refused() {
+    let mut robot = DdsLink::open(domain(3), LOOPBACK, Side::Robot).expect("the loopback");
+    let mut link = DdsLink::open(domain(3), LOOPBACK, Side::Runtime).expect("the loopback");
+    // A busy machine is no reason to refuse.
+    let limits = Limits { listen_s: 0.0, state_gap_s: 0.1, ..Limits::default() };
+    let mut runtime = Runtime::new(player(), limits);
+    let begin = Instant::now();
+    let (mut told, mut charge) = (Vec::new(), 19.0);
+    for tick in 0_u32.. {
+        assert!(begin.elapsed() < PATIENCE, "{:?}, told {told:?}", runtime.state());
+        let mut state = LowState { mode_machine: 5, tick, ..LowState::default() };
+        state.imu.quaternion = [1.0, 0.0, 0.0, 0.0];
+        // Pressed again and again.
+        let keys: &[Key] = if tick % 20 < 10 { &[Key::L2, Key::Up] } else { &[] };
+        state.wireless_remote = Remote::pressing(keys);
+        robot.send(Packet::LowState(state.sealed().to_cdr())).expect("sent");
+        robot.send(Packet::Battery(charge)).expect("sent");
+        std::thread::sleep(PAUSE);
+        let packets: Vec<Packet> = std::iter::from_fn(|| link.receive().expect("open")).collect();
+        let output = runtime.step(begin.elapsed().as_micros() as u64, &packets, false);
+        told.extend(output.events.into_iter().map(|event| event.reason));
+        if told.iter().any(|reason| reason.ends_with("battery at 19%")) {
+            // Then it is charged to the limit, and stands up.
+            charge = 20.0;
+        }
+        if runtime.state() == State::StandUp {
+            break;
+        }
+    }
+    assert_eq!(charge, 20.0, "it stood up with a low battery: {told:?}");
+}

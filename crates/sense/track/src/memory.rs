@@ -1,0 +1,263 @@
+//! What the robot remembers of the balls around it, and which of them is its own.
+//!
+//! Every ball has a [`BallTracker`] of its own. A find in a picture goes to the ball that explains it best (the smallest negative log
+//! likelihood within the tracker's gate); what fits none begins another one. Odds that a ball is there grow with every find and fall with
+//! every picture that should have shown it and did not: a ball behind the own leg or outside the picture keeps them. The robot keeps to
+//! the ball that it has chosen until that one is lost.
+
+use crate::{BallTracker, Belief, MemoryPreset, Picture, Rolling, TrackerPreset};
+
+/// How well a ball's place is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BallState {
+    /// It is in the pictures.
+    Seen,
+    /// It was, and nothing speaks against its being where it should be.
+    Remembered,
+    /// It is not where it should be, was not seen for long, or could be anywhere.
+    Lost,
+}
+
+impl BallState {
+    /// One word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Seen => "seen",
+            Self::Remembered => "remembered",
+            Self::Lost => "lost",
+        }
+    }
+}
+
+/// A find in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Candidate {
+    /// Its place and age.
+    pub picture: Picture<f64>,
+    /// The detector's score, 0 to 1.
+    pub score: f64,
+}
+
+/// One picture, as far as balls go.
+pub struct Glance<'a> {
+    /// Time since its capture `[s]`.
+    pub age_s: f64,
+    /// What was found in it.
+    pub finds: &'a [Candidate],
+    /// Whether it would show a ball at a place (x, y) of the odometry frame `[m]`: inside the picture and not behind the own body.
+    pub shows: &'a dyn Fn([f64; 2]) -> bool,
+}
+
+/// The robot's own ball.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownBall {
+    /// Position, velocity, covariance, probability of rest and age.
+    pub belief: Belief<f64>,
+    /// How well it is known.
+    pub state: BallState,
+    /// Numbers the balls: another one has another number.
+    pub id: u32,
+}
+
+#[derive(Clone, Debug)]
+struct Ball {
+    tracker: BallTracker<f64>,
+    odds: f64,
+    finds: usize,
+    score: f64,
+    id: u32,
+}
+
+/// The memory. Positions are those of the odometry frame.
+///
+/// ```
+/// use paid_track::{BallMemory, BallState, Candidate, Glance, MemoryPreset, Picture, Rolling, TrackerPreset};
+///
+/// let rolling = Rolling { decay: 0.0, to_strike_s: f64::INFINITY };
+/// let mut memory = BallMemory::new(MemoryPreset::default(), TrackerPreset::default());
+/// for _ in 0..5 {
+///     memory.advance(0.04, 0.1, &rolling);
+///     let picture = Picture { position: [1.0, 0.2], variance: 4e-4, age_s: 0.06, seen: true };
+///     let finds = [Candidate { picture, score: 0.9 }];
+///     memory.look(&Glance { age_s: 0.06, finds: &finds, shows: &|_| true }, &rolling);
+/// }
+/// let ball = memory.own(&rolling).expect("five pictures of it");
+/// assert!(ball.state == BallState::Seen && (ball.belief.ball.position[0] - 1.0).abs() < 1e-6);
+/// ```
+#[derive(Clone, Debug)]
+pub struct BallMemory {
+    preset: MemoryPreset,
+    tracker: TrackerPreset,
+    balls: Vec<Ball>,
+    own: Option<u32>,
+    next_id: u32,
+}
+
+impl BallMemory {
+    /// A memory of nothing.
+    pub fn new(preset: MemoryPreset, tracker: TrackerPreset) -> Self {
+        Self { preset, tracker, balls: Vec::new(), own: None, next_id: 0 }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.balls.clear();
+        self.own = None;
+    }
+
+    /// Time passes, as for [`BallTracker::advance`]. Only the own ball is struck.
+    pub fn advance(&mut self, dt_s: f64, horizon_s: f64, rolling: &Rolling<f64>) {
+        let own = self.own;
+        for ball in &mut self.balls {
+            let rolling = of_ball(own, ball.id, rolling);
+            ball.tracker.advance(dt_s, horizon_s, &rolling, &self.tracker);
+        }
+    }
+
+    /// Takes in a picture. Returns the index of the find that was taken for the own ball.
+    pub fn look(&mut self, glance: &Glance<'_>, rolling: &Rolling<f64>) -> Option<usize> {
+        let pairs = self.pairs(glance, rolling);
+        let mut taken = vec![false; glance.finds.len()];
+        let mut found = vec![None; self.balls.len()];
+        for (_, ball, find) in pairs {
+            if !taken[find] && found[ball].is_none() {
+                (taken[find], found[ball]) = (true, Some(find));
+            }
+        }
+        let mut of_own = None;
+        for (ball, find) in self.balls.iter_mut().zip(&found) {
+            let rolling = of_ball(self.own, ball.id, rolling);
+            if let Some(index) = *find {
+                let find = &glance.finds[index];
+                ball.tracker.fuse(&find.picture, &rolling, &self.tracker);
+                ball.odds = (ball.odds * self.preset.found_factor).min(self.preset.most_odds);
+                ball.finds += 1;
+                ball.score += 0.1 * (find.score - ball.score);
+                if self.own == Some(ball.id) {
+                    of_own = Some(index);
+                }
+                continue;
+            }
+            let now = ball.tracker.belief(&rolling, &self.tracker).ball;
+            let then = [0, 1].map(|k| now.position[k] - glance.age_s * now.velocity[k]);
+            if (glance.shows)(then) {
+                ball.odds *= self.preset.missed_factor;
+            }
+        }
+        for (find, _) in glance.finds.iter().zip(&taken).filter(|(_, taken)| !**taken) {
+            self.begin(find, rolling);
+        }
+        let (own, least) = (self.own, self.preset.lost_odds);
+        self.balls.retain(|ball| own == Some(ball.id) || ball.odds >= least);
+        self.choose(rolling);
+        of_own
+    }
+
+    /// The own ball; `None` until one was found.
+    pub fn own(&self, rolling: &Rolling<f64>) -> Option<KnownBall> {
+        let ball = self.balls.iter().find(|ball| Some(ball.id) == self.own)?;
+        Some(self.known(ball, rolling))
+    }
+
+    /// Every ball that is believed, the own one among them.
+    pub fn all(&self, rolling: &Rolling<f64>) -> Vec<KnownBall> {
+        self.balls
+            .iter()
+            .filter(|ball| self.is_confirmed(ball))
+            .map(|ball| self.known(ball, &of_ball(self.own, ball.id, rolling)))
+            .collect()
+    }
+
+    fn known(&self, ball: &Ball, rolling: &Rolling<f64>) -> KnownBall {
+        let mut belief = ball.tracker.belief(rolling, &self.tracker);
+        let deviation = belief.ball.covariance[0].max(0.0).sqrt();
+        // Between two pictures of a ball that is in them, a strike makes its place uncertain, not its presence.
+        let state = if self.is_gone(ball, belief.age_s) {
+            BallState::Lost
+        } else if belief.age_s <= self.preset.seen_s {
+            BallState::Seen
+        } else if deviation > self.preset.lost_deviation_m {
+            BallState::Lost
+        } else {
+            BallState::Remembered
+        };
+        belief.known = true;
+        KnownBall { belief, state, id: ball.id }
+    }
+
+    fn is_gone(&self, ball: &Ball, age_s: f64) -> bool {
+        ball.odds < self.preset.lost_odds || age_s > self.preset.forget_s
+    }
+
+    fn is_confirmed(&self, ball: &Ball) -> bool {
+        ball.finds >= self.preset.confirm
+    }
+
+    /// Finds that a ball explains: negative log likelihood, ball, find; the likeliest first.
+    fn pairs(&self, glance: &Glance<'_>, rolling: &Rolling<f64>) -> Vec<(f64, usize, usize)> {
+        let mut pairs = Vec::new();
+        for (b, ball) in self.balls.iter().enumerate() {
+            let rolling = of_ball(self.own, ball.id, rolling);
+            let now = ball.tracker.estimate(&rolling, &self.tracker);
+            for (f, find) in glance.finds.iter().enumerate() {
+                let variance = now.covariance[0] + find.picture.variance;
+                let apart = [0, 1].map(|k| {
+                    let then = now.position[k] - find.picture.age_s * now.velocity[k];
+                    find.picture.position[k] - then
+                });
+                let distance2 = (apart[0] * apart[0] + apart[1] * apart[1]) / variance;
+                if distance2 <= self.tracker.gate * self.tracker.gate {
+                    pairs.push((0.5 * distance2 + variance.ln(), b, f));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        pairs
+    }
+
+    /// A ball that nobody knew; the least likely one makes room for it.
+    fn begin(&mut self, find: &Candidate, rolling: &Rolling<f64>) {
+        if self.balls.len() >= self.preset.most_balls {
+            let own = self.own;
+            let weakest = self
+                .balls
+                .iter()
+                .enumerate()
+                .filter(|(_, ball)| Some(ball.id) != own)
+                .min_by(|a, b| a.1.odds.total_cmp(&b.1.odds))
+                .map(|(index, _)| index);
+            let Some(weakest) = weakest else { return };
+            self.balls.remove(weakest);
+        }
+        let mut tracker = BallTracker::new();
+        tracker.fuse(&find.picture, &of_ball(None, 0, rolling), &self.tracker);
+        self.balls.push(Ball { tracker, odds: 1.0, finds: 1, score: find.score, id: self.next_id });
+        self.next_id += 1;
+    }
+
+    /// Keeps to the own ball; if there is none or it is gone, takes the surest.
+    fn choose(&mut self, rolling: &Rolling<f64>) {
+        let age = |ball: &Ball| {
+            let rolling = of_ball(self.own, ball.id, rolling);
+            ball.tracker.belief(&rolling, &self.tracker).age_s
+        };
+        let own = self.balls.iter().find(|ball| Some(ball.id) == self.own);
+        if own.is_some_and(|ball| !self.is_gone(ball, age(ball))) {
+            return;
+        }
+        let best = self
+            .balls
+            .iter()
+            .filter(|ball| self.is_confirmed(ball) && !self.is_gone(ball, age(ball)) && ball.odds > 1.0)
+            .max_by(|a, b| (a.odds * a.score).total_cmp(&(b.odds * b.score)))
+            .map(|ball| ball.id);
+        let Some(best) = best else { return };
+        let old = self.own.replace(best);
+        self.balls.retain(|ball| Some(ball.id) != old || ball.id == best);
+    }
+}
+
+/// A ball that is not the own one is not struck.
+fn of_ball(own: Option<u32>, id: u32, rolling: &Rolling<f64>) -> Rolling<f64> {
+    if own == Some(id) { *rolling } else { Rolling { to_strike_s: f64::INFINITY, ..*rolling } }
+}

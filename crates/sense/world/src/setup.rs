@@ -1,0 +1,168 @@
+//! What the eyes are made of.
+
+use paid_lanes::{Mat3, Vec3};
+use paid_lidar::Config;
+use paid_robot::RobotModel;
+use paid_track::{MemoryPreset, Pose, PositionNoise, TrackerPreset};
+use paid_vision::Intrinsics;
+use paid_vision::detect::Detector;
+use serde::{Deserialize, Serialize};
+
+use crate::SightError;
+
+/// Who finds balls in pictures.
+#[derive(Debug)]
+pub enum Finder {
+    /// A network.
+    Network(Box<Detector>),
+    /// Nobody here: boxes come with the pictures.
+    Boxes,
+}
+
+impl Finder {
+    /// With another least score of a find, 0 to 1, where a network finds.
+    #[must_use]
+    pub fn with_confidence(self, least: f64) -> Self {
+        match self {
+            Self::Network(detector) => Self::Network(Box::new(detector.with_confidence(least))),
+            Self::Boxes => Self::Boxes,
+        }
+    }
+}
+
+/// Everything that differs from robot to robot.
+#[derive(Debug)]
+pub struct SightSetup {
+    /// The robot: its legs hide balls.
+    pub robot: RobotModel,
+    /// The body that carries camera and LiDAR.
+    pub torso: String,
+    /// The camera's pixels.
+    pub intrinsics: Intrinsics,
+    /// The camera's optical frame in the torso's.
+    pub torso_from_camera: Pose,
+    /// Radius of the ball `[m]`.
+    pub radius_m: f64,
+    /// Rate at which a rolling ball slows down `[1/s]`.
+    pub decay: f64,
+    /// Who finds balls.
+    pub finder: Finder,
+    /// Uncertainty of a place.
+    pub noise: PositionNoise,
+    /// The tracker of every ball.
+    pub tracker: TrackerPreset,
+    /// Which ball is the own one.
+    pub memory: MemoryPreset,
+    /// The LiDAR's odometry; `None`: poses come from another one.
+    pub lidar: Option<Config>,
+}
+
+impl SightSetup {
+    /// A Unitree G1 with its own camera and LiDAR, and the project's own network.
+    ///
+    /// # Errors
+    /// If the network cannot be run.
+    pub fn g1() -> Result<Self, SightError> {
+        Ok(Self {
+            robot: RobotModel::g1(),
+            torso: "torso_link".to_owned(),
+            intrinsics: Intrinsics::g1_color(),
+            torso_from_camera: Pose::g1_camera(),
+            radius_m: 0.11,
+            decay: 0.0,
+            finder: Finder::Network(Box::new(Detector::own()?)),
+            noise: paid_track::EyesPreset::default().noise(),
+            tracker: TrackerPreset::default(),
+            memory: MemoryPreset::default(),
+            lidar: Some(Config::g1()),
+        })
+    }
+}
+
+/// A setup as a recording keeps it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SetupRecord {
+    pub robot: String,
+    pub torso: String,
+    pub intrinsics: Intrinsics,
+    /// Rows of the rotation.
+    pub camera_rot: [[f64; 3]; 3],
+    pub camera_pos_m: [f64; 3],
+    pub radius_m: f64,
+    pub decay: f64,
+    /// `own`, `boxes` or `file`.
+    pub finder: String,
+    /// Least score of the network's finds.
+    pub confidence: Option<f64>,
+    pub noise: [f64; 3],
+    pub tracker: TrackerPreset,
+    pub memory: MemoryPreset,
+    pub lidar: bool,
+}
+
+impl SetupRecord {
+    pub fn of(setup: &SightSetup) -> Self {
+        let (finder, confidence) = match &setup.finder {
+            Finder::Boxes => ("boxes", None),
+            Finder::Network(detector) => {
+                let own = detector.kind() == paid_vision::detect::Kind::Own;
+                (if own { "own" } else { "file" }, Some(detector.options().confidence))
+            }
+        };
+        Self {
+            robot: setup.robot.name.clone(),
+            torso: setup.torso.clone(),
+            intrinsics: setup.intrinsics,
+            camera_rot: setup.torso_from_camera.rot.0,
+            camera_pos_m: setup.torso_from_camera.pos.0,
+            radius_m: setup.radius_m,
+            decay: setup.decay,
+            finder: finder.to_owned(),
+            confidence,
+            noise: [setup.noise.c_min, setup.noise.c_vel, setup.noise.c_dist],
+            tracker: setup.tracker.clone(),
+            memory: setup.memory.clone(),
+            lidar: setup.lidar.is_some(),
+        }
+    }
+
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// The setup again, with a network of the user where one was used.
+    pub fn setup(&self, detector: Option<Detector>) -> Result<SightSetup, SightError> {
+        let base = SightSetup::g1()?;
+        let refuse = |expected: String, found: &str| {
+            Err(SightError::Message { what: "setup of the recording", expected, found: found.to_owned() })
+        };
+        if self.robot != base.robot.name {
+            return refuse(format!("the robot {}", base.robot.name), &self.robot);
+        }
+        let network = match (detector, self.finder.as_str()) {
+            (Some(detector), _) => Some(detector),
+            (None, "own") => Some(Detector::own()?),
+            (None, "boxes") => None,
+            (None, other) => return refuse("own or boxes, or --detector with the file".to_owned(), other),
+        };
+        let network = network.map(|detector| match self.confidence {
+            Some(least) => detector.with_confidence(least),
+            None => detector,
+        });
+        let [c_min, c_vel, c_dist] = self.noise;
+        Ok(SightSetup {
+            torso: self.torso.clone(),
+            intrinsics: self.intrinsics,
+            torso_from_camera: Pose { rot: Mat3(self.camera_rot), pos: Vec3(self.camera_pos_m) },
+            radius_m: self.radius_m,
+            decay: self.decay,
+            finder: network.map_or(Finder::Boxes, |detector| Finder::Network(Box::new(detector))),
+            noise: PositionNoise { c_min, c_vel, c_dist },
+            tracker: self.tracker.clone(),
+            memory: self.memory.clone(),
+            lidar: base.lidar.filter(|_| self.lidar),
+            ..base
+        })
+    }
+}

@@ -1,0 +1,174 @@
+//! Knowledge of ball and goal through simulated eyes: how the task's knobs reach [`paid_track::Eyes`].
+
+use paid_lanes::rng::{Rng, fill_normal, fill_symmetric};
+use paid_lanes::{Kernel, Mask, Real, Vec3};
+use paid_physics::{BodyState, GroupState};
+use paid_policy::{Pose, SceneView};
+use paid_track::{
+    BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, EyesStart, TrueScene, effective_time,
+    predicted_displacement,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::config::TaskConfig;
+use crate::reset::Start;
+use crate::rolling::roll_decay;
+use crate::{BelievedBall, RollingBall};
+
+/// What the policy knows of ball and goal, in training and in evaluations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum KnowledgeMode {
+    /// Where they are, and how the ball moves, from the simulator; `observations.perception` may add errors to it.
+    #[default]
+    Truth,
+    /// What camera, odometry and ball tracker make of it (`eyes`). The goal is known from the start, and lost sight of at the speed of
+    /// odometry's drift. The critic is told the truth.
+    Perceived,
+}
+
+/// Purposes of an environment's random streams: starts of episodes, and two kinds of numbers of a control step.
+const START_STREAM: u32 = 5;
+const NORMAL_STREAM: u32 = 6;
+const CHANCE_STREAM: u32 = 7;
+
+/// The random numbers of an episode's start for the eyes. Episodes of training take theirs from where the stream of resets stands, so that
+/// nothing more is to be saved; a start that an evaluation forces looks the same whenever it is forced.
+pub(crate) fn start_rng(seed: u64, env: u32, reset_position: Option<u64>) -> Rng {
+    let mut rng = Rng::new(seed, env, START_STREAM);
+    rng.seek(reset_position.unwrap_or(0) << 10);
+    rng
+}
+
+/// The ball (seen from the robot) as the robot believes it to be after its first look, with the decay that it reckons with.
+///
+/// `height_m` is that of the base above the ground, `env` the number of the environment: a start that is forced there
+/// ([`crate::EvalControl::force_start`]) begins with the same look, number 0, and a next kick
+/// ([`crate::EvalControl::next_kick`]) with the one of its number.
+pub fn first_look(
+    preset: &EyesPreset,
+    ball: &RollingBall,
+    height_m: f64,
+    seed: u64,
+    env: u32,
+    look: u64,
+) -> RollingBall {
+    believed(preset, ball, height_m, &mut start_rng(seed, env, Some(look)))
+}
+
+/// As [`first_look`] with given random numbers.
+pub(crate) fn believed(preset: &EyesPreset, ball: &RollingBall, height_m: f64, rng: &mut Rng) -> RollingBall {
+    let start = BallAtStart { place: ball.place, velocity: ball.velocity, decay: ball.decay, height_m };
+    let draw = preset.draw(rng);
+    let seen = draw.first_look(preset, &start, rng).belief(&draw.before_start(&start), &preset.tracker).ball;
+    RollingBall { place: seen.position, velocity: seen.velocity, decay: draw.decay(&start) }
+}
+
+/// Begins an episode of the eyes in a lane.
+pub(crate) fn begin_lane<V: Real>(
+    eyes: &mut Eyes<V>,
+    lane: usize,
+    start: &Start,
+    heading: f64,
+    config: &TaskConfig,
+    rng: &mut Rng,
+) {
+    let (ball, preset) = (&start.params.ball, &config.preset.eyes);
+    let base = [start.state.base_pos[0], start.state.base_pos[1]];
+    let (sin, cos) = heading.sin_cos();
+    let local = |[x, y]: [f64; 2]| [cos * x + sin * y, cos * y - sin * x];
+    let ball = BallAtStart {
+        place: local([0, 1].map(|k| start.state.ball_pos[k] - base[k])),
+        velocity: local([start.state.ball_vel[0], start.state.ball_vel[1]]),
+        decay: roll_decay(ball),
+        height_m: config.nominal_height_m,
+    };
+    let draw = preset.draw(rng);
+    let elapsed_s = start.frame as f64 * config.dt_s;
+    let radius_m = start.params.ball.radius_m;
+    let start = EyesStart { draw, ball, heading, base, elapsed_s, radius_m };
+    eyes.begin_lane(lane, &start, preset, rng);
+}
+
+fn pose<V: Real>(body: &BodyState<V>) -> BodyPose<V> {
+    BodyPose { pos: body.pos, rot: body.rot }
+}
+
+/// A control step of a group's eyes.
+pub(crate) struct Look<'a, V> {
+    pub config: &'a TaskConfig,
+    pub state: &'a GroupState<V>,
+    pub eyes: &'a mut Eyes<V>,
+    /// Time from this state to the reference's strike `[s]`.
+    pub to_strike_s: V,
+    /// Environment numbers, one per lane.
+    pub envs: &'a [u32],
+    pub seed: u64,
+    pub count: u64,
+}
+
+impl<V: Real> Kernel for Look<'_, V> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let (zero, state) = (V::zero(), self.state);
+        let mut numbers = EyesNumbers { normal: [zero; 5], symmetric: [zero; 4] };
+        fill_normal(&mut numbers.normal, self.envs, NORMAL_STREAM, self.seed, self.count);
+        fill_symmetric(&mut numbers.symmetric, self.envs, CHANCE_STREAM, self.seed, self.count);
+        let (base, carrier) = (&state.bodies[0], &state.bodies[self.config.followed[self.config.anchor]]);
+        let scene = TrueScene {
+            base: pose(base),
+            base_vel: base.lin_vel,
+            carrier: pose(carrier),
+            ball: state.ball.pos,
+            ball_vel: state.ball.vel,
+        };
+        self.eyes.look(&scene, &numbers, self.to_strike_s, &self.config.preset.eyes);
+    }
+}
+
+/// What one lane's eyes believe of the ball. `to_strike_s` is the time from the next state to the reference's strike `[s]`.
+pub(crate) fn believed_ball<V: Real>(
+    eyes: &Eyes<V>,
+    config: &TaskConfig,
+    state: &GroupState<V>,
+    to_strike_s: V,
+    lane: usize,
+) -> BelievedBall {
+    let preset = &config.preset.eyes;
+    let (base, carrier) = (&state.bodies[0], &state.bodies[config.followed[config.anchor]]);
+    let belief = eyes.belief(to_strike_s + V::c(config.dt_s), preset);
+    let BodyPose { pos, rot } = eyes.estimated(&pose(base));
+    let in_base = Pose { pos, rot }.point_in_body(eyes.on_the_ground(belief.ball.position));
+    let believed = base.rot.mul_vec(in_base) + base.pos;
+    BelievedBall {
+        pos: believed.lane(lane),
+        deviation_m: belief.ball.covariance[0].lane(lane).max(0.0).sqrt(),
+        age_s: belief.age_s.lane(lane),
+        in_view: preset.in_picture(&pose(carrier), state.ball.pos).lane(lane),
+    }
+}
+
+/// What a group's eyes make of the scene, and the pose that odometry gives the base in which it is shown.
+///
+/// `goal` is the goal's center in the world `[m]`, as the robot was told it when odometry began; `to_strike_s` and
+/// `to_contact_s` the times from this state to the reference's strike and to the foot's contact `[s]`.
+#[inline(always)]
+pub(crate) fn seen_scene<V: Real>(
+    eyes: &Eyes<V>,
+    preset: &EyesPreset,
+    base: &BodyState<V>,
+    goal: Vec3<V>,
+    [to_strike_s, to_contact_s]: [V; 2],
+) -> (SceneView<V>, Pose<V>) {
+    let belief = eyes.belief(to_strike_s, preset);
+    let [vx, vy] = belief.ball.velocity;
+    let ball = eyes.on_the_ground(belief.ball.position);
+    let wait = effective_time(to_contact_s, eyes.decay());
+    let at_strike = ball + predicted_displacement(Vec3([vx, vy, V::zero()]), wait);
+    let BodyPose { pos, rot } = eyes.estimated(&pose(base));
+    let base = Pose { pos, rot };
+    let mut scene = SceneView::new(base.point_in_body(ball), base.point_in_body(goal));
+    scene.ball_at_strike = base.point_in_body(at_strike);
+    (scene, base)
+}

@@ -1,0 +1,317 @@
+//! Every constant of a task, as typed TOML. Unknown keys are refused. Reward and termination terms, their parameters and the noise of
+//! observation terms may be left out; every other key must be there.
+
+pub(crate) mod numbers;
+
+use std::path::Path;
+
+use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
+use paid_policy::PlayContract;
+use paid_policy::observation::ObservationId;
+use serde::{Deserialize, Serialize};
+
+pub use crate::ball_preset::{
+    AfterStrikePreset, BallPlacement, BallRule, GoalPreset, OwnPlace, ShownAfterStrike,
+};
+use crate::contact_kind;
+pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
+pub use crate::exploration::ExplorationPreset;
+pub use crate::eyes::KnowledgeMode;
+use crate::layers::{LayerError, Tree};
+pub use crate::observation_preset::ObservationPreset;
+pub use crate::perception_preset::{MemoryFrame, PerceptionPreset};
+pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
+use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
+use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
+pub use paid_track::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
+
+/// A closed interval `[lo, hi]`; equal ends give a constant.
+pub type Range = [f64; 2];
+
+/// A task: what the robot observes, is paid for, and how its episodes begin and end.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TaskPreset {
+    /// Name for logs.
+    pub name: String,
+    /// What the robot follows.
+    pub reference: ReferenceSource,
+    /// Time limit of an episode `[s]`; reaching it is a truncation.
+    pub episode_length_s: f64,
+    /// For how long the robot is to stand in the motion's last pose before an episode ends, drawn for each one `[s]`.
+    #[serde(default)]
+    pub hold_s: Range,
+    /// True: a kick of the left foot is played as the mirror image of one of the right foot. The policy sees it, and acts, as if in a
+    /// mirror, so it has the right foot's kicks to learn only. For policies without memory.
+    #[serde(default)]
+    pub mirror_left_kicks: bool,
+    /// Ground, solver and control period.
+    pub scene: SceneConfig,
+    /// Nominal surface of the robot.
+    pub robot_material: Material,
+    /// Nominal ball.
+    pub ball_params: BallParams,
+    /// Nominal kind of contacts and joint control; the randomization of kinds replaces it.
+    #[serde(default)]
+    pub contact_kind: ContactKind,
+    /// What is observed, its noise, perception.
+    pub observations: ObservationPreset,
+    /// What the policy knows of ball and goal.
+    #[serde(default)]
+    pub knowledge: KnowledgeMode,
+    /// Camera, odometry and ball tracker of `knowledge = "perceived"`.
+    #[serde(default)]
+    pub eyes: EyesPreset,
+    /// Reward terms.
+    pub rewards: RewardPreset,
+    /// What ends an episode as a failure.
+    pub terminations: TerminationPreset,
+    /// How episodes begin.
+    pub resets: ResetPreset,
+    /// Which motion and phase they begin with.
+    pub sampling: SamplingPreset,
+    /// How much the policy tries out.
+    #[serde(default)]
+    pub exploration: ExplorationPreset,
+    /// Where the ball is placed.
+    pub ball: BallPlacement,
+    /// Where the goal is placed.
+    pub goal: GoalPreset,
+    /// Disturbances.
+    pub pushes: PushPreset,
+    /// Physical parameters drawn anew at every reset.
+    pub randomization: RandomizationPreset,
+}
+
+/// What the robot follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ReferenceSource {
+    /// The motions of the library. Episodes begin in one of their frames.
+    #[default]
+    Motions,
+    /// Nothing: episodes begin in the robot's default standing pose, either foot may kick, and terms that need a reference are
+    /// refused.
+    None,
+}
+
+/// The paper's run presets, whose task is built in: name, file and TOML text.
+const BUILTIN: [(&str, &str, &str); 2] = [
+    ("paper_stage1", "paper_stage1.toml", include_str!("../../../../configs/presets/paper_stage1.toml")),
+    ("paper_stage2", "paper_stage2.toml", include_str!("../../../../configs/presets/paper_stage2.toml")),
+];
+
+impl TaskPreset {
+    /// The task of the paper's run preset (`paper_stage1`, `paper_stage2`).
+    ///
+    /// # Errors
+    /// If there is none of this name.
+    pub fn builtin(name: &str) -> Result<Self, TaskError> {
+        Self::builtin_with(name, &[])
+    }
+
+    /// [`TaskPreset::builtin`] with `--set` overrides, whose keys stand in the task: `rewards.action_rate.weight=-0.05`.
+    ///
+    /// # Errors
+    /// If there is none of this name, an override does not apply, or a value is out of range.
+    pub fn builtin_with(name: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail = |message: String| TaskError::Preset { name: name.to_owned(), message };
+        let (_, file, text) = BUILTIN.iter().find(|(builtin, ..)| *builtin == name).ok_or_else(|| {
+            fail(format!("not a built-in task; there are {}", BUILTIN.map(|(name, ..)| name).join(", ")))
+        })?;
+        let task = Tree::parse(file, text).map_err(|error| fail(error.to_string()))?.take("task");
+        Self::of_tree(name, task.unwrap_or_default(), overrides)
+    }
+
+    /// Reads a task from TOML and applies `--set` overrides. `name` (a file name, say) is for the error.
+    ///
+    /// # Errors
+    /// If the text is not TOML, a key is unknown or missing, an override does not apply, or a value is out of range.
+    pub fn parse(name: &str, text: &str, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail =
+            |error: LayerError| TaskError::Preset { name: name.to_owned(), message: error.to_string() };
+        Self::of_tree(name, Tree::parse(name, text).map_err(fail)?, overrides)
+    }
+
+    /// This task with `--set` overrides.
+    ///
+    /// # Errors
+    /// If an override does not apply, or a value is out of range.
+    pub fn with_overrides(&self, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail = |message: String| TaskError::Preset { name: self.name.clone(), message };
+        let tree = Tree::of(self).map_err(|error| fail(error.to_string()))?;
+        Self::of_tree(&self.name, tree, overrides)
+    }
+
+    fn of_tree(name: &str, mut tree: Tree, overrides: &[String]) -> Result<Self, TaskError> {
+        let fail =
+            |error: LayerError| TaskError::Preset { name: name.to_owned(), message: error.to_string() };
+        tree.expand_surfaces(Path::new("")).map_err(fail)?;
+        let preset: Self = tree.typed().map_err(|error| fail(tree.locate(error, name)))?;
+        // Through the type and back, so that values that are left to their defaults can be overridden too.
+        let text =
+            |error: toml::ser::Error| TaskError::Preset { name: name.to_owned(), message: error.to_string() };
+        tree.fill(&preset).map_err(text)?;
+        for text in overrides {
+            tree.set(text, "").map_err(fail)?;
+        }
+        let preset: Self = tree.typed().map_err(|error| fail(tree.locate(error, name)))?;
+        preset.validate()?;
+        Ok(preset)
+    }
+
+    /// How a policy of this task is played, of what its network does not say.
+    pub fn play(&self) -> PlayContract {
+        PlayContract {
+            contact_s: self.ball.contact_s.clone(),
+            mirror_left_kicks: self.mirror_left_kicks,
+            where_it_lay: self.ball.after_strike.contract(),
+        }
+    }
+
+    /// Lets a policy be played so.
+    pub fn set_play(&mut self, play: PlayContract) {
+        self.ball.contact_s = play.contact_s;
+        self.mirror_left_kicks = play.mirror_left_kicks;
+        self.ball.after_strike.set_contract(play.where_it_lay);
+    }
+
+    /// Checks that every value is in its range.
+    ///
+    /// # Errors
+    /// The first value that is not.
+    pub fn validate(&self) -> Result<(), TaskError> {
+        let hold = ([0.0, 60.0], "times from 0 to 60 s");
+        let episode = ("episode_length_s", self.episode_length_s.into(), POSITIVE_TIME);
+        check("", &[("hold_s", self.hold_s.into(), hold), episode])?;
+        check_scene(&self.scene)?;
+        check_material("robot_material", &self.robot_material)?;
+        check_ball(&self.ball_params)?;
+        self.resets.check()?;
+        self.pushes.check()?;
+        self.ball.check()?;
+        self.goal.check()?;
+        self.rewards.kick.check()?;
+        if self.mirror_left_kicks && self.reference == ReferenceSource::None {
+            let expected = "false without a reference, which says which foot kicks";
+            return Err(value_error("mirror_left_kicks", expected, "true".into()));
+        }
+        self.observations.check(self.reference)?;
+        self.ball.after_strike.check(self.reference)?;
+        self.eyes.check().map_err(|error| TaskError::below("eyes", error))?;
+        if self.perceives() && self.observations.perception.errs() {
+            let expected = "no errors of its own while knowledge is \"perceived\" (eyes has them)";
+            return Err(value_error("observations.perception", expected, "some".into()));
+        }
+        self.randomization.check(self.control_dt_s())?;
+        contact_kind::check(&self.contact_kind)?;
+        self.sampling.check(self.reference, self.hold_s)?;
+        self.exploration.check(self.reference)?;
+        if let Some((name, time_s)) = self.play().wrong_time() {
+            return Err(value_error(
+                &format!("ball.contact_s.{name}"),
+                "a time from 0 to 60 s",
+                time_s.to_string(),
+            ));
+        }
+        self.rewards.validate()?;
+        self.terminations.validate()?;
+        if self.reference == ReferenceSource::None {
+            self.check_without_reference()?;
+        }
+        Ok(())
+    }
+
+    /// Refuses terms that need the reference that there is not.
+    fn check_without_reference(&self) -> Result<(), TaskError> {
+        let rewards = self.rewards.active().map(|(name, needs)| ("reward", name, needs));
+        let terminations = self.terminations.active().map(|(name, needs)| ("termination", name, needs));
+        match rewards.chain(terminations).find(|(.., needs)| needs.contains(&Requirement::Reference)) {
+            Some((kind, name, _)) => Err(TaskError::NeedsReference { kind, name }),
+            None => Ok(()),
+        }
+    }
+
+    /// True if the policy sees a rolling ball where it will be when the reference strikes; motions are chosen by that place then.
+    pub fn predicts_ball(&self) -> bool {
+        self.observations.policy.contains(&ObservationId::BallAtStrike)
+    }
+
+    /// True if ball and goal are known through the robot's eyes.
+    pub fn perceives(&self) -> bool {
+        self.knowledge == KnowledgeMode::Perceived
+    }
+
+    /// This task with another knowledge of ball and goal; the errors of `observations.perception`, which belong to neither, are off.
+    #[must_use]
+    pub fn with_knowledge(&self, knowledge: KnowledgeMode) -> Self {
+        let mut task = Self { knowledge, ..self.clone() };
+        task.observations.perception.switch_off();
+        task
+    }
+
+    /// Duration of a control step `[s]`.
+    pub fn control_dt_s(&self) -> f64 {
+        self.scene.physics_dt_s * self.scene.substeps as f64
+    }
+}
+
+pub(crate) fn value_error(key: &str, expected: &str, found: String) -> TaskError {
+    TaskError::Value { key: key.to_owned(), expected: expected.to_owned(), found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn builtin_presets_parse_and_survive_a_round_trip() {
+        for (name, ..) in BUILTIN {
+            let preset = TaskPreset::builtin(name).expect("valid");
+            let text = toml::to_string(&preset).expect("writes");
+            assert_eq!(TaskPreset::parse(name, &text, &[]).expect("reads"), preset);
+            assert!((preset.control_dt_s() - 0.02).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn an_unknown_key_and_a_bad_range_are_refused() {
+        let task = TaskPreset::builtin("paper_stage1").expect("valid");
+        let text = format!("surprise = 1\n{}", toml::to_string(&task).expect("writes"));
+        let error = TaskPreset::parse("x", &text, &[]).expect_err("unknown key").to_string();
+        assert!(error.contains("x:1: surprise: unknown key"), "{error}");
+        let error = task.with_overrides(&["pushes.interval_s=[3, 1]".into()]).expect_err("bad");
+        assert_eq!(
+            error.to_string(),
+            "preset: pushes.interval_s is [3.0, 1.0], expected [lo, hi] with lo <= hi"
+        );
+    }
+
+    #[test]
+    fn a_key_that_the_file_leaves_out_can_be_overridden() {
+        let task = TaskPreset::builtin("paper_stage2").expect("valid");
+        let mut table = toml::Table::try_from(&task).expect("writes");
+        assert!(table["rewards"].as_table_mut().expect("a table").remove("hand_pos").is_some());
+        let text = table.to_string();
+        let hand_pos =
+            |overrides: &[String]| TaskPreset::parse("x", &text, overrides).expect("valid").rewards.hand_pos;
+        assert_eq!((hand_pos(&[]).weight, hand_pos(&[]).sigma), (0.0, 0.1));
+        assert_eq!(hand_pos(&["rewards.hand_pos.sigma=0.2".into()]).sigma, 0.2);
+    }
+
+    #[test]
+    fn the_papers_ball_is_the_engines_default_one() {
+        let ball = TaskPreset::builtin("paper_stage2").expect("valid").ball_params;
+        assert_eq!(ball, BallParams::default());
+    }
+
+    #[test]
+    fn stage_weights_are_the_papers() {
+        let one = TaskPreset::builtin("paper_stage1").expect("valid").rewards;
+        let two = TaskPreset::builtin("paper_stage2").expect("valid").rewards;
+        assert_eq!([one.anchor_pos.weight, one.body_pos.weight, one.foot_pos.weight], [1.0, 1.0, 0.0]);
+        assert_eq!([two.anchor_pos.weight, two.anchor_ori.weight, two.body_pos.weight], [0.0, 0.5, 0.8]);
+        assert_eq!([two.contact.weight, two.side_kick.weight, two.vel_align.weight], [50.0, 50.0, 30.0]);
+        assert_eq!([two.speed.weight, two.z_speed.weight, two.upright.weight], [10.0, -0.2, -1.0]);
+    }
+}

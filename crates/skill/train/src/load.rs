@@ -1,0 +1,258 @@
+//! Reads run presets: a file over its bases, then `--set`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use paid_learn::Checkpoint;
+use paid_task::TaskPreset;
+use paid_task::layers::{KeyError, LayerError, Tree};
+use toml::Value;
+
+use crate::folder::PRESET_FILE;
+use crate::{RunPreset, TrainError};
+
+/// Run presets that the binary carries: name, file and TOML text.
+pub const BUILTIN: [(&str, &str, &str); 17] = [
+    ("paper_stage1", "paper_stage1.toml", include_str!("../../../../configs/presets/paper_stage1.toml")),
+    ("paper_stage2", "paper_stage2.toml", include_str!("../../../../configs/presets/paper_stage2.toml")),
+    ("stage1", "stage1.toml", include_str!("../../../../configs/presets/stage1.toml")),
+    ("stage2", "stage2.toml", include_str!("../../../../configs/presets/stage2.toml")),
+    ("stage1_hour", "stage1_hour.toml", include_str!("../../../../configs/presets/stage1_hour.toml")),
+    ("stage2_hour", "stage2_hour.toml", include_str!("../../../../configs/presets/stage2_hour.toml")),
+    ("stage1_fast", "stage1_fast.toml", include_str!("../../../../configs/presets/stage1_fast.toml")),
+    ("stage2_fast", "stage2_fast.toml", include_str!("../../../../configs/presets/stage2_fast.toml")),
+    ("stage1_lstm", "stage1_lstm.toml", include_str!("../../../../configs/presets/stage1_lstm.toml")),
+    ("stage2_lstm", "stage2_lstm.toml", include_str!("../../../../configs/presets/stage2_lstm.toml")),
+    ("stage3", "stage3.toml", include_str!("../../../../configs/presets/stage3.toml")),
+    (
+        "stage3_no_sysid",
+        "stage3_no_sysid.toml",
+        include_str!("../../../../configs/presets/stage3_no_sysid.toml"),
+    ),
+    (
+        "stage3_no_noise",
+        "stage3_no_noise.toml",
+        include_str!("../../../../configs/presets/stage3_no_noise.toml"),
+    ),
+    ("pure_rl", "pure_rl.toml", include_str!("../../../../configs/presets/pure_rl.toml")),
+    (
+        "pure_rl_scattered",
+        "pure_rl_scattered.toml",
+        include_str!("../../../../configs/presets/pure_rl_scattered.toml"),
+    ),
+    ("amp", "amp.toml", include_str!("../../../../configs/presets/amp.toml")),
+    ("single_stage", "single_stage.toml", include_str!("../../../../configs/presets/single_stage.toml")),
+];
+
+/// Keys of earlier versions, and what stands for them now.
+const FORMER: [(&str, &str); 12] = [
+    ("task.base", "'base' stands once, at the top of the file, and names a run preset such as paper_stage2"),
+    ("task.randomisation", "this is task.randomization now"),
+    ("task.sampling.miss_weight", "this is task.sampling.miss_sampling_weight now"),
+    (
+        "task.observations.lead_ball",
+        "task.observations.policy and .critic list 'ball_at_strike' (true) or 'ball_pos' (false) now",
+    ),
+    (
+        "task.observations.noise.reference_ang_vel",
+        "this is task.observations.noise.reference_anchor_ang_vel now",
+    ),
+    ("task.observations.noise.joint_pos", "this is task.observations.noise.joint_pos_rel now"),
+    ("task.terminations.anchor_height_m", "this is task.terminations.anchor_height.limit_m now"),
+    ("task.terminations.gravity_z", "this is task.terminations.gravity.limit now"),
+    ("task.terminations.end_effector_height_m", "this is task.terminations.end_effector.limit_m now"),
+    ("task.terminations.anchor_distance_m", "this is task.terminations.anchor_distance.limit_m now"),
+    (
+        "scene",
+        "this is a task without its run; put it into [task] of a run preset with base = \"paper_stage2\"",
+    ),
+    (
+        "rewards",
+        "this is a task without its run; put it into [task] of a run preset with base = \"paper_stage2\"",
+    ),
+];
+
+/// A resolved preset and where each of its values comes from.
+#[derive(Clone, Debug)]
+pub struct Resolved {
+    /// The preset.
+    pub preset: RunPreset,
+    /// Every value with its origin; those of phases stand below `phases.0`, `phases.1` and so on.
+    pub origins: Tree,
+    /// The preset's files, its own first.
+    pub files: Vec<String>,
+}
+
+/// The task of a run preset (built-in name or file) with `--set` overrides, whose keys stand in the task.
+///
+/// # Errors
+/// As [`RunPreset::resolve`].
+pub fn task_preset(name: &str, overrides: &[String]) -> Result<TaskPreset, TrainError> {
+    Ok(Resolved::load(name, overrides, "task")?.preset.task)
+}
+
+impl Resolved {
+    /// Reads a preset by built-in name or file path, lays it over its bases, and applies `KEY=VALUE` overrides, whose keys stand below
+    /// `prefix`.
+    ///
+    /// # Errors
+    /// [`TrainError::Preset`] naming file and line or override, key, expected and found.
+    pub fn load(name: &str, overrides: &[String], prefix: &str) -> Result<Self, TrainError> {
+        let mut files = Vec::new();
+        let tree = read(name, Path::new(""), &mut files)?;
+        Self::finish(name, tree, files, overrides, prefix)
+    }
+
+    /// Reads the resolved preset that a run saved, and applies overrides.
+    ///
+    /// # Errors
+    /// If the text is not one, or an override does not apply.
+    pub fn of_text(place: &str, text: &str, overrides: &[String]) -> Result<Self, TrainError> {
+        let mut tree = Tree::parse(place, text)?;
+        refuse_former(&tree)?;
+        tree.expand_surfaces(Path::new(""))?;
+        Self::finish(place, tree, vec![place.to_owned()], overrides, "")
+    }
+
+    fn finish(
+        place: &str,
+        mut tree: Tree,
+        files: Vec<String>,
+        overrides: &[String],
+        prefix: &str,
+    ) -> Result<Self, TrainError> {
+        let typed = |tree: &Tree| tree.typed().map_err(|error| tree.locate(error, place));
+        let fill = |tree: &mut Tree, preset: &RunPreset| {
+            tree.fill(preset)
+                .map_err(|error| LayerError { place: place.to_owned(), message: error.to_string() })
+        };
+        let mut preset: RunPreset = typed(&tree)?;
+        // Through the type and back, so that values that are left to their defaults can be overridden too.
+        fill(&mut tree, &preset)?;
+        for text in overrides {
+            let key = tree.set(text, prefix)?;
+            tree.hold_key("phases", &key);
+        }
+        preset = typed(&tree)?;
+        fill(&mut tree, &preset)?;
+        preset.check().map_err(|error| tree.locate(error, place))?;
+        Ok(Self { preset, origins: tree, files })
+    }
+}
+
+impl RunPreset {
+    /// Reads a preset by built-in name or file path, lays it over its bases, and applies `KEY=VALUE` overrides.
+    ///
+    /// A preset may say `base = "NAME|FILE"` at the top: a built-in preset, or a path relative to the file. What a preset or an override
+    /// says holds in every phase of the presets below.
+    ///
+    /// # Errors
+    /// [`TrainError::Preset`] naming file and line or override, key, expected and found.
+    pub fn resolve(name: &str, overrides: &[String]) -> Result<Self, TrainError> {
+        Ok(Resolved::load(name, overrides, "")?.preset)
+    }
+
+    /// Reads the resolved preset that a run saved, and applies overrides.
+    ///
+    /// # Errors
+    /// If the text is not one, or an override does not apply.
+    pub fn from_resolved(place: &str, text: &str, overrides: &[String]) -> Result<Self, TrainError> {
+        Ok(Resolved::of_text(place, text, overrides)?.preset)
+    }
+
+    /// The resolved preset that a run saved in its folder, with overrides.
+    ///
+    /// # Errors
+    /// If the folder holds none, or an override does not apply.
+    pub fn of_run(run: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+        Ok(Resolved::of_run(run, overrides)?.preset)
+    }
+
+    /// What held when a checkpoint was written.
+    ///
+    /// # Errors
+    /// If it holds no preset, one of an earlier version, or one that is damaged.
+    pub fn of_checkpoint(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
+        let path = checkpoint.path();
+        let fail = |message: String| TrainError::Checkpoint { path: path.to_owned(), message };
+        let text = checkpoint
+            .blob(PRESET_FILE)
+            .ok_or_else(|| fail(format!("expected an entry '{PRESET_FILE}' (text), found none")))?;
+        let text = std::str::from_utf8(text).map_err(|error| fail(format!("{PRESET_FILE}: {error}")))?;
+        Self::from_resolved(PRESET_FILE, text, &[]).map_err(|error| {
+            fail(format!(
+                "its preset is not one of this version ({error}). If it is of an earlier version, train again, or score the \
+                 policy.onnx that lies beside it, which holds no preset"
+            ))
+        })
+    }
+}
+
+impl Resolved {
+    /// [`Resolved::of_text`] of a run folder.
+    ///
+    /// # Errors
+    /// If the folder holds no preset, or an override does not apply.
+    pub fn of_run(run: &Path, overrides: &[String]) -> Result<Self, TrainError> {
+        let path = run.join(PRESET_FILE);
+        let text = fs::read_to_string(&path).map_err(TrainError::read(&path))?;
+        Self::of_text(&path.to_string_lossy(), &text, overrides)
+    }
+}
+
+/// Reads a preset and lays it over its bases; `files` gets their names.
+fn read(name: &str, folder: &Path, files: &mut Vec<String>) -> Result<Tree, TrainError> {
+    let (file, text, folder) = match BUILTIN.iter().find(|(builtin, ..)| *builtin == name) {
+        Some((_, file, text)) => ((*file).to_owned(), (*text).to_owned(), PathBuf::new()),
+        None => {
+            let path = folder.join(name);
+            // A path has an ending; a built-in name has none.
+            if path.extension().is_none_or(|e| e != "toml") {
+                let names = BUILTIN.map(|(name, ..)| name).join(", ");
+                return Err(TrainError::Preset {
+                    place: files.last().map_or(name, String::as_str).to_owned(),
+                    message: format!(
+                        "expected a built-in preset ({names}) or the path of a .toml file, found '{name}'"
+                    ),
+                });
+            }
+            let text = fs::read_to_string(&path).map_err(TrainError::read(&path))?;
+            let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+            (path.to_string_lossy().into_owned(), text, folder)
+        }
+    };
+    let mut tree = Tree::parse(&file, &text)?;
+    refuse_former(&tree)?;
+    tree.expand_surfaces(&folder)?;
+    let place = tree.origin("base").to_string();
+    let fail = |message: String| TrainError::Preset { place, message };
+    files.push(file);
+    match tree.take("base").and_then(|base| base.value("")) {
+        None => Ok(tree),
+        Some(Value::String(_)) if files.len() > DEPTH => Err(fail(format!(
+            "base: expected at most {DEPTH} presets below one another, found {}",
+            files.join(", ")
+        ))),
+        Some(Value::String(base)) => {
+            let mut bottom = read(&base, &folder, files)?;
+            bottom.hold("phases", &tree);
+            bottom.lay(tree);
+            Ok(bottom)
+        }
+        Some(base) => Err(fail(format!("base: expected a name or path, found {base}"))),
+    }
+}
+
+/// A user's file over a variant over a preset over the paper's, and no deeper: nobody could read it.
+const DEPTH: usize = 4;
+
+fn refuse_former(tree: &Tree) -> Result<(), LayerError> {
+    match FORMER.iter().find(|(key, _)| tree.contains(key)) {
+        Some((key, now)) => {
+            let error =
+                KeyError { key: (*key).to_owned(), message: format!("a key of an earlier version; {now}") };
+            Err(tree.locate(error, ""))
+        }
+        None => Ok(()),
+    }
+}
