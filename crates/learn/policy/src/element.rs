@@ -2,10 +2,15 @@
 
 use paid_lanes::{Isa, IsaVisitor, Kernel, MAX_LANES, Real, Scalar};
 
+use crate::matrix::{Mat, MatMut, product_f32, product_f64};
+
 /// Element type of a network: `f32` in training, `f64` in gradient tests. Both run the same source.
 pub trait Element: Scalar {
     /// Runs a kernel with the widest lanes of this CPU (`f64`: one lane).
     fn launch<K: Lanewise<Self>>(kernel: K) -> K::Output;
+
+    /// `dst = a b`, or `dst += a b` if `accumulate`; the shapes fit.
+    fn product(dst: MatMut<'_, Self>, a: Mat<'_, Self>, b: Mat<'_, Self>, accumulate: bool);
 
     /// `values`, if they are `f32`: only those have products in bfloat16.
     fn f32s(values: &[Self]) -> Option<&[f32]>;
@@ -44,6 +49,10 @@ impl<K: Lanewise<f32>> IsaVisitor for Choose<K> {
 }
 
 impl Element for f32 {
+    fn product(dst: MatMut<'_, Self>, a: Mat<'_, Self>, b: Mat<'_, Self>, accumulate: bool) {
+        product_f32(dst, a, b, accumulate);
+    }
+
     fn launch<K: Lanewise<f32>>(kernel: K) -> K::Output {
         Isa::detect().dispatch(Choose(kernel))
     }
@@ -58,6 +67,10 @@ impl Element for f32 {
 }
 
 impl Element for f64 {
+    fn product(dst: MatMut<'_, Self>, a: Mat<'_, Self>, b: Mat<'_, Self>, accumulate: bool) {
+        product_f64(dst, a, b, accumulate);
+    }
+
     fn launch<K: Lanewise<f64>>(kernel: K) -> K::Output {
         <f64 as Real>::run(Enter(kernel, core::marker::PhantomData::<f64>))
     }

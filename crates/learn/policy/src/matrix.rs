@@ -181,18 +181,26 @@ pub fn multiply<S: Element>(dst: MatMut<'_, S>, a: Mat<'_, S>, b: Mat<'_, S>, ac
         b.rows,
         b.cols
     );
+    S::product(dst, a, b, accumulate);
+}
+
+/// [`multiply`] by the `gemm` kernels.
+pub(crate) fn product_f32(dst: MatMut<'_, f32>, a: Mat<'_, f32>, b: Mat<'_, f32>, accumulate: bool) {
+    // Its kernels prefer a destination whose columns are contiguous: `(a b)^T = b^T a^T`.
+    let stride = dst.stride as isize;
+    let (dst_col, dst_row, a, b) = if stride > 1 { (stride, 1, b.t(), a.t()) } else { (1, stride, a, b) };
     // SAFETY: every constructor checked that its slice holds each element that rows, columns and strides reach
     // (strides are non-negative); `dst` is a unique borrow, so it overlaps neither operand, and its rows do not
-    // overlap. `S` is `f32` or `f64`, which `gemm` supports.
+    // overlap.
     #[allow(unsafe_code)]
     unsafe {
-        gemm::gemm(
-            dst.rows,
-            dst.cols,
+        gemm_f32::gemm::f32::get_gemm_fn()(
+            a.rows,
+            b.cols,
             a.cols,
             dst.data.as_mut_ptr(),
-            1,
-            dst.stride as isize,
+            dst_col,
+            dst_row,
             accumulate,
             a.data.as_ptr(),
             a.col_stride as isize,
@@ -200,13 +208,29 @@ pub fn multiply<S: Element>(dst: MatMut<'_, S>, a: Mat<'_, S>, b: Mat<'_, S>, ac
             b.data.as_ptr(),
             b.col_stride as isize,
             b.row_stride as isize,
-            S::from_f64(1.0),
-            S::from_f64(1.0),
+            1.0,
+            1.0,
             false,
             false,
             false,
-            gemm::Parallelism::None,
+            gemm_common::Parallelism::None,
         );
+    }
+}
+
+/// [`multiply`] in plain loops.
+pub(crate) fn product_f64(mut dst: MatMut<'_, f64>, a: Mat<'_, f64>, b: Mat<'_, f64>, accumulate: bool) {
+    for i in 0..dst.rows {
+        let row = dst.row(i);
+        if !accumulate {
+            row.fill(0.0);
+        }
+        for l in 0..a.cols {
+            let factor = a.data[i * a.row_stride + l * a.col_stride];
+            for (j, sum) in row.iter_mut().enumerate() {
+                *sum += factor * b.data[l * b.row_stride + j * b.col_stride];
+            }
+        }
     }
 }
 
