@@ -1,7 +1,8 @@
 //! A state of the engine's world as the page draws it.
 
 use paid_lanes::{Mat3, Quat, Vec3};
-use paid_task::{BelievedBall, BodySample, EnvSample, ReferenceLibrary};
+use paid_play::ReferenceLibrary;
+use paid_task::{BelievedBall, BodySample, EnvSample};
 
 use crate::Pose2;
 use crate::pose2::turned;

@@ -11,7 +11,7 @@ use paid_eval::metrics::shooting::fallen;
 use paid_eval::monitor::Monitor;
 use paid_eval::subject::Subject;
 use paid_lanes::{Mat3, Quat, Vec3};
-use paid_task::ReferenceLibrary;
+use paid_play::ReferenceLibrary;
 
 use crate::drawn::Drawn;
 use crate::pace::Pace;

@@ -13,8 +13,8 @@ use paid_eval::dataset::{Dataset, PICTURES};
 use paid_eval::shooting::Grid;
 use paid_live::{Command, Motions, ServeOptions, play_motions};
 use paid_motion::MotionLibrary;
+use paid_play::OwnPlace;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::preset::OwnPlace;
 
 fn ask(address: SocketAddr, path: &str) -> String {
     let mut stream = TcpStream::connect(address).expect("the server listens");

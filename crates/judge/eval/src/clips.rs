@@ -6,7 +6,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use paid_lanes::rng::Rng;
-use paid_task::{EnvSample, own_place};
+use paid_play::own_place;
+use paid_task::EnvSample;
 use serde::Serialize;
 
 use crate::EvalError;

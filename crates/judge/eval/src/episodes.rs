@@ -10,11 +10,10 @@ use std::thread;
 use std::time::Instant;
 
 use paid_lanes::Isa;
+use paid_play::ReferenceLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{
-    EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, ReferenceLibrary, TaskPreset, TaskShard,
-};
+use paid_task::{EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, TaskPreset, TaskShard};
 use paid_train::Ranks;
 
 use crate::EvalError;

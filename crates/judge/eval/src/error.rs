@@ -11,6 +11,9 @@ pub enum EvalError {
     /// The task refuses.
     #[error(transparent)]
     Task(#[from] TaskError),
+    /// The motions do not fit the robot.
+    #[error(transparent)]
+    Play(#[from] paid_play::PlayError),
     /// The referee is missing or refuses the scene.
     #[error(transparent)]
     Mujoco(#[from] paid_mujoco::MujocoError),

@@ -13,9 +13,10 @@ use paid_eval::{EvalError, picture};
 use paid_lanes::Isa;
 use paid_learn::ranks::ThreadRanks;
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_robot::{RobotModel, RobotSpec};
+use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
-use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::Ranks;
 
 /// The folder of the standard kicks, or `None` (the test is skipped).

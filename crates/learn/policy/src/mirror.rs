@@ -49,6 +49,13 @@ pub struct Mirrors {
     pub action: Mirror,
 }
 
+impl Mirrors {
+    /// Of a policy that observes these terms and gives an action for each joint.
+    pub fn new(sides: &Sides, terms: &[ObservationId]) -> Self {
+        Self { observation: Mirror::of_observation(terms, sides), action: Mirror::of_joints(sides) }
+    }
+}
+
 impl Mirror {
     /// Of a number for each joint: angles, velocities, actions.
     pub fn of_joints(sides: &Sides) -> Self {

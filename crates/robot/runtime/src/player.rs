@@ -4,10 +4,11 @@ use std::path::{Path, PathBuf};
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_policy::observation::{self, Need};
 use paid_policy::{Mirrors, Policy, Pose, ReferenceView};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
-use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_task::TaskPreset;
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::task_contract;
 use serde::{Deserialize, Serialize};
@@ -83,8 +84,9 @@ impl Player {
         let rate = 1.0 / task.control_dt_s();
         let motions =
             MotionLibrary::open(&folder, &trained.model, &trained.spec, rate).map_err(DeployError::policy)?;
-        let library = ReferenceLibrary::for_task(&motions, &trained.model, &trained.spec, &task)
-            .map_err(DeployError::policy)?;
+        let library =
+            ReferenceLibrary::for_play(&motions, &trained.model, &trained.spec, &task.play_preset())
+                .map_err(DeployError::policy)?;
         Self::new(trained, task, library)
     }
 
@@ -133,7 +135,7 @@ impl Player {
         task.check_memory(policy.net.is_recurrent()).map_err(DeployError::policy)?;
         let mirrors = if task.mirror_left_kicks {
             let terms = &task.observations.policy;
-            Some(paid_task::policy_mirrors(&model, &spec, terms).map_err(DeployError::policy)?)
+            Some(paid_play::policy_mirrors(&model, &spec, terms).map_err(DeployError::policy)?)
         } else {
             None
         };
@@ -168,7 +170,7 @@ impl Player {
         let (frame, n) = (self.library.frame(motion, t), self.joints());
         joints.clear();
         joints.extend(frame[..2 * n].iter().map(|x| f64::from(*x)));
-        let at = 2 * n + paid_task::FrameLayout::BODY * self.anchor;
+        let at = 2 * n + paid_play::FrameLayout::BODY * self.anchor;
         let x = |k: usize| f64::from(frame[at + k]);
         let (joint_pos, joint_vel) = joints.split_at(n);
         ReferenceView {

@@ -9,11 +9,12 @@ use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
 use paid_mujoco::{MujocoSim, SceneOptions};
 use paid_physics::{GroupState, Simulator};
+use paid_play::{RollingBall, motion_for};
 use paid_policy::net::Network;
 use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, Pose, VecEnv};
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{Limits, OdometryPose, Packet, Player, PolicyTrace, Runtime, Sighting, State};
-use paid_task::{EpisodeRules, EvalControl, InitialState, RollingBall, Task, TaskSetup, motion_for};
+use paid_task::{EpisodeRules, EvalControl, InitialState, Task, TaskSetup};
 
 const BALL: [f64; 2] = [1.2, 0.1];
 const GOAL: [f64; 2] = [5.0, 0.4];

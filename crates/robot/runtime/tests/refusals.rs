@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use common::player;
+use paid_play::ReferenceLibrary;
 use paid_runtime::sim::{Fault, drill};
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};
-use paid_task::ReferenceLibrary;
 use paid_train::TrainedPolicy;
 
 fn policy() -> PathBuf {

@@ -8,9 +8,10 @@ use std::time::Instant;
 
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{Agent, ReferenceLibrary, ShardSetup, TaskPreset, TaskSetup, build_shard, run_agent};
+use paid_task::{Agent, ShardSetup, TaskPreset, TaskSetup, build_shard, run_agent};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();

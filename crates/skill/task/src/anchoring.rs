@@ -1,10 +1,8 @@
 //! A reference that begins where the robot stands: clips are moved over the ground, robots are not.
 
 use paid_lanes::{Quat, Real, Vec3};
+use paid_play::{MotionFacts, turned};
 use serde::{Deserialize, Serialize};
-
-use crate::MotionFacts;
-use crate::placement::turned;
 
 /// Where a motion begins: a turn about the vertical and a shift over the ground of everything in the clip.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

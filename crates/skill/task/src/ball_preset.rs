@@ -1,9 +1,8 @@
-//! Where ball and goal are, and what is shown of the ball after the strike.
+//! Where ball and goal are at the start.
 
 use std::collections::BTreeMap;
 
-use paid_policy::WhereItLay;
-use paid_track::AfterStrikeTimes;
+use paid_play::{AfterStrikePreset, OwnPlace};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
@@ -20,17 +19,6 @@ pub enum BallRule {
     /// evaluation. Episodes from the first frame draw the ball first; others draw motion and phase first and then a ball that
     /// belongs to the motion, and begin displaced toward it by the share of the way to the strike that is behind them.
     Workspace,
-}
-
-/// Where a motion's own ball is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum OwnPlace {
-    /// Where the torso ends, as in the paper, whose kicks end where the ball was.
-    #[default]
-    TorsoEnd,
-    /// Ahead of the foot in the frame of the strike ([`paid_motion::ball_ahead`]): for motions that go on to another place afterwards.
-    Strike,
 }
 
 /// Where the ball lies at the start.
@@ -99,69 +87,21 @@ impl BallPlacement {
     }
 }
 
-/// What is shown of the ball after the strike.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum ShownAfterStrike {
-    /// The ball, wherever it flies.
-    Ball,
-    /// Where it lay at the strike, at rest in the world. With the last frame of a motion held, a policy that had never seen a
-    /// ball meters away fell in 83% of the shots within 8 s, and in 5% with this.
-    WhereItLay,
-}
-
-/// What is shown of the ball after the strike, and from when on. Times are the reference's: a robot knows the phase of its motion.
-/// May be left out.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AfterStrikePreset {
-    /// What is shown.
-    pub show: ShownAfterStrike,
-    /// `where_it_lay`: from so long after the strike on `[s]`.
-    pub from_s: f64,
-    /// `where_it_lay`: so long before the strike the ball's place at the strike is taken as known `[s]`. Feet have met the ball
-    /// up to some 0.15 s early.
-    pub captured_s: f64,
-}
-
-impl Default for AfterStrikePreset {
-    fn default() -> Self {
-        Self { show: ShownAfterStrike::Ball, from_s: 0.3, captured_s: 0.2 }
+/// Refuses times out of range, and a rule about a strike that there is not.
+pub(crate) fn check_after_strike(
+    rule: &AfterStrikePreset,
+    reference: ReferenceSource,
+) -> Result<(), TaskError> {
+    let limits = ([0.0, 5.0], "0 to 5 s");
+    check(
+        "ball.after_strike",
+        &[("from_s", rule.from_s.into(), limits), ("captured_s", rule.captured_s.into(), limits)],
+    )?;
+    if rule.times().is_some() && reference == ReferenceSource::None {
+        let expected = "'ball' in a task without a reference, which has no strike";
+        return Err(value_error("ball.after_strike.show", expected, "'where_it_lay'".into()));
     }
-}
-
-impl AfterStrikePreset {
-    /// The rule's times; `None` where the ball is shown as it is.
-    pub fn times(&self) -> Option<AfterStrikeTimes> {
-        (self.show == ShownAfterStrike::WhereItLay)
-            .then_some(AfterStrikeTimes { captured_s: self.captured_s, from_s: self.from_s })
-    }
-
-    pub(crate) fn contract(&self) -> Option<WhereItLay> {
-        self.times().map(|AfterStrikeTimes { captured_s, from_s }| WhereItLay { captured_s, from_s })
-    }
-
-    pub(crate) fn set_contract(&mut self, lay: Option<WhereItLay>) {
-        match lay {
-            Some(WhereItLay { captured_s, from_s }) => {
-                *self = Self { show: ShownAfterStrike::WhereItLay, from_s, captured_s };
-            }
-            None => self.show = ShownAfterStrike::Ball,
-        }
-    }
-
-    pub(crate) fn check(&self, reference: ReferenceSource) -> Result<(), TaskError> {
-        let limits = ([0.0, 5.0], "0 to 5 s");
-        check(
-            "ball.after_strike",
-            &[("from_s", self.from_s.into(), limits), ("captured_s", self.captured_s.into(), limits)],
-        )?;
-        if self.times().is_some() && reference == ReferenceSource::None {
-            let expected = "'ball' in a task without a reference, which has no strike";
-            return Err(value_error("ball.after_strike.show", expected, "'where_it_lay'".into()));
-        }
-        Ok(())
-    }
+    Ok(())
 }
 
 /// Where the goal is: uniform in a rectangle ahead of the motion's first frame (paper, section III-A).
@@ -194,42 +134,22 @@ impl GoalPreset {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use paid_play::ShownAfterStrike;
 
-    #[test]
-    fn a_contract_sets_the_rule_that_it_was_made_of() {
-        let mut rule = AfterStrikePreset::default();
-        assert_eq!(rule.contract(), None);
-        rule.set_contract(Some(WhereItLay { captured_s: 0.1, from_s: 0.4 }));
-        assert_eq!(
-            rule,
-            AfterStrikePreset { show: ShownAfterStrike::WhereItLay, from_s: 0.4, captured_s: 0.1 }
-        );
-        assert_eq!(rule.contract(), Some(WhereItLay { captured_s: 0.1, from_s: 0.4 }));
-        rule.set_contract(None);
-        assert_eq!(rule, AfterStrikePreset { show: ShownAfterStrike::Ball, from_s: 0.4, captured_s: 0.1 });
-    }
+    use super::*;
 
     #[test]
     fn a_rule_without_a_strike_or_with_a_negative_time_is_refused() {
         let rule = AfterStrikePreset { show: ShownAfterStrike::WhereItLay, ..AfterStrikePreset::default() };
-        rule.check(ReferenceSource::Motions).expect("valid");
-        let error = rule.check(ReferenceSource::None).expect_err("no strike").to_string();
+        check_after_strike(&rule, ReferenceSource::Motions).expect("valid");
+        let error = check_after_strike(&rule, ReferenceSource::None).expect_err("no strike").to_string();
         assert!(
             error.starts_with("preset: ball.after_strike.show is 'where_it_lay', expected 'ball'"),
             "{error}"
         );
-        AfterStrikePreset::default().check(ReferenceSource::None).expect("the ball as it is");
-        let error = AfterStrikePreset { from_s: -0.1, ..rule }.check(ReferenceSource::Motions);
+        check_after_strike(&AfterStrikePreset::default(), ReferenceSource::None).expect("the ball as it is");
+        let error = check_after_strike(&AfterStrikePreset { from_s: -0.1, ..rule }, ReferenceSource::Motions);
         let error = error.expect_err("negative").to_string();
         assert_eq!(error, "preset: ball.after_strike.from_s is -0.1, expected 0 to 5 s");
-    }
-
-    #[test]
-    fn what_a_preset_leaves_out_is_the_ball_as_it_is() {
-        let rule: AfterStrikePreset = toml::from_str("").expect("empty");
-        assert_eq!((rule.times(), rule.from_s), (None, 0.3));
-        let rule: AfterStrikePreset = toml::from_str("show = 'where_it_lay'\nfrom_s = 0.5").expect("valid");
-        assert_eq!(rule.times(), Some(AfterStrikeTimes { captured_s: 0.2, from_s: 0.5 }));
     }
 }

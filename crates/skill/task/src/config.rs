@@ -1,15 +1,14 @@
 //! Names resolved to indices, once.
 
 use paid_physics::{BodyState, GroupState};
+use paid_play::{MotionFacts, ReferenceLibrary, body_index, followed_bodies, sides};
 use paid_policy::{Dimensions, ObservationLayout, Sides};
-use paid_robot::mirror::mirrored_names;
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
-use crate::library::{body_index, followed_bodies};
 use crate::lower_legs::LowerLegs;
 use crate::observe::ObservationConfig;
 use crate::preset::ReferenceSource;
-use crate::{MotionFacts, ReferenceLibrary, TaskError, TaskPreset};
+use crate::{TaskError, TaskPreset};
 
 /// What every environment of a task shares. "Followed" indices are positions in [`ReferenceLibrary::followed`].
 #[derive(Clone, Debug)]
@@ -166,28 +165,4 @@ impl TaskConfig {
     pub(crate) fn joints(&self) -> usize {
         self.to_model.len()
     }
-}
-
-/// Which joints and tracked bodies are each other's image. Joints that rest or act otherwise than their image make a robot lopsided.
-pub(crate) fn sides(
-    robot: &RobotModel,
-    spec: &RobotSpec,
-    control: &ControlSpec,
-    to_model: &[usize],
-) -> Result<Sides, String> {
-    let images = robot.mirrored_joints().map_err(|e| e.to_string())?;
-    let joint = |&m: &usize| {
-        let (image, sign) = images[m];
-        let differ = |values: &[f64], sign: f64| (values[m] - sign * values[image]).abs() > 1e-9;
-        if differ(&control.default_pos, sign) || differ(&control.action_scale, 1.0) {
-            let [joint, image] = [m, image].map(|j| &robot.joints[j].name);
-            return Err(format!("'{joint}' rests or acts otherwise than its image '{image}'"));
-        }
-        let place = to_model.iter().position(|j| *j == image);
-        Ok((place.ok_or_else(|| format!("the policy does not have '{}'", robot.joints[image].name))?, sign))
-    };
-    Ok(Sides {
-        joints: to_model.iter().map(joint).collect::<Result<_, _>>()?,
-        bodies: mirrored_names("tracked body", &spec.tracked_bodies).map_err(|e| e.to_string())?,
-    })
 }

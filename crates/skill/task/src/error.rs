@@ -1,11 +1,15 @@
 //! What can go wrong when a task is built.
 
+use paid_play::PlayError;
 use paid_policy::observation::ObservationError;
 use thiserror::Error;
 
 /// A task that cannot be built or driven as asked.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum TaskError {
+    /// Motions, robot and rules of play do not fit each other.
+    #[error(transparent)]
+    Play(#[from] PlayError),
     /// The preset's text is not a valid preset.
     #[error("preset '{name}': {message}")]
     Preset {

@@ -3,6 +3,7 @@
 use paid_lanes::rng::{Rng, fill_normal, fill_symmetric};
 use paid_lanes::{Kernel, Mask, Real, Vec3};
 use paid_physics::{BodyState, GroupState};
+use paid_play::RollingBall;
 use paid_policy::{Pose, SceneView};
 use paid_track::{
     BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, EyesStart, TrueScene, effective_time,
@@ -10,10 +11,10 @@ use paid_track::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::BelievedBall;
 use crate::config::TaskConfig;
 use crate::reset::Start;
 use crate::rolling::roll_decay;
-use crate::{BelievedBall, RollingBall};
 
 /// What the policy knows of ball and goal, in training and in evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

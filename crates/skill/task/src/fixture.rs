@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use paid_physics::{BodyState, GroupState};
+use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_robot::{RobotModel, RobotSpec};
 
+use crate::TaskPreset;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kick::KickStep;
 use crate::rewards::RewardInput;
 use crate::terminations::TerminationInput;
 use crate::tracking::TrackingErrors;
-use crate::{ReferenceClip, ReferenceLibrary, TaskPreset};
 
 /// What a term reads. A test sets what its term measures; all else is zero and upright.
 pub(crate) struct Fixture {

@@ -66,7 +66,7 @@ pub(crate) struct GroupTask<V> {
 }
 
 impl<V: Real> GroupTask<V> {
-    pub(crate) fn new(config: &TaskConfig, layout: crate::FrameLayout) -> Self {
+    pub(crate) fn new(config: &TaskConfig, layout: paid_play::FrameLayout) -> Self {
         let zeros = vec![V::zero(); config.joints()];
         Self {
             reference: Reference::new(layout),

@@ -1,12 +1,10 @@
 //! Kicks of the left foot as the mirror image of those of the right foot.
 
-use paid_policy::observation::ObservationId;
-use paid_policy::{Mirror, Mirrors, Sides};
-use paid_robot::{Permutation, RobotModel, RobotSpec};
+use paid_play::MotionFacts;
+use paid_policy::{Mirror, Mirrors};
 
 use crate::TaskError;
-use crate::config::{TaskConfig, sides};
-use crate::library::MotionFacts;
+use crate::config::TaskConfig;
 use crate::preset::TaskPreset;
 use crate::task::EnvTask;
 
@@ -27,28 +25,9 @@ impl TaskPreset {
     }
 }
 
-/// How a policy's observation of these terms and its actions read in a mirrored world.
-///
-/// # Errors
-/// Why the robot has no mirror image.
-pub fn policy_mirrors(
-    robot: &RobotModel,
-    spec: &RobotSpec,
-    terms: &[ObservationId],
-) -> Result<Mirrors, String> {
-    let control = spec.resolve(robot).map_err(|e| e.to_string())?;
-    let to_model = Permutation::between(&robot.joint_names(), &spec.policy_joint_order)
-        .map_err(|e| format!("policy_joint_order: {e}"))?;
-    Ok(of_sides(&sides(robot, spec, &control, to_model.indices())?, terms))
-}
-
-/// [`policy_mirrors`] of a task.
+/// [`paid_play::policy_mirrors`] of a task.
 pub(crate) fn mirrors(config: &TaskConfig) -> Result<Mirrors, String> {
-    Ok(of_sides(config.sides.as_ref().map_err(Clone::clone)?, &config.preset.observations.policy))
-}
-
-fn of_sides(sides: &Sides, terms: &[ObservationId]) -> Mirrors {
-    Mirrors { observation: Mirror::of_observation(terms, sides), action: Mirror::of_joints(sides) }
+    Ok(Mirrors::new(config.sides.as_ref().map_err(Clone::clone)?, &config.preset.observations.policy))
 }
 
 /// Between the world and the policy, which does not know of left-footed kicks. The critic does not either: what the policy can do
@@ -76,7 +55,7 @@ impl Image {
             config.sides.as_ref().map_err(|why| TaskError::Robot(format!("mirror_left_kicks: {why}")))?;
         let terms = &config.preset.observations;
         Ok(Some(Self {
-            mirrors: of_sides(sides, &terms.policy),
+            mirrors: Mirrors::new(sides, &terms.policy),
             critic: Mirror::of_observation(&terms.critic, sides),
             left: Vec::new(),
             actions: Vec::new(),

@@ -2,8 +2,8 @@
 
 use paid_lanes::{Kernel, MAX_LANES, Real, store_f32};
 use paid_physics::GroupState;
+use paid_play::ReferenceLibrary;
 
-use crate::ReferenceLibrary;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::score::{Score, Sums, score};

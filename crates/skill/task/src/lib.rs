@@ -1,6 +1,6 @@
 //! The task: what the robot observes, what it is paid for, how its episodes begin and end.
 //!
-//! A [`TaskPreset`] (TOML) holds every constant, a [`ReferenceLibrary`] the motions, and a [`TaskShard`] steps a number of
+//! A [`TaskPreset`] (TOML) holds every constant, a [`paid_play::ReferenceLibrary`] the motions, and a [`TaskShard`] steps a number of
 //! environments, one per SIMD lane.
 
 mod act;
@@ -30,7 +30,6 @@ mod image;
 mod kernels;
 mod kick;
 pub mod layers;
-mod library;
 mod lower_legs;
 mod memory;
 mod metrics;
@@ -71,11 +70,8 @@ pub use eval_control::{
     BelievedBall, BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick, Shown,
 };
 pub use eyes::first_look;
-pub use image::policy_mirrors;
-pub use library::{FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M};
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
 pub use parameters::{ParameterInfo, Requirement};
-pub use placement::{RollingBall, motion_for, nearest_motion, own_place};
 pub use preset::TaskPreset;
 pub use rewards::{BodyKernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset};
 pub use rolling::roll_decay;

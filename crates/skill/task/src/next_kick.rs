@@ -29,11 +29,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let [x, y, _] = anchor.pos.lane(lane);
         let heading = anchor.rot.0[1][0].lane(lane).atan2(anchor.rot.0[0][0].lane(lane));
         let anchoring = Anchoring::new(facts, [x, y], heading);
-        let world = |xy: [f64; 2]| anchoring.point(crate::placement::from_start_frame(facts, xy));
+        let world = |xy: [f64; 2]| anchoring.point(paid_play::from_start_frame(facts, xy));
         let env = &self.envs[index];
         let radius = env.params.ball.radius_m;
         let ([ball_x, ball_y], [goal_x, goal_y]) = (world(next.ball_xy), world(next.goal_xy));
-        let [vx, vy] = crate::placement::turned(next.ball_velocity, heading);
+        let [vx, vy] = paid_play::turned(next.ball_velocity, heading);
         let mut state = self.sim.save_lane(group, lane);
         state.ball_pos = [ball_x, ball_y, self.sim.ground_height(group, lane, [ball_x, ball_y]) + radius];
         // Rolling without sliding.

@@ -6,13 +6,13 @@ pub(crate) mod numbers;
 use std::path::Path;
 
 use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
+use paid_play::PlayPreset;
 use paid_policy::PlayContract;
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
 
-pub use crate::ball_preset::{
-    AfterStrikePreset, BallPlacement, BallRule, GoalPreset, OwnPlace, ShownAfterStrike,
-};
+use crate::ball_preset::check_after_strike;
+pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
 use crate::contact_kind;
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
 pub use crate::exploration::ExplorationPreset;
@@ -21,6 +21,7 @@ use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
 pub use crate::perception_preset::{MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
+use crate::rolling::roll_decay;
 use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
 use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
 pub use paid_track::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
@@ -176,6 +177,23 @@ impl TaskPreset {
         self.ball.after_strike.set_contract(play.where_it_lay);
     }
 
+    /// How a policy of this task is played.
+    pub fn play_preset(&self) -> PlayPreset {
+        PlayPreset {
+            name: self.name.clone(),
+            observations: self.observations.policy.clone(),
+            dt_s: self.control_dt_s(),
+            has_ball: self.scene.ball,
+            ball_radius_m: self.ball_params.radius_m,
+            ball_decay: roll_decay(&self.ball_params),
+            own_place: self.ball.own_place,
+            contact_s: self.ball.contact_s.clone(),
+            mirror_left_kicks: self.mirror_left_kicks,
+            after_strike: self.ball.after_strike.clone(),
+            eyes: self.eyes.clone(),
+        }
+    }
+
     /// Checks that every value is in its range.
     ///
     /// # Errors
@@ -197,7 +215,7 @@ impl TaskPreset {
             return Err(value_error("mirror_left_kicks", expected, "true".into()));
         }
         self.observations.check(self.reference)?;
-        self.ball.after_strike.check(self.reference)?;
+        check_after_strike(&self.ball.after_strike, self.reference)?;
         self.eyes.check().map_err(|error| TaskError::below("eyes", error))?;
         if self.perceives() && self.observations.perception.errs() {
             let expected = "no errors of its own while knowledge is \"perceived\" (eyes has them)";

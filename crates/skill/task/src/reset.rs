@@ -3,18 +3,19 @@
 use paid_lanes::Quat;
 use paid_lanes::rng::Rng;
 use paid_physics::{EnvParams, LaneState, Simulator};
+use paid_play::{ReferenceLibrary, RollingBall, from_start_frame, nearest_motion, nominal_ball, turned};
 
 use crate::config::TaskConfig;
 use crate::eyes::believed;
 use crate::placement::{
-    RollingBall, clear_ball, draw_ball_about, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in,
-    from_start_frame, moved_clear, nearest_motion, nominal_ball, nominal_goal, turned,
+    clear_ball, draw_ball_about, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, moved_clear,
+    nominal_goal,
 };
 use crate::preset::{BallRule, Range, VelocityNoise};
 use crate::rolling::roll_decay;
 use crate::stance::{EndStates, RobotState, Sole};
 use crate::starts::{Struck, gone, happens};
-use crate::{BallCurriculum, InitialState, ReferenceLibrary, SamplerState};
+use crate::{BallCurriculum, InitialState, SamplerState};
 
 /// Everything drawn for a new episode.
 #[derive(Clone, Debug)]
@@ -132,7 +133,11 @@ impl StartContext<'_> {
         let ball = RollingBall { place, velocity: [0.0; 2], decay: roll_decay(&preset.ball_params) };
         let seen = believed(&preset.eyes, &ball, self.config.nominal_height_m, &mut rng);
         let motions = self.library.facts();
-        seen.as_chosen_by(preset).at_strike(&motions[nearest_motion(motions, place)], 0, self.config.dt_s)
+        seen.as_chosen_by(preset.predicts_ball()).at_strike(
+            &motions[nearest_motion(motions, place)],
+            0,
+            self.config.dt_s,
+        )
     }
 
     /// A frame of a bin, not too late for the ball.

@@ -4,13 +4,11 @@ use std::sync::Arc;
 
 use paid_lanes::{Isa, IsaVisitor, Real};
 use paid_physics::{Engine, EngineSpec};
+use paid_play::{ReferenceLibrary, body_index};
 use paid_policy::{ObservationLayout, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 
-use crate::library::body_index;
-use crate::{
-    BallCurriculum, EvalControl, ReferenceLibrary, SamplerState, Task, TaskError, TaskMetrics, TaskPreset,
-};
+use crate::{BallCurriculum, EvalControl, SamplerState, Task, TaskError, TaskMetrics, TaskPreset};
 
 /// Environments that report to a trainer and draw their episodes from its sampler. Observations are drawn with noise anew at each
 /// `observe`; in `step`, `terminated` stands for a failure and `truncated` for the end of the motion or the time limit, never both.

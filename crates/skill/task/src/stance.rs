@@ -2,10 +2,10 @@
 
 use paid_lanes::{Quat, Real, Vec3};
 use paid_physics::GroupState;
+use paid_play::{MotionFacts, ReferenceClip};
 use serde::{Deserialize, Serialize};
 
 use crate::config::TaskConfig;
-use crate::{MotionFacts, ReferenceClip};
 
 /// End states that a shard keeps: enough that two episodes seldom begin alike, few enough for a snapshot.
 const KEPT: usize = 128;

@@ -5,11 +5,10 @@ use std::sync::Arc;
 
 use paid_lanes::{Isa, Mat3, Vec3};
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{
-    EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard,
-};
+use paid_task::{EpisodeRules, InitialState, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard};
 
 const DT: f64 = 0.02;
 /// One group of the widest lanes.

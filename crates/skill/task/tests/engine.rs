@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, Disturbances, EndCause, EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskMetrics,
-    TaskPreset, TaskSetup, TaskShard, build_shard, run_agent,
+    Agent, Disturbances, EndCause, EpisodeRules, InitialState, ShardSetup, TaskMetrics, TaskPreset,
+    TaskSetup, TaskShard, build_shard, run_agent,
 };
 
 /// The paper's motions, or `None` (the test is skipped).
@@ -410,7 +411,7 @@ fn workspace_balls_belong_to_their_motion_and_late_starts_are_on_the_way() {
         let from = [0, 1].map(|k| sample.ball_pos[k] - motion.start_xy[k]);
         let ball = [c * from[0] + s * from[1], c * from[1] - s * from[0]];
         assert!((0.249..2.251).contains(&ball[0]) && ball[1].abs() < 1.251, "{env}: {ball:?}");
-        assert_eq!(paid_task::nearest_motion(facts, ball), sample.motion, "{env}: {ball:?}");
+        assert_eq!(paid_play::nearest_motion(facts, ball), sample.motion, "{env}: {ball:?}");
         let way = (sample.frame as f64 / motion.strike_frame as f64).min(1.0);
         let reference = library.clips()[sample.motion].body_pos[sample.frame * bodies + anchor];
         for k in 0..2 {

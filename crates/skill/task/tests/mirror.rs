@@ -5,12 +5,11 @@ use std::sync::Arc;
 
 use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_policy::matrix::{Mat, MatMut};
 use paid_policy::{Mirror, ObservationTerms, StepBuffers};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{
-    EpisodeRules, InitialState, ReferenceLibrary, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard,
-};
+use paid_task::{EpisodeRules, InitialState, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard};
 
 /// One group of the widest lanes.
 const ENVS: usize = 16;
@@ -37,7 +36,9 @@ fn started(sets: &[&str]) -> Box<dyn TaskShard> {
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 50.0).expect("the built-in kicks");
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     let preset = TaskPreset::builtin_with("paper_stage2", &sets).expect("valid");
-    let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset).expect("they fit"));
+    let library = Arc::new(
+        ReferenceLibrary::for_play(&motions, &robot, &spec, &preset.play_preset()).expect("they fit"),
+    );
     let task =
         TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
     let mut shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: ENVS }).expect("builds");

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use paid_lanes::{Isa, Mat3, Vec3};
 use paid_motion::MotionLibrary;
+use paid_play::{ReferenceLibrary, RollingBall, motion_for};
 use paid_policy::{Pose, SceneView, StepBuffers};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EpisodeRules, InitialState, NextKick, ReferenceLibrary, RollingBall, ShardSetup, Shown, Task,
-    TaskPreset, TaskSetup, TaskShard, build_engine, build_shard, first_look, motion_for, roll_decay,
-    run_agent,
+    Agent, EpisodeRules, InitialState, NextKick, ShardSetup, Shown, Task, TaskPreset, TaskSetup, TaskShard,
+    build_engine, build_shard, first_look, roll_decay, run_agent,
 };
 
 const DT: f64 = 0.02;

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use paid_lanes::{Isa, Mat3, Vec3};
 use paid_motion::MotionLibrary;
+use paid_play::{ReferenceLibrary, RollingBall, motion_for};
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    EpisodeRules, InitialState, ReferenceLibrary, RollingBall, ShardSetup, TaskPreset, TaskSetup, TaskShard,
-    build_shard, motion_for, roll_decay,
+    EpisodeRules, InitialState, ShardSetup, TaskPreset, TaskSetup, TaskShard, build_shard, roll_decay,
 };
 
 const DT: f64 = 0.02;
@@ -23,7 +23,9 @@ fn shard(overrides: &[&str], envs: usize) -> (Box<dyn TaskShard>, Arc<ReferenceL
     let motions = MotionLibrary::open(Path::new(""), &robot, &spec, 1.0 / DT).expect("the built-in kicks");
     let overrides: Vec<String> = overrides.iter().map(|s| (*s).to_owned()).collect();
     let preset = TaskPreset::builtin_with("paper_stage2", &overrides).expect("valid");
-    let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset).expect("they fit"));
+    let library = Arc::new(
+        ReferenceLibrary::for_play(&motions, &robot, &spec, &preset.play_preset()).expect("they fit"),
+    );
     let task =
         TaskSetup { robot: &robot, spec: &spec, library: &library, preset: &preset, first_env: 0, seed: 7 };
     let shard = build_shard(&ShardSetup { task, isa: Isa::detect(), num_envs: envs }).expect("builds");

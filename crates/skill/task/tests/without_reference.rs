@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use paid_lanes::Isa;
+use paid_play::{ReferenceLibrary, STANDING_BALL_M};
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    Agent, EndCause, EpisodeRules, ReferenceLibrary, STANDING_BALL_M, ShardSetup, TaskError, TaskMetrics,
-    TaskPreset, TaskSetup, TaskShard, build_shard, run_agent,
+    Agent, EndCause, EpisodeRules, ShardSetup, TaskError, TaskMetrics, TaskPreset, TaskSetup, TaskShard,
+    build_shard, run_agent,
 };
 
 const ENVS: usize = 32;

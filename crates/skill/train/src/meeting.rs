@@ -7,8 +7,8 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use paid_learn::Ranks;
+use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_task::preset::ReferenceSource;
-use paid_task::{ReferenceClip, ReferenceLibrary};
 
 use crate::setup::clips_of;
 use crate::{RunPreset, Scene, TrainError};

@@ -210,10 +210,10 @@ pub fn weights(policy: &Policy) -> PolicyWeights {
 mod tests {
     use paid_lanes::rng::Rng;
     use paid_onnx::OnnxPolicy;
+    use paid_play::ShownAfterStrike;
     use paid_policy::net::Network;
     use paid_policy::normalizer::{Moments, Normalizer};
     use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, WhereItLay};
-    use paid_task::preset::ShownAfterStrike;
 
     use super::*;
 

@@ -6,9 +6,10 @@ use std::sync::Arc;
 
 use paid_learn::{Alone, Ranks};
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::ReferenceSource;
-use paid_task::{ReferenceLibrary, ShardSetup, TaskSetup, TaskShard, build_shard};
+use paid_task::{ShardSetup, TaskSetup, TaskShard, build_shard};
 
 use crate::policy_weights::load_weights;
 use crate::{RunPreset, TrainError, TrainedPolicy, Trainer};
@@ -44,7 +45,7 @@ pub(crate) fn clips_of(
     let rate = 1.0 / preset.task.control_dt_s();
     let motions = MotionLibrary::open(Path::new(&preset.run.motions), model, spec, rate)
         .map_err(|e| TrainError::Setup(e.to_string()))?;
-    ReferenceLibrary::for_task(&motions, model, spec, &preset.task)
+    ReferenceLibrary::for_play(&motions, model, spec, &preset.task.play_preset())
         .map_err(|e| TrainError::Setup(e.to_string()))
 }
 

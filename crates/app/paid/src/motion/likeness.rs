@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use paid_eval::likeness;
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::ReferenceLibrary;
 
 use crate::failure::Failure;
 

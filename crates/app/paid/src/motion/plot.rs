@@ -7,8 +7,8 @@ use paid_eval::dataset::Dataset;
 use paid_eval::shooting::Grid;
 use paid_motion::check::{CheckLimits, Verdict, check_clip};
 use paid_motion::{Clip, MotionLibrary};
+use paid_play::OwnPlace;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::preset::OwnPlace;
 
 use super::robot_file::expect_folder;
 use crate::failure::Failure;

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
+use paid_play::ReferenceLibrary;
 use paid_policy::{Checkpoint, Policy};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_sysid::Surface;
+use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
-use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::setup::load_robot;
 use paid_train::{Alone, RunPreset};
 use serde::{Deserialize, Serialize};
@@ -124,7 +125,8 @@ impl<'a> Judge<'a> {
         let (robot, spec) = load_robot(&preset.robot)?;
         let rate = 1.0 / preset.task.control_dt_s();
         let motions = MotionLibrary::open(Path::new(&preset.run.motions), &robot, &spec, rate)?;
-        let library = Arc::new(ReferenceLibrary::for_task(&motions, &robot, &spec, &preset.task)?);
+        let library =
+            Arc::new(ReferenceLibrary::for_play(&motions, &robot, &spec, &preset.task.play_preset())?);
         Ok(Self { robot, spec, library, policy, preset: preset.clone(), settings, threads })
     }
 

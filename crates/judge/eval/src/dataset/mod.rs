@@ -11,9 +11,9 @@ use std::path::Path;
 use paid_lanes::Vec3;
 use paid_motion::generate::BALL_RADIUS;
 use paid_motion::{Clip, KickLeg, ball_ahead, displacement_in_heading, kick_facts};
+use paid_play::OwnPlace;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::TaskPreset;
-use paid_task::preset::OwnPlace;
 use serde::Serialize;
 
 use crate::EvalError;

@@ -2,10 +2,11 @@
 
 use paid_lanes::{Quat, Vec3};
 use paid_mujoco::MujocoSim;
+use paid_play::MotionFacts;
 use paid_policy::VecEnv;
 use paid_robot::{BodyPose, kinematics};
 use paid_task::preset::KnowledgeMode;
-use paid_task::{EnvSample, MotionFacts, Task, roll_decay};
+use paid_task::{EnvSample, Task, roll_decay};
 use paid_track::{EyesPreset, Pose};
 use paid_vision::detect::Detector;
 use paid_vision::scatter::{Robot, Scatter, Use};

@@ -4,8 +4,9 @@ use std::time::Instant;
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_lidar::sim::processor_clock;
+use paid_play::{RollingBall, motion_for};
 use paid_policy::{SceneView, StepBuffers, VecEnv};
-use paid_task::{EvalControl, RollingBall, Shown, motion_for};
+use paid_task::{EvalControl, Shown};
 use paid_track::{Pose, effective_time, predicted_displacement, turned};
 use paid_world::{Believed, Recorder, Sight, seconds};
 
@@ -132,7 +133,7 @@ impl Stage<'_> {
             decay: rolling.decay,
         };
         let task = &self.setup.preset;
-        Some(motion_for(self.facts(), &ball.as_chosen_by(task), task.control_dt_s()))
+        Some(motion_for(self.facts(), &ball.as_chosen_by(task.predicts_ball()), task.control_dt_s()))
     }
 
     /// From the choice to the end; `None` if the evaluation was stopped before it.

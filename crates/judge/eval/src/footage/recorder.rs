@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use paid_lanes::Vec3;
-use paid_task::{EnvSample, KickEvent, ReferenceLibrary};
+use paid_play::ReferenceLibrary;
+use paid_task::{EnvSample, KickEvent};
 
 use super::recording::{BodyPoses, Footage, Frame};
 use crate::episodes::{Ending, EvalSetup, Observer};

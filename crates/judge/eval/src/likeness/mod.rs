@@ -8,8 +8,9 @@ mod take;
 use std::path::Path;
 
 use paid_motion::MotionLibrary;
+use paid_play::ReferenceLibrary;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EnvSample, ReferenceLibrary};
+use paid_task::EnvSample;
 
 use crate::EvalError;
 use crate::episodes::{Ending, EvalSetup, Observer, run_episodes};

@@ -1,8 +1,9 @@
 //! One kick of a person or of a policy, and what can be measured of it.
 
 use paid_lanes::{Mat3, Quat};
+use paid_play::{MotionFacts, ReferenceClip};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EnvSample, MotionFacts, ReferenceClip};
+use paid_task::EnvSample;
 
 use crate::metrics::tracking::{BodyTrack, peak_jerk};
 

@@ -10,8 +10,9 @@ use std::sync::Arc;
 
 use paid_lanes::{Quat, Vec3};
 use paid_onnx::{OnnxFile, RawModel};
+use paid_play::ReferenceLibrary;
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
-use paid_task::{EnvSample, ReferenceLibrary};
+use paid_task::EnvSample;
 
 use super::{Driver, DriverInput, Gains};
 use crate::EvalError;

@@ -9,8 +9,9 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
+use paid_play::ReferenceLibrary;
+use paid_task::TaskPreset;
 use paid_task::preset::{KnowledgeMode, ReferenceSource};
-use paid_task::{ReferenceLibrary, TaskPreset};
 use paid_train::Alone;
 use paid_train::setup::load_robot;
 
@@ -144,7 +145,7 @@ impl Subject {
                 None => source.motions_here()?,
             };
             let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / dt_s)?;
-            let library = ReferenceLibrary::for_task(&motions, &robot, &robot_spec, &task)?;
+            let library = ReferenceLibrary::for_play(&motions, &robot, &robot_spec, &task.play_preset())?;
             (library, motions.clips.iter().map(|clip| set_of(&clip.path)).collect())
         };
         let library = Arc::new(library);

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
+use paid_play::ReferenceLibrary;
 use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
-use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_task::TaskPreset;
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::task_contract;
 

@@ -10,10 +10,10 @@ use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Driver, DriverInput};
 use paid_lanes::{Isa, Quat, Vec3};
 use paid_motion::{Clip, KickLeg, MotionLibrary, resample, write_npz};
+use paid_play::{ReferenceLibrary, ShownAfterStrike};
 use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
-use paid_task::preset::ShownAfterStrike;
-use paid_task::{ReferenceLibrary, TaskPreset};
+use paid_task::TaskPreset;
 use paid_train::policy_weights::load_weights;
 
 /// Two seconds in which the robot stands and swings a leg to the front and back in the first of them.

@@ -1,10 +1,10 @@
 //! The policy's step, and from targets to a command.
 
 use paid_lanes::Vec3;
+use paid_play::motion_for;
 use paid_policy::action::{joint_target, limit_action};
 use paid_policy::observation::observe;
 use paid_policy::{Pose, RobotView, SceneView, Views};
-use paid_task::motion_for;
 
 use super::{Controller, POLICY_US, Playing, Reason, Runtime, State};
 use crate::wire::{LowCmd, MotorCmd};
@@ -54,7 +54,8 @@ impl Runtime {
         if belief.ball.covariance[2].sqrt() > limits.ball_speed_known_m_s {
             return Err("a steady view of the ball");
         }
-        let ball = self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(&self.player.task);
+        let ball =
+            self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(self.player.task.predicts_ball());
         let facts = self.player.library.facts();
         let motion = motion_for(facts, &ball, POLICY_US as f64 * 1e-6);
         let wait = facts[motion].contact_frame as f64 * POLICY_US as f64 * 1e-6;

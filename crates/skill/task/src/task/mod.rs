@@ -9,6 +9,7 @@ use std::sync::Arc;
 use paid_lanes::rng::Rng;
 use paid_lanes::{MAX_LANES, Real, Vec3};
 use paid_physics::{EnvParams, Simulator};
+use paid_play::ReferenceLibrary;
 use paid_policy::Pose;
 use paid_track::effective_time;
 
@@ -25,8 +26,8 @@ use crate::score::Sums;
 use crate::stance::EndStates;
 use crate::tracking::TrackingErrors;
 use crate::{
-    BallCurriculum, Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, ReferenceLibrary,
-    SamplerState, TaskError, TaskMetrics, TaskSetup,
+    BallCurriculum, Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, SamplerState, TaskError,
+    TaskMetrics, TaskSetup,
 };
 use step::push_interval;
 

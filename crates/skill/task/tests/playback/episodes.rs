@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use paid_motion::MotionLibrary;
+use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES, ReferenceClip,
-    ReferenceLibrary, RewardTermsInSamples, Task, TaskPreset, TaskShard, TimeLimit, TrainShard,
+    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES,
+    RewardTermsInSamples, Task, TaskPreset, TaskShard, TimeLimit, TrainShard,
 };
 
 use crate::simulator::{FRAMES, Playback, SPEED, clip, playback, playback_with_height, steps, task};

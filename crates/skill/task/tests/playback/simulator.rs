@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use paid_lanes::{Quat, Vec3};
 use paid_physics::{EnvParams, GroupState, LaneState, Simulator};
+use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{REWARD_NAMES, ReferenceClip, ReferenceLibrary, Task, TaskPreset, TaskSetup, TrainShard};
+use paid_task::{REWARD_NAMES, Task, TaskPreset, TaskSetup, TrainShard};
 
 pub const FRAMES: usize = 60;
 pub const SPEED: f64 = 0.5;

@@ -2,8 +2,9 @@
 
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Quat, Vec3};
+use paid_play::{RollingBall, motion_for};
 use paid_robot::{RobotModel, Shape};
-use paid_task::{BodySample, EnvSample, RollingBall, first_look, motion_for, roll_decay};
+use paid_task::{BodySample, EnvSample, first_look, roll_decay};
 use serde::{Deserialize, Serialize};
 
 use super::{ShootingOptions, Variant};
@@ -59,7 +60,7 @@ impl<'a> Placement<'a> {
             let env = u32::try_from(trial).unwrap_or(u32::MAX);
             ball = first_look(&preset.eyes, &ball, spec.nominal_height_m, *seed, env, look);
         }
-        motion_for(library.facts(), &ball.as_chosen_by(preset), preset.control_dt_s())
+        motion_for(library.facts(), &ball.as_chosen_by(preset.predicts_ball()), preset.control_dt_s())
     }
 
     /// True if a ball lying at `ball` would touch the robot in the first frame of `motion`.

@@ -190,8 +190,9 @@ pub(crate) mod tests {
     use std::sync::Arc;
 
     use paid_lanes::Isa;
+    use paid_play::ReferenceLibrary;
     use paid_robot::{RobotModel, RobotSpec};
-    use paid_task::{BodySample, ReferenceLibrary, TaskPreset};
+    use paid_task::{BodySample, TaskPreset};
 
     use super::*;
     use crate::engine::EngineChoice;

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use paid_motion::displacement_in_heading;
-use paid_task::{EnvSample, ReferenceLibrary};
+use paid_play::ReferenceLibrary;
+use paid_task::EnvSample;
 
 use super::RunScore;
 use crate::episodes::{Ending, EvalSetup, Observer};

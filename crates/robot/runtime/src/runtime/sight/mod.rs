@@ -9,8 +9,8 @@ mod place;
 mod tests;
 
 use paid_lanes::Vec3;
+use paid_play::RollingBall;
 use paid_policy::{Pose, SceneView};
-use paid_task::RollingBall;
 use paid_track::{AfterStrike, BallHistory, Belief, effective_time, predicted_displacement};
 
 use super::body::Body;

@@ -1,8 +1,8 @@
-//! One motion, and what the task derives from it.
+//! One motion, and what is derived from it.
 
 use paid_robot::RobotModel;
 
-use crate::TaskError;
+use crate::PlayError;
 
 /// One motion at the control rate, in model order. Row `t` of a `[T, N]` array is at `t * N ..`.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,9 +33,9 @@ pub struct ReferenceClip {
 
 impl ReferenceClip {
     /// Refuses an array of the wrong length, a number that is not finite, a frame that does not exist.
-    pub(super) fn check(&self, robot: &RobotModel) -> Result<(), TaskError> {
+    pub(super) fn check(&self, robot: &RobotModel) -> Result<(), PlayError> {
         let (t, joints, bodies) = (self.frames, robot.joints.len(), robot.bodies.len());
-        let fail = |what: String| Err(TaskError::Library(format!("motion '{}': {what}", self.name)));
+        let fail = |what: String| Err(PlayError::Library(format!("motion '{}': {what}", self.name)));
         if t < 2 || self.kick_foot > 1 || !(self.fps > 0.0 && self.fps.is_finite()) {
             return fail(format!(
                 "expected at least 2 frames, a positive rate and kick foot 0 or 1, found {t}, {}, {}",
@@ -67,7 +67,7 @@ impl ReferenceClip {
     }
 }
 
-/// What the task derives from a motion.
+/// What is derived from a motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionFacts {
     /// Name.

@@ -9,8 +9,7 @@ use paid_motion::{MotionLibrary, ball_ahead};
 use paid_robot::kinematics::forward;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::preset::{OwnPlace, value_error};
-use crate::{TaskError, TaskPreset};
+use crate::{OwnPlace, PlayError, PlayPreset};
 
 pub use clip::{MotionFacts, ReferenceClip};
 
@@ -37,7 +36,7 @@ impl FrameLayout {
     }
 }
 
-/// The motions of a task. Each has one frame more than its clip: the last pose at rest, for holding it.
+/// The motions of a policy. Each has one frame more than its clip: the last pose at rest, for holding it.
 #[derive(Clone, Debug)]
 pub struct ReferenceLibrary {
     clips: Vec<ReferenceClip>,
@@ -53,13 +52,19 @@ pub struct ReferenceLibrary {
 /// Nominal place of the ball ahead of a robot without a reference: within the paper's workspace `[m]`.
 pub const STANDING_BALL_M: f64 = 1.0;
 
-/// Model index of a body.
-pub(crate) fn body_index(robot: &RobotModel, role: &'static str, name: &str) -> Result<usize, TaskError> {
-    robot.body_index(name).ok_or_else(|| TaskError::Name { role, name: name.to_owned() })
+/// Model index of a body. `role` is for the error.
+///
+/// # Errors
+/// If the robot has none of this name.
+pub fn body_index(robot: &RobotModel, role: &'static str, name: &str) -> Result<usize, PlayError> {
+    robot.body_index(name).ok_or_else(|| PlayError::Name { role, name: name.to_owned() })
 }
 
 /// Model indices of the followed bodies: tracked bodies first, in the specification's order.
-pub(crate) fn followed_bodies(robot: &RobotModel, spec: &RobotSpec) -> Result<Vec<usize>, TaskError> {
+///
+/// # Errors
+/// If a name of `spec` is not in `robot`.
+pub fn followed_bodies(robot: &RobotModel, spec: &RobotSpec) -> Result<Vec<usize>, PlayError> {
     let mut followed = Vec::new();
     for name in &spec.tracked_bodies {
         followed.push(body_index(robot, "tracked body", name)?);
@@ -82,15 +87,15 @@ impl ReferenceLibrary {
     /// # Errors
     /// If there is no clip, an array has the wrong length or holds a number that is not finite, or a name of `spec` is
     /// not in `robot`.
-    pub fn new(clips: Vec<ReferenceClip>, robot: &RobotModel, spec: &RobotSpec) -> Result<Self, TaskError> {
+    pub fn new(clips: Vec<ReferenceClip>, robot: &RobotModel, spec: &RobotSpec) -> Result<Self, PlayError> {
         if clips.is_empty() {
-            return Err(TaskError::Library("expected at least one motion, found none".into()));
+            return Err(PlayError::Library("expected at least one motion, found none".into()));
         }
         let followed = followed_bodies(robot, spec)?;
         let anchor = body_index(robot, "anchor body", &spec.anchor_body)?;
         let feet = [body_index(robot, "foot", &spec.feet[0])?, body_index(robot, "foot", &spec.feet[1])?];
         let to_policy = Permutation::between(&robot.joint_names(), &spec.policy_joint_order)
-            .map_err(|e| TaskError::Robot(format!("policy_joint_order: {e}")))?;
+            .map_err(|e| PlayError::Robot(format!("policy_joint_order: {e}")))?;
         let layout = FrameLayout { joints: robot.joints.len(), bodies: followed.len() };
         let mut library = Self {
             facts: Vec::new(),
@@ -121,7 +126,7 @@ impl ReferenceLibrary {
         motions: &MotionLibrary,
         robot: &RobotModel,
         spec: &RobotSpec,
-    ) -> Result<Self, TaskError> {
+    ) -> Result<Self, PlayError> {
         let clips = motions.clips.iter().map(|clip| ReferenceClip {
             name: clip.name.clone(),
             fps: clip.fps,
@@ -138,23 +143,23 @@ impl ReferenceLibrary {
         Self::new(clips.collect(), robot, spec)
     }
 
-    /// The same for a task: its motions' own places ([`OwnPlace`]) and its policy's contacts
+    /// The same for a policy: its motions' own places ([`OwnPlace`]) and its contacts
     /// ([`ReferenceLibrary::with_contacts`]) are taken over.
     ///
     /// # Errors
     /// As [`ReferenceLibrary::from_motions`] and [`ReferenceLibrary::with_contacts`].
-    pub fn for_task(
+    pub fn for_play(
         motions: &MotionLibrary,
         robot: &RobotModel,
         spec: &RobotSpec,
-        task: &TaskPreset,
-    ) -> Result<Self, TaskError> {
+        play: &PlayPreset,
+    ) -> Result<Self, PlayError> {
         let library = Self::from_motions(motions, robot, spec)?;
-        let library = match task.ball.own_place {
+        let library = match play.own_place {
             OwnPlace::TorsoEnd => library,
-            OwnPlace::Strike => library.with_balls_at_strike(robot, spec, task.ball_params.radius_m)?,
+            OwnPlace::Strike => library.with_balls_at_strike(robot, spec, play.ball_radius_m)?,
         };
-        library.with_contacts(&task.ball.contact_s)
+        library.with_contacts(&play.contact_s)
     }
 
     /// Puts each motion's nominal ball, of this radius `[m]`, ahead of its foot in the frame of the strike ([`ball_ahead`]).
@@ -166,7 +171,7 @@ impl ReferenceLibrary {
         robot: &RobotModel,
         spec: &RobotSpec,
         radius_m: f64,
-    ) -> Result<Self, TaskError> {
+    ) -> Result<Self, PlayError> {
         for (facts, clip) in self.facts.iter_mut().zip(&self.clips) {
             let foot = body_index(robot, "foot", &spec.feet[clip.kick_foot])?;
             let row = facts.strike_frame * robot.bodies.len() + foot;
@@ -182,8 +187,8 @@ impl ReferenceLibrary {
     ///
     /// # Errors
     /// If robot and specification do not fit.
-    pub fn standing(robot: &RobotModel, spec: &RobotSpec, dt_s: f64) -> Result<Self, TaskError> {
-        let control = spec.resolve(robot).map_err(|e| TaskError::Robot(e.to_string()))?;
+    pub fn standing(robot: &RobotModel, spec: &RobotSpec, dt_s: f64) -> Result<Self, PlayError> {
+        let control = spec.resolve(robot).map_err(|e| PlayError::Robot(e.to_string()))?;
         let base = Vec3([0.0, 0.0, spec.nominal_height_m]);
         let poses = forward(robot, base, Quat([1.0, 0.0, 0.0, 0.0]), &control.default_pos);
         // Two frames: an episode begins in the first one and leaves one to go to.
@@ -210,21 +215,21 @@ impl ReferenceLibrary {
     }
 
     /// Takes over when a policy's foot meets the ball, in seconds from a motion's first frame, by the motion's name
-    /// ([`crate::preset::BallPlacement::contact_s`]). Names of other motions mean nothing here.
+    /// ([`PlayPreset::contact_s`]). Names of other motions mean nothing here.
     ///
     /// # Errors
     /// If a time lies after its motion's end.
-    pub fn with_contacts(mut self, contact_s: &BTreeMap<String, f64>) -> Result<Self, TaskError> {
+    pub fn with_contacts(mut self, contact_s: &BTreeMap<String, f64>) -> Result<Self, PlayError> {
         for (facts, clip) in self.facts.iter_mut().zip(&self.clips) {
             let Some(&time_s) = contact_s.get(&facts.name) else { continue };
             let frame = (time_s * clip.fps).round() as usize;
             if frame >= facts.frames {
                 let end_s = (facts.frames - 1) as f64 / clip.fps;
-                return Err(value_error(
-                    "ball.contact_s",
-                    &format!("times up to {end_s} s for '{}'", facts.name),
-                    time_s.to_string(),
-                ));
+                return Err(PlayError::Value {
+                    key: "ball.contact_s".to_owned(),
+                    expected: format!("times up to {end_s} s for '{}'", facts.name),
+                    found: time_s.to_string(),
+                });
             }
             facts.contact_frame = frame;
         }

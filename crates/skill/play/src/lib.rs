@@ -1,0 +1,24 @@
+//! How a policy is played, in training, by the judges and on a robot: which motion it follows for a ball, the frames of that motion, and
+//! what it is shown of ball and goal.
+//!
+//! Nothing here knows a trainer or a simulator. Begin with [`ReferenceLibrary`], the motions, and [`motion_for`], the choice among them.
+
+mod after_strike;
+mod error;
+mod library;
+mod mirror;
+mod motion;
+mod own_place;
+mod preset;
+
+pub use after_strike::{AfterStrikePreset, ShownAfterStrike};
+pub use error::PlayError;
+pub use library::{
+    FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M, body_index, followed_bodies,
+};
+pub use mirror::{policy_mirrors, sides};
+pub use motion::{
+    RollingBall, from_start_frame, motion_for, nearest_motion, nominal_ball, own_place, turned,
+};
+pub use own_place::OwnPlace;
+pub use preset::PlayPreset;
