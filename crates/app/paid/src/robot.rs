@@ -15,6 +15,7 @@ use std::time::Duration;
 
 use clap::Subcommand;
 use paid_runtime::{DeployError, Event, Latency, Limits, Player, PlayerSpec, Usage};
+use paid_twin::TwinError;
 
 use crate::failure::Failure;
 
@@ -136,6 +137,12 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Check(args) => network::check(&args),
         Command::Replay(args) => verify::replay(&args),
         Command::Drill(args) => verify::drill(&args),
+    }
+}
+
+impl From<TwinError> for Failure {
+    fn from(error: TwinError) -> Self {
+        Self::input(error)
     }
 }
 

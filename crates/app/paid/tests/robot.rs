@@ -14,9 +14,9 @@ use std::time::{Duration, Instant};
 
 use common::{paid, refuses, succeeds};
 use paid_runtime::log::LogReader;
-use paid_runtime::sim::{Order, ServeOptions, VirtualG1, Watcher, serve};
 use paid_runtime::wire::{Key, LowState};
 use paid_runtime::{DdsLink, Packet, Player, PlayerSpec, Side};
+use paid_twin::{Order, ServeOptions, VirtualG1, Watcher, serve};
 use paid_world::{Message, Recorded, Recording};
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.

@@ -12,9 +12,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use common::{paid, refuses, succeeds, text};
-use paid_runtime::sim::{Order, ServeOptions, VirtualG1, serve};
 use paid_runtime::wire::{Key, LowCmd};
 use paid_runtime::{DdsLink, Player, PlayerSpec, Side};
+use paid_twin::{Order, ServeOptions, VirtualG1, serve};
 use serde_json::Value;
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.

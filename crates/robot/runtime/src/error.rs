@@ -23,9 +23,6 @@ pub enum DeployError {
     /// The eyes: camera, LiDAR, detector.
     #[error("eyes: {0}")]
     Eyes(String),
-    /// The simulation.
-    #[error("{0}")]
-    Simulation(String),
     /// The link.
     #[error(transparent)]
     Link(#[from] LinkError),
@@ -51,8 +48,5 @@ impl DeployError {
     }
     pub(crate) fn eyes(error: impl ToString) -> Self {
         Self::Eyes(error.to_string())
-    }
-    pub(crate) fn simulation(error: impl ToString) -> Self {
-        Self::Simulation(error.to_string())
     }
 }

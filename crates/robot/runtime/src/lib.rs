@@ -1,4 +1,4 @@
-//! A policy on the robot, and a robot that nobody can break on the same wire.
+//! A policy on the robot.
 //!
 //! - [`wire`]: the messages of a Unitree G1, byte for byte, with their checksum.
 //! - [`Link`]: how packets travel; [`ChannelLink`] within a process, and with the feature `dds` the robot's own network.
@@ -7,7 +7,6 @@
 //! - [`switcher`]: who is in command of the robot, and the release of the vendor's controller.
 //! - [`eyes`]: the robot's camera and LiDAR; `ros` (feature `dds`): their topics.
 //! - `view` (feature `view`): the runtime on a terminal.
-//! - [`sim`]: a G1 in MuJoCo behind the same packets, with its senses and its faults.
 //!
 //! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_track`]: the code of training and judge.
 //!
@@ -43,7 +42,6 @@ mod raw;
 #[cfg(feature = "dds")]
 pub mod ros;
 pub mod runtime;
-pub mod sim;
 pub mod switcher;
 #[cfg(feature = "view")]
 pub mod view;
@@ -60,7 +58,7 @@ pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
 pub use live::{LastWords, Live, LiveReport, LiveStatus, Told, TypedKeys, run_live};
 pub use mailbox::Mailbox;
-pub use message::{EyesReport, KnownBall, OdometryPose, Packet, Sighting, TorsoPose};
+pub use message::{EyesReport, KnownBall, OdometryPose, Packet, Sighting, TorsoPose, quaternion};
 pub use motors::{G1_MOTORS, motors_of};
 pub use player::{Player, PlayerSpec};
 pub use runtime::{

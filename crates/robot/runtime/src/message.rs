@@ -1,5 +1,6 @@
 //! What travels between robot, perception and runtime.
 
+use paid_lanes::Mat3;
 use serde::{Deserialize, Serialize};
 
 /// A picture that the ball detector has looked at.
@@ -102,4 +103,29 @@ pub enum Packet {
     Keys(u16),
     /// A part of the runtime's own program has failed, and why. Never from the network.
     Broken(String),
+}
+
+/// Unit quaternion (w, x, y, z) of a rotation, w not negative: as the robot sends it.
+pub fn quaternion(rot: &Mat3<f64>) -> [f64; 4] {
+    let q = rot.to_quat().0;
+    if q[0] < 0.0 { q.map(|x| -x) } else { q }
+}
+
+#[cfg(test)]
+mod tests {
+    use paid_lanes::Quat;
+
+    use super::*;
+
+    #[test]
+    fn a_quaternion_comes_back_from_its_rotation() {
+        let wanted =
+            [[0.9, 0.1, -0.3, 0.2], [0.01, 1.0, 0.1, 0.0], [0.1, 0.0, -1.0, 0.3], [0.0, 0.2, 0.1, 0.9]];
+        for q in wanted {
+            let q = Quat::<f64>(q).normalize();
+            let back = quaternion(&q.to_mat());
+            let dot: f64 = q.0.iter().zip(back).map(|(a, b)| a * b).sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-12, "{q:?} {back:?}");
+        }
+    }
 }

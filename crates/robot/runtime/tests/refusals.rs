@@ -7,7 +7,6 @@ use std::sync::Arc;
 
 use common::player;
 use paid_play::ReferenceLibrary;
-use paid_runtime::sim::{Fault, drill};
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};
 use paid_train::TrainedPolicy;
@@ -68,17 +67,6 @@ fn states_without_checksum_pass_only_where_the_flag_says_so() {
     let (state, told) = asked(&player, flag(true), 0, |state| state);
     assert_eq!(state, State::Passive);
     assert!(told.contains("no new state") && told.contains("3 wrong checksums in a row"), "{told}");
-}
-
-#[test]
-fn without_checksums_every_other_fault_is_damped_as_before() {
-    if !common::mujoco("without_checksums_every_other_fault_is_damped_as_before") {
-        return;
-    }
-    let limits = Limits { check_crc: false, ..Limits::default() };
-    let others: Vec<Fault> = Fault::ALL.into_iter().filter(|fault| *fault != Fault::Checksum).collect();
-    let report = drill(&player(), &limits, &others, 1, |_| {}).expect("drill");
-    assert!(report.passed() && report.rows.len() == Fault::ALL.len() - 1, "{}", report.table());
 }
 
 #[test]

@@ -1,14 +1,11 @@
-//! Who commands the robot, asked and noticed over DDS on the loopback.
+//! Who commands the robot, noticed over DDS on the loopback.
 
 mod common;
 
 use std::net::{IpAddr, Ipv4Addr};
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use common::player;
-use paid_runtime::sim::VendorLink;
-use paid_runtime::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_runtime::wire::{Key, LowCmd, LowState, Remote};
 use paid_runtime::{DdsLink, Inlet, Limits, Outlet, Packet, Runtime, Side, State};
 
@@ -20,48 +17,6 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// A domain that no test beside this one has. Ports of domains from 101 on are among those that the system hands to others.
 fn domain(test: u32) -> u16 {
     20 + ((4 * std::process::id() + test) % 80) as u16
-}
-
-#[test]
-fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
-    let player = player();
-    let robot = DdsLink::open(domain(0), LOOPBACK, Side::Robot).expect("the loopback");
-    let line = robot.switcher().expect("topics");
-    let mut robot = VendorLink::new(robot, line, SwitcherService::new("ai"), &player);
-    let runtime = DdsLink::open(domain(0), LOOPBACK, Side::Runtime).expect("the loopback");
-    let mut client = SwitcherClient::new(runtime.switcher().expect("topics"));
-    let patience = Patience { answer: PATIENCE, release: PATIENCE, every: Duration::from_millis(100) };
-    let stop = AtomicBool::new(false);
-    let (kept, told) = std::thread::scope(|scope| {
-        let robot = scope.spawn(|| {
-            // What holds the robot: the vendor's command as long as it is in command, then once the one that lets go.
-            let mut held = None;
-            loop {
-                // A release that comes within a round is seen in the next one: once told to stop, one whole round is left.
-                let last = stop.load(Ordering::Relaxed);
-                while let Ok(Some(packet)) = robot.receive() {
-                    if let Packet::LowCmd(bytes) = packet {
-                        held = LowCmd::from_cdr(&bytes).ok().map(|command| command.motors[0].mode);
-                    }
-                }
-                if last {
-                    return held;
-                }
-                std::thread::sleep(PAUSE);
-            }
-        });
-        let on = AtomicBool::new(false);
-        let refused = await_release(&mut client, false, patience, &on, |_| {});
-        let mut told = Vec::new();
-        let released = await_release(&mut client, true, patience, &on, |line| told.push(line.to_owned()));
-        stop.store(true, Ordering::Relaxed);
-        released.expect("released");
-        let error = refused.expect_err("in command").to_string();
-        assert!(error.starts_with("refused to start: the vendor's controller 'ai' is in command"), "{error}");
-        (robot.join().expect("robot"), told)
-    });
-    assert_eq!(told, ["releases the vendor's controller 'ai'", "the vendor's controller is released"]);
-    assert_eq!(kept, Some(0), "the motors are off");
 }
 
 #[test]

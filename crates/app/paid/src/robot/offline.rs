@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use paid_runtime::Player;
 use paid_runtime::log::{LogHeader, LogWriter};
-use paid_runtime::sim::{
+use paid_twin::{
     KickResult, LockstepOptions, MatchOptions, MatchResult, OwnEyesOptions, TorsoSource, Watcher, play_match,
 };
 

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
-use paid_runtime::sim::{
+use paid_runtime::switcher::SwitcherService;
+use paid_runtime::{DdsLink, Player, Side, Usage};
+use paid_twin::{
     Broadcast, BroadcastOptions, MatchOptions, Order, Referee, RefereeOptions, ServeOptions, Served,
     VendorLink, VirtualG1, Watcher, serve,
 };
-use paid_runtime::switcher::SwitcherService;
-use paid_runtime::{DdsLink, Player, Side, Usage};
 
 use super::offline::{SimArgs, print_head, print_kick};
 use super::print_usage;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use paid_runtime::Player;
 use paid_runtime::log::LogReader;
-use paid_runtime::sim::Fault;
+use paid_twin::Fault;
 
 use super::{PlayerArgs, at_least_one, print_event};
 use crate::failure::Failure;
@@ -57,7 +57,7 @@ pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
         print!("{}", found.times.table());
     }
     if let Some(stem) = &args.plot {
-        found.course.draw().save(stem)?;
+        paid_twin::draw_course(&found.course).save(stem)?;
     }
     match found.difference {
         None => {
@@ -89,7 +89,7 @@ pub fn drill(args: &DrillArgs) -> Result<ExitCode, Failure> {
     let trials = at_least_one("--trials", args.trials)?;
     let (player, limits) = args.player.load()?;
     let faults = if args.faults.is_empty() { Fault::ALL.to_vec() } else { args.faults.clone() };
-    let report = paid_runtime::sim::drill(&player, &limits, &faults, trials, |row| {
+    let report = paid_twin::drill(&player, &limits, &faults, trials, |row| {
         eprintln!("{}: worst {:.0} ms", row.fault.name(), row.worst_ms());
     })?;
     print!("{}", report.table());

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use paid_eval::metrics::shooting::fallen;
 use paid_lanes::Quat;
 use paid_live::{Belief, Body, Flags, Frame, Outcome, Pace, Pose2, Shot, WatchPage, Watched};
-use paid_runtime::sim::{KickResult, STEP_US, VirtualG1, Watcher};
 use paid_runtime::{Player, State, Status};
+use paid_twin::{KickResult, STEP_US, VirtualG1, Watcher};
 
 use super::PlayerArgs;
 use crate::failure::Failure;

@@ -11,7 +11,7 @@
 //! Times are the runtime's clock. Frames are handed to the system every twentieth of a second, so that a killed program loses no more; a file
 //! that ends within a record is read up to there. A disk that is full ends the log, not the robot.
 
-mod plot;
+mod course;
 mod read;
 mod replay;
 mod write;
@@ -24,7 +24,7 @@ use crate::player::PlayerSpec;
 use crate::runtime::{Event, Output, PolicyTrace, Runtime, State};
 use crate::wire::LowCmd;
 
-pub use plot::Course;
+pub use course::{Course, CoursePoint};
 pub use read::LogReader;
 pub use replay::{Replay, ReplayTimes, replay};
 pub use write::{LogWriter, Sink};

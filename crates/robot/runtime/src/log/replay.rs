@@ -21,7 +21,7 @@ pub struct Replay {
     pub difference: Option<(usize, &'static str)>,
     /// How long it took.
     pub times: ReplayTimes,
-    /// How it went, for a picture.
+    /// How it went, for a chart.
     pub course: Course,
 }
 

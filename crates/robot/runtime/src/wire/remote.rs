@@ -1,5 +1,7 @@
 //! The wireless remote's 40 bytes.
 
+use std::str::FromStr;
+
 /// The keys for damping, as the vendor's.
 pub const DAMPING_KEYS: [Key; 2] = [Key::L2, Key::B];
 
@@ -38,6 +40,32 @@ pub enum Key {
     Down = 14,
     /// Cross left.
     Left = 15,
+}
+
+impl FromStr for Key {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        const KEYS: [(&str, Key); 16] = [
+            ("r1", Key::R1),
+            ("l1", Key::L1),
+            ("start", Key::Start),
+            ("select", Key::Select),
+            ("r2", Key::R2),
+            ("l2", Key::L2),
+            ("f1", Key::F1),
+            ("f2", Key::F2),
+            ("a", Key::A),
+            ("b", Key::B),
+            ("x", Key::X),
+            ("y", Key::Y),
+            ("up", Key::Up),
+            ("right", Key::Right),
+            ("down", Key::Down),
+            ("left", Key::Left),
+        ];
+        let found = KEYS.iter().find(|(name, _)| text.eq_ignore_ascii_case(name));
+        found.map(|(_, key)| *key).ok_or_else(|| format!("a key: expected L2, Up, ..., found '{text}'"))
+    }
 }
 
 /// What the remote says: two bytes of head, two of keys, then the sticks `lx`, `rx`, `ry`, the left trigger and `ly` as floats.

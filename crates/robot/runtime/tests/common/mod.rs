@@ -13,8 +13,3 @@ pub fn player() -> Arc<Player> {
     let spec = PlayerSpec { policy, motions: None, sets: Vec::new() };
     Arc::new(Player::load(&spec).expect("the repository's policy"))
 }
-
-/// True if MuJoCo is here, which the virtual robot lives in; without it the test is skipped.
-pub fn mujoco(test: &str) -> bool {
-    paid_testing::mujoco(test, paid_mujoco::Library::get()).is_some()
-}

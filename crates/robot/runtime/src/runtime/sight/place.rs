@@ -4,10 +4,9 @@ use paid_lanes::{Mat3, Quat, Vec3};
 use paid_policy::Pose;
 use paid_track::{PoseBuffer, PoseGap, StampedPose};
 
-use crate::message::{OdometryPose, TorsoPose};
+use crate::message::{OdometryPose, TorsoPose, quaternion};
 use crate::player::{Player, about_z};
 use crate::runtime::body::Body;
-use crate::sim::quaternion;
 
 /// Poses are kept for so long `[s]`: pictures may be that late.
 const KEPT_S: f64 = 0.4;

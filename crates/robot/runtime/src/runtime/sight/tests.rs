@@ -2,9 +2,8 @@
 
 use super::*;
 use crate::PlayerSpec;
-use crate::message::KnownBall;
+use crate::message::{KnownBall, quaternion};
 use crate::player::about_z;
-use crate::sim::quaternion;
 
 fn player() -> Player {
     let policy =

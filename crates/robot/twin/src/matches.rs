@@ -8,22 +8,21 @@ use paid_eval::metrics::shooting::Goal;
 use paid_eval::shooting::robot_distance;
 use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
+use paid_runtime::log::LogWriter;
+use paid_runtime::{Event, Latency, Player, State};
 use paid_track::{Camera, CameraPreset};
 
-use super::lockstep::{Lockstep, LockstepOptions};
-use super::robot::VirtualG1;
-use super::senses::TrueState;
-use super::serve::Watcher;
-use super::shot::{KickResult, Shot};
-use crate::DeployError;
-use crate::log::LogWriter;
-use crate::player::Player;
-use crate::runtime::{Event, Latency, State};
+use crate::TwinError;
+use crate::lockstep::{Lockstep, LockstepOptions};
+use crate::robot::VirtualG1;
+use crate::senses::TrueState;
+use crate::serve::Watcher;
+use crate::shot::{KickResult, Shot};
 
 /// Redraws of a ball before the match ends for want of room.
 const REDRAWS: usize = 1000;
 /// A ball is put elsewhere so many times in a row before it counts that the robot does not see it.
-pub(super) const IN_VAIN: usize = 5;
+pub(crate) const IN_VAIN: usize = 5;
 /// What is said of a ball that was put down and that the robot has not seen.
 const NOT_SEEN: &str = "none: waited for a ball";
 /// What is played.
@@ -77,7 +76,7 @@ pub fn play_match(
     log: Option<LogWriter>,
     watcher: Option<Box<dyn Watcher>>,
     mut told: impl FnMut(&KickResult),
-) -> Result<MatchResult, DeployError> {
+) -> Result<MatchResult, TwinError> {
     let mut step = Lockstep::new(player, &options.lockstep)?;
     if let Some(log) = log {
         step.set_log(log);
@@ -136,12 +135,12 @@ pub fn play_match(
 }
 
 /// The camera that has to see a ball: that of training's senses, or the one of own eyes, which tell a ball from other things by its color.
-pub(super) fn camera(player: &Player, own_eyes: bool) -> Camera {
+pub(crate) fn camera(player: &Player, own_eyes: bool) -> Camera {
     if own_eyes { CameraPreset::color().geometry() } else { player.task.eyes.camera.geometry() }
 }
 
 /// The next ball that the robot does not touch and whose picture it has, and how many were drawn that it does not see.
-pub(super) fn next_ball(
+pub(crate) fn next_ball(
     player: &Player,
     robot: &VirtualG1,
     camera: &Camera,
@@ -170,20 +169,20 @@ pub(super) fn next_ball(
 }
 
 /// A point of the robot's axes in the world `[m]`.
-pub(super) fn placed(truth: &TrueState, [ahead, left]: [f64; 2]) -> [f64; 2] {
+pub(crate) fn placed(truth: &TrueState, [ahead, left]: [f64; 2]) -> [f64; 2] {
     let (s, c) = truth.torso.rot.yaw().sin_cos();
     let [x, y, _] = truth.torso.pos.0;
     [x + c * ahead - s * left, y + s * ahead + c * left]
 }
 
 /// A ball before its goal, whose plane is perpendicular to the robot's heading at the begin.
-pub(super) fn shot(truth: &TrueState, field: &Field, next: &MatchBall) -> Shot {
+pub(crate) fn shot(truth: &TrueState, field: &Field, next: &MatchBall) -> Shot {
     let (at, center) = (placed(truth, next.ball_xy), placed(truth, next.goal_xy));
     let goal = Goal { center, heading: truth.torso.rot.yaw(), half_width: field.goal_half_width_m };
     Shot::new(goal, at, next.ball_xy)
 }
 
-fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<KickResult, DeployError> {
+fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<KickResult, TwinError> {
     let begin_us = step.robot.now_us();
     let truth = step.truth();
     let [vx, vy] = next.ball_velocity;
@@ -225,7 +224,7 @@ fn one_kick(step: &mut Lockstep, field: &Field, next: &MatchBall) -> Result<Kick
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PlayerSpec;
+    use paid_runtime::PlayerSpec;
 
     #[test]
     fn balls_are_the_judges_as_far_as_the_robot_sees_them_and_does_not_stand_on_them() {

@@ -12,25 +12,25 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use paid_lidar::sim::SceneKind;
+use paid_runtime::Player;
+use paid_runtime::eyes::{BallEyes, CameraInput};
+use paid_runtime::ros::{CAMERA_INFO, IMAGE, RosTopics, RosWriter};
 use paid_track::Pose;
 use paid_vision::Intrinsics;
 use paid_world::ros::{write_camera_info, write_color, write_depth};
 use paid_world::{Arrived, Message, PictureMessage, Recorder, SightSetup};
 
-use super::camera::{Moment, SimCamera};
-use super::lidar::SimLidar;
-use super::robot::VirtualG1;
-use super::serve::Watcher;
-use crate::DeployError;
-use crate::eyes::{BallEyes, CameraInput};
-use crate::player::Player;
-use crate::ros::{CAMERA_INFO, IMAGE, RosTopics, RosWriter};
+use crate::TwinError;
+use crate::camera::{Moment, SimCamera};
+use crate::lidar::SimLidar;
+use crate::robot::VirtualG1;
+use crate::serve::Watcher;
 
 /// Poses that may wait for the LiDAR: over a second.
 const POSES: usize = 1024;
 /// The LiDAR sends what it has measured every so many poses: 10 ms.
 const POSES_A_BURST: usize = 5;
-/// A robot that is so far behind the clock gives the time up `[s]`, as in [`super::serve`].
+/// A robot that is so far behind the clock gives the time up `[s]`, as in [`crate::serve`].
 const BEHIND_S: f64 = 0.05;
 /// Port of inertial samples less that of points, as the device has them.
 const IMU_PORT: u16 = 100;
@@ -130,10 +130,10 @@ impl Broadcast {
         domain: u16,
         interface: IpAddr,
         options: &BroadcastOptions,
-    ) -> Result<Self, DeployError> {
+    ) -> Result<Self, TwinError> {
         if options.rate_hz != 0.0 && !(0.1..=60.0).contains(&options.rate_hz) {
             let message = format!("pictures a second: expected 0, or 0.1 to 60, found {}", options.rate_hz);
-            return Err(DeployError::Simulation(message));
+            return Err(TwinError::Simulation(message));
         }
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         let counts = Arc::<Counts>::default();
@@ -147,7 +147,7 @@ impl Broadcast {
             depth: topics.writer(&names.depth, IMAGE)?,
             info: topics.writer(&names.info, CAMERA_INFO)?,
             counts: Arc::clone(&counts),
-            recorder: recorder.transpose().map_err(DeployError::eyes)?,
+            recorder: recorder.transpose().map_err(TwinError::eyes)?,
             _topics: topics,
         };
         let (shots, waiting) = sync_channel(1);
@@ -160,7 +160,7 @@ impl Broadcast {
             let lidar = SimLidar::new(surroundings, start_m, 200_000.0, &here, options.seed)?;
             let from = SocketAddr::new(interface, 0);
             let socket =
-                UdpSocket::bind(from).map_err(|e| DeployError::Simulation(format!("LiDAR: {from}: {e}")))?;
+                UdpSocket::bind(from).map_err(|e| TwinError::Simulation(format!("LiDAR: {from}: {e}")))?;
             let (sender, waiting) = sync_channel(POSES);
             let counts = Arc::clone(&counts);
             threads.push(std::thread::spawn(move || scan(lidar, &socket, to, &waiting, &counts)));
@@ -207,7 +207,7 @@ impl Watcher for Broadcast {
             let _ = poses.try_send((at_s, Pose { rot: body.rot, pos: body.pos }));
         }
         if self.counts.read.load(Ordering::Relaxed) {
-            self.read_s += super::robot::STEP_US as f64 * 1e-6;
+            self.read_s += crate::STEP_US as f64 * 1e-6;
         }
         if at_s < self.next_s {
             return;

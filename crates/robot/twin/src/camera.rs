@@ -1,15 +1,16 @@
 //! The virtual robot's camera: what it would see, rendered.
 
 use paid_lanes::Vec3;
+use paid_runtime::quaternion;
 use paid_track::Pose;
 use paid_vision::scatter::{GoalFrame, KickCamera, KickScene, Scatter, Stance, Use};
 use paid_vision::{ColorImage, DepthImage, Intrinsics};
 
-use super::robot::{VirtualG1, quaternion};
-use crate::DeployError;
-
 /// Half of the goal's width, and its height `[m]`: the judge's.
 const GOAL_M: [f64; 2] = [1.0, 1.8];
+
+use crate::TwinError;
+use crate::robot::VirtualG1;
 
 /// Robot and ball at one time.
 #[derive(Clone, Debug)]
@@ -49,8 +50,8 @@ impl SimCamera {
     ///
     /// # Errors
     /// If the robot's description lacks its torso.
-    pub fn new(intrinsics: Intrinsics, radius: f64, seed: u64) -> Result<Self, DeployError> {
-        let scatter = Scatter::new(Use::HeldOut, seed).map_err(DeployError::simulation)?;
+    pub fn new(intrinsics: Intrinsics, radius: f64, seed: u64) -> Result<Self, TwinError> {
+        let scatter = Scatter::new(Use::HeldOut, seed).map_err(TwinError::simulation)?;
         let (robot, place) = (scatter.robot().clone(), scatter.place(seed as u32));
         Ok(Self(KickCamera::new(robot, place, intrinsics, radius, seed)))
     }

@@ -6,19 +6,17 @@ use std::path::PathBuf;
 
 use paid_lidar::sim::SceneKind;
 use paid_lidar::{Config, Scan};
+use paid_runtime::eyes::{BallEyes, TorsoEyes, TorsoFix};
+use paid_runtime::{Packet, Phase, Player, quaternion};
 use paid_track::Pose;
 use paid_vision::Intrinsics;
 use paid_world::{PictureMessage, PoseMessage, Recorder, SightSetup};
 
-use super::camera::{Moment, SimCamera};
-use super::lidar::SimLidar;
-use super::robot::{VirtualG1, quaternion};
-use super::senses::DriftingOdometry;
-use crate::DeployError;
-use crate::eyes::{BallEyes, TorsoEyes, TorsoFix};
-use crate::message::Packet;
-use crate::player::Player;
-use crate::runtime::Phase;
+use crate::TwinError;
+use crate::camera::{Moment, SimCamera};
+use crate::lidar::SimLidar;
+use crate::robot::VirtualG1;
+use crate::senses::DriftingOdometry;
 
 /// A scan takes so long to come `[us]`: a packet's way and the odometry's work.
 const SCAN_US: u64 = 20_000;
@@ -97,7 +95,7 @@ impl OwnEyes {
         robot: &VirtualG1,
         options: &OwnEyesOptions,
         seed: u64,
-    ) -> Result<Self, DeployError> {
+    ) -> Result<Self, TwinError> {
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         // The torso's poses come from outside of what is recorded.
         let mut setup =
@@ -106,7 +104,7 @@ impl OwnEyes {
             setup.finder = setup.finder.with_confidence(least);
         }
         let recorder = options.record.as_deref().map(|path| Recorder::create(path, &setup));
-        let recorder = recorder.transpose().map_err(DeployError::eyes)?;
+        let recorder = recorder.transpose().map_err(TwinError::eyes)?;
         let here = Moment::of(robot, anchor).torso;
         let torso = match options.torso {
             TorsoSource::Lidar(surroundings, start_m) => TorsoSide::Lidar {
@@ -146,7 +144,7 @@ impl OwnEyes {
         robot: &VirtualG1,
         phase: &Phase,
         mut send: impl FnMut(Packet),
-    ) -> Result<(), DeployError> {
+    ) -> Result<(), TwinError> {
         let (now_us, moment) = (robot.now_us(), Moment::of(robot, self.anchor));
         let now_ns = 1000 * now_us;
         let fix = self.torso.step(now_us, &moment.torso).filter(|_| self.odometry);

@@ -11,12 +11,12 @@ use std::sync::{Arc, Mutex};
 
 use common::player;
 use paid_runtime::log::{LogHeader, LogReader, LogWriter};
-use paid_runtime::sim::{Lockstep, LockstepOptions};
 use paid_runtime::wire::LowCmd;
 use paid_runtime::{
     Inlet, LastWords, Limits, Link, LinkError, Live, LiveReport, Mailbox, Outlet, Packet, Player, PlayerSpec,
     Runtime, State, Writer, run_live,
 };
+use paid_twin::{Lockstep, LockstepOptions};
 
 /// The system's allocator, which counts what this thread asks for while it watches.
 struct Counting;

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use paid_eval::matches::{MatchBall, MatchOptions as Field};
 use paid_lanes::rng::Rng;
+use paid_runtime::Player;
+use paid_runtime::wire::{DAMPING_KEYS, Key};
 use paid_track::Camera;
 use serde::Serialize;
 
-use super::matches::{IN_VAIN, camera, next_ball, shot};
-use super::robot::{Mount, VirtualG1};
-use super::serve::Order;
-use super::shot::{KickResult, Shot};
-use crate::player::Player;
-use crate::wire::{DAMPING_KEYS, Key};
+use crate::matches::{IN_VAIN, camera, next_ball, shot};
+use crate::robot::{Mount, VirtualG1};
+use crate::serve::Order;
+use crate::shot::{KickResult, Shot};
 
 /// The robot stands still below this root mean square of joint speeds `[rad/s]`, as for the runtime ...
 const STILL_RAD_S: f64 = 0.5;
@@ -142,7 +142,7 @@ impl Referee {
 
     /// Looks at the robot; every 2 ms. What it wants done.
     pub fn step(&mut self, robot: &VirtualG1) -> Option<Order> {
-        let step_us = super::STEP_US;
+        let step_us = crate::STEP_US;
         let speed = robot.joint_speed();
         self.still_us = if speed < STILL_RAD_S { self.still_us + step_us } else { 0 };
         self.moving_us = if speed > MOVES_RAD_S { self.moving_us + step_us } else { 0 };

@@ -1,6 +1,6 @@
 //! What can go wrong.
 
-use crate::wire::{DAMPING_KEYS, LowState, Remote};
+use paid_runtime::wire::{DAMPING_KEYS, LowState, Remote};
 
 /// A fault of the virtual robot, of its senses, or of the computer that commands it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -151,7 +151,7 @@ impl Fault {
     }
 
     /// Changes what the robot says; the fault began at `since_us` `[us]`.
-    pub(super) fn tamper(self, state: &mut LowState, since_us: u64) {
+    pub(crate) fn tamper(self, state: &mut LowState, since_us: u64) {
         let knee = &mut state.motors[3];
         match self {
             Self::JointSpeed => knee.dq = 25.0,

@@ -4,20 +4,17 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::faults::Fault;
-use super::own_eyes::{OwnEyes, OwnEyesOptions};
-use super::robot::{Mount, VirtualG1};
-use super::senses::{Senses, TrueState};
-use super::serve::Watcher;
-use crate::DeployError;
-use crate::limits::Limits;
-use crate::link::{ChannelLink, Inlet, Outlet};
-use crate::log::LogWriter;
-use crate::message::Packet;
-use crate::player::Player;
-use crate::runtime::{Event, POLICY_US, Runtime, State};
-use crate::wire::{DAMPING_KEYS, Key, Remote};
-use crate::writer::Writer;
+use paid_runtime::log::LogWriter;
+use paid_runtime::runtime::POLICY_US;
+use paid_runtime::wire::{DAMPING_KEYS, Key, Remote};
+use paid_runtime::{ChannelLink, Event, Inlet, Limits, Outlet, Packet, Player, Runtime, State, Writer};
+
+use crate::TwinError;
+use crate::faults::Fault;
+use crate::own_eyes::{OwnEyes, OwnEyesOptions};
+use crate::robot::{Mount, VirtualG1};
+use crate::senses::{Senses, TrueState};
+use crate::serve::Watcher;
 
 /// Time from one pause of the computer to the next ([`LockstepOptions::pause_us`]): two or more in every kick.
 const PAUSE_EVERY_US: u64 = 1_300_000;
@@ -70,7 +67,7 @@ impl Lockstep {
     ///
     /// # Errors
     /// If MuJoCo is missing.
-    pub fn new(player: &Arc<Player>, options: &LockstepOptions) -> Result<Self, DeployError> {
+    pub fn new(player: &Arc<Player>, options: &LockstepOptions) -> Result<Self, TwinError> {
         let robot = VirtualG1::new(Arc::clone(player))?;
         let eyes = options.eyes.as_ref();
         let eyes = eyes.map(|eyes| OwnEyes::new(player, &robot, eyes, options.seed)).transpose()?;
@@ -151,7 +148,7 @@ impl Lockstep {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn place_goal(&mut self, goal: [f64; 2]) -> Result<(), DeployError> {
+    pub fn place_goal(&mut self, goal: [f64; 2]) -> Result<(), TwinError> {
         let truth = self.truth();
         if let Some(watcher) = &mut self.watcher {
             watcher.goal(goal, truth.torso.rot.yaw());
@@ -188,7 +185,7 @@ impl Lockstep {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn tick(&mut self) -> Result<(), DeployError> {
+    pub fn tick(&mut self) -> Result<(), TwinError> {
         self.robot.receive(&mut self.ends.0)?;
         self.robot.step();
         let now_us = self.robot.now_us();
@@ -216,7 +213,7 @@ impl Lockstep {
     }
 
     /// A period of runtime and writer.
-    fn compute(&mut self, now_us: u64) -> Result<(), DeployError> {
+    fn compute(&mut self, now_us: u64) -> Result<(), TwinError> {
         while let Some(packet) = self.ends.1.receive()? {
             self.packets.push(packet);
         }
@@ -282,7 +279,7 @@ impl Lockstep {
         &mut self,
         seconds: f64,
         mut done: impl FnMut(&Self) -> bool,
-    ) -> Result<bool, DeployError> {
+    ) -> Result<bool, TwinError> {
         let end_us = self.robot.now_us() + (seconds * 1e6) as u64;
         while self.robot.now_us() < end_us {
             self.tick()?;
@@ -297,7 +294,7 @@ impl Lockstep {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn press(&mut self, keys: &[Key]) -> Result<(), DeployError> {
+    pub fn press(&mut self, keys: &[Key]) -> Result<(), TwinError> {
         self.robot.set_remote(Remote::pressing(keys));
         self.run_until(0.1, |_| false)?;
         self.robot.set_remote(Remote::pressing(&[]));
@@ -309,7 +306,7 @@ impl Lockstep {
     ///
     /// # Errors
     /// If it does not come to that; with the runtime's reasons.
-    pub fn make_ready(&mut self, free: bool) -> Result<(), DeployError> {
+    pub fn make_ready(&mut self, free: bool) -> Result<(), TwinError> {
         self.place_goal([5.0, 0.0])?;
         self.run_until(0.2 + self.listen_s, |_| false)?;
         if self.eyes.is_some() {
@@ -328,7 +325,7 @@ impl Lockstep {
             return Ok(());
         }
         let told: Vec<String> = self.events.iter().map(|e| format!("{}: {}", e.to, e.reason)).collect();
-        Err(DeployError::Refused(told.join("; ")))
+        Err(TwinError::refused(told.join("; ")))
     }
 }
 

@@ -5,9 +5,9 @@ mod common;
 use std::sync::Arc;
 
 use common::player;
-use paid_runtime::sim::{Lockstep, LockstepOptions, Mount, VendorLink, VirtualG1};
 use paid_runtime::switcher::{Line, SwitcherService};
 use paid_runtime::{ChannelLink, LinkError, State};
+use paid_twin::{Lockstep, LockstepOptions, Mount, VendorLink, VirtualG1};
 
 /// Nobody asks the motion switcher anything.
 struct Quiet;

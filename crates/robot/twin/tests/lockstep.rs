@@ -8,9 +8,9 @@ use std::sync::atomic::Ordering;
 
 use common::player;
 use paid_runtime::log::{LogHeader, LogReader, LogWriter, replay};
-use paid_runtime::sim::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, drill, play_match};
 use paid_runtime::wire::{DAMPING_KEYS, Key, LowCmd, LowState, Remote};
 use paid_runtime::{Limits, Packet, Player, PlayerSpec, Runtime, State, Writer};
+use paid_twin::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, draw_course, drill, play_match};
 
 fn spec() -> PlayerSpec {
     let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
@@ -116,7 +116,7 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     let again = replay(&mut reader, &player).expect("replay");
     assert_eq!(again.difference, None);
     assert!(again.policy_steps > 50 && again.frames > 2000, "{again:?}");
-    let picture = again.course.draw().svg();
+    let picture = draw_course(&again.course).svg();
     assert!(picture.contains("kicks: 1") && picture.contains("a kick begins"), "the course as a picture");
     assert!(!picture.contains("no odometry"));
 
@@ -431,4 +431,15 @@ fn a_runtime_that_is_told_to_stop_before_it_has_listened_goes_on_listening() {
     };
     assert_eq!(first(true), Some(1002));
     assert_eq!(first(false), None, "nobody knows that there is a robot");
+}
+
+#[test]
+fn without_checksums_every_other_fault_is_damped_as_before() {
+    if !common::mujoco("without_checksums_every_other_fault_is_damped_as_before") {
+        return;
+    }
+    let limits = Limits { check_crc: false, ..Limits::default() };
+    let others: Vec<Fault> = Fault::ALL.into_iter().filter(|fault| *fault != Fault::Checksum).collect();
+    let report = drill(&player(), &limits, &others, 1, |_| {}).expect("drill");
+    assert!(report.passed() && report.rows.len() == Fault::ALL.len() - 1, "{}", report.table());
 }

@@ -10,12 +10,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use common::player;
-use paid_runtime::sim::VirtualG1;
 use paid_runtime::wire::{Key, LowCmd};
 use paid_runtime::{
     DdsLink, Inlet, LastWords, Limits, Live, LiveReport, Outlet, Packet, Runtime, Side, State, Told,
     TypedKeys, Writer, run_live,
 };
+use paid_twin::VirtualG1;
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.

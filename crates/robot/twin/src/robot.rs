@@ -3,18 +3,16 @@
 use std::sync::Arc;
 
 use paid_eval::metrics::shooting::fallen;
-use paid_lanes::{Mat3, Quat, Vec3};
+use paid_lanes::{Quat, Vec3};
 use paid_mujoco::{MujocoSim, SceneOptions};
 use paid_physics::{GroupState, LaneState, Simulator};
 use paid_policy::Pose;
+use paid_runtime::wire::{LowCmd, LowState, MODE_MACHINE_G1_29, Remote};
+use paid_runtime::{Inlet, LinkError, Outlet, Packet, Player, quaternion};
 
-use super::faults::Fault;
-use super::senses::TrueState;
-use crate::DeployError;
-use crate::link::{Inlet, Outlet};
-use crate::message::Packet;
-use crate::player::Player;
-use crate::wire::{LowCmd, LowState, MODE_MACHINE_G1_29, Remote};
+use crate::TwinError;
+use crate::faults::Fault;
+use crate::senses::TrueState;
 
 /// Place of the pelvis's inertial sensor in the pelvis `[m]` (vendor's description of the robot).
 const IMU: [f64; 3] = [0.04525, 0.0, -0.08339];
@@ -74,14 +72,13 @@ impl VirtualG1 {
     ///
     /// # Errors
     /// If MuJoCo is missing or refuses the scene.
-    pub fn new(player: Arc<Player>) -> Result<Self, DeployError> {
+    pub fn new(player: Arc<Player>) -> Result<Self, TwinError> {
         // A rolling ball slows as the runtime's prediction and the eyes' ball memory expect it; a kicked one slides at first, so that it
         // takes the friction of training too.
         let scene =
             SceneOptions { physics_dt_s: STEP_US as f64 * 1e-6, substeps: 1, ..SceneOptions::default() };
         let scene = scene.with_builtin_ball(player.task.ball_params, &player.task.scene);
-        let sim =
-            MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(DeployError::simulation)?;
+        let sim = MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(TwinError::simulation)?;
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         let mut robot = Self {
             anchor,
@@ -216,7 +213,7 @@ impl VirtualG1 {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn receive(&mut self, link: &mut (impl Inlet + ?Sized)) -> Result<(), DeployError> {
+    pub fn receive(&mut self, link: &mut (impl Inlet + ?Sized)) -> Result<(), TwinError> {
         loop {
             match link.receive() {
                 Ok(Some(Packet::LowCmd(bytes))) => match LowCmd::from_cdr(&bytes) {
@@ -229,7 +226,7 @@ impl VirtualG1 {
                 Ok(Some(_)) => {}
                 Ok(None) => return Ok(()),
                 // Nobody commands any more.
-                Err(crate::LinkError::Closed) => return Ok(()),
+                Err(LinkError::Closed) => return Ok(()),
                 Err(error) => return Err(error.into()),
             }
         }
@@ -345,7 +342,7 @@ impl VirtualG1 {
     ///
     /// # Errors
     /// If the link fails.
-    pub fn publish(&mut self, link: &mut (impl Outlet + ?Sized)) -> Result<(), DeployError> {
+    pub fn publish(&mut self, link: &mut (impl Outlet + ?Sized)) -> Result<(), TwinError> {
         let state = self.low_state();
         if self.fault == Some(Fault::Silence) {
             return Ok(());
@@ -358,28 +355,5 @@ impl VirtualG1 {
             link.send(Packet::Battery(self.battery))?;
         }
         Ok(())
-    }
-}
-
-/// Unit quaternion (w, x, y, z) of a rotation, w not negative: as the robot sends it.
-pub(crate) fn quaternion(rot: &Mat3<f64>) -> [f64; 4] {
-    let q = rot.to_quat().0;
-    if q[0] < 0.0 { q.map(|x| -x) } else { q }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_quaternion_comes_back_from_its_rotation() {
-        let wanted =
-            [[0.9, 0.1, -0.3, 0.2], [0.01, 1.0, 0.1, 0.0], [0.1, 0.0, -1.0, 0.3], [0.0, 0.2, 0.1, 0.9]];
-        for q in wanted {
-            let q = Quat::<f64>(q).normalize();
-            let back = quaternion(&q.to_mat());
-            let dot: f64 = q.0.iter().zip(back).map(|(a, b)| a * b).sum();
-            assert!((dot.abs() - 1.0).abs() < 1e-12, "{q:?} {back:?}");
-        }
     }
 }

@@ -35,7 +35,7 @@ pub struct KickResult {
 
 /// A ball that lies before a goal, or rolls to it.
 #[derive(Clone, Debug)]
-pub(super) struct Shot {
+pub(crate) struct Shot {
     goal: Goal,
     last: [f64; 2],
     speed: f64,

@@ -11,12 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use common::player;
-use paid_runtime::sim::{ServeOptions, VendorLink, serve};
 use paid_runtime::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_runtime::wire::{BmsState, LowCmd, LowState};
 use paid_runtime::{
     DdsLink, Inlet, LastWords, Limits, Live, Outlet, Packet, Runtime, Side, State, Writer, run_live,
 };
+use paid_twin::{ServeOptions, VendorLink, serve};
 
 const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 /// The loopback has no multicast: single addresses instead.

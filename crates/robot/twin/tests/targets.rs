@@ -6,9 +6,9 @@ use std::sync::Arc;
 
 use common::player;
 use paid_runtime::log::{LogHeader, LogReader, LogWriter};
-use paid_runtime::sim::{Lockstep, LockstepOptions, MatchOptions, play_match};
 use paid_runtime::wire::{LowCmd, LowState};
 use paid_runtime::{Limits, Packet, Player, PlayerSpec, State};
+use paid_twin::{Lockstep, LockstepOptions, MatchOptions, play_match};
 
 fn limits() -> Limits {
     Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() }

@@ -3,8 +3,8 @@
 mod common;
 
 use common::player;
-use paid_runtime::sim::{Fault, Lockstep, LockstepOptions, OwnEyesOptions, TorsoSource};
 use paid_runtime::{Limits, State};
+use paid_twin::{Fault, Lockstep, LockstepOptions, OwnEyesOptions, TorsoSource};
 use paid_world::{Message, Recorded, Recording};
 
 #[test]

@@ -5,10 +5,8 @@ use std::collections::VecDeque;
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Vec3};
 use paid_policy::Pose;
+use paid_runtime::{OdometryPose, Packet, Sighting, quaternion};
 use paid_track::{Camera, EyesDraw, EyesPreset, Odometry};
-
-use super::robot::quaternion;
-use crate::message::{OdometryPose, Packet, Sighting};
 
 /// What is true, for senses that do not know it exactly.
 #[derive(Clone, Copy, Debug)]
@@ -125,7 +123,7 @@ pub struct DriftingOdometry {
 
 impl DriftingOdometry {
     /// Time between two poses `[us]`.
-    pub(super) const PERIOD_US: u64 = 10_000;
+    pub(crate) const PERIOD_US: u64 = 10_000;
 
     /// Odometry whose errors are drawn from `preset`.
     pub fn new(preset: &EyesPreset, seed: u64) -> Self {
@@ -146,7 +144,7 @@ impl DriftingOdometry {
     }
 
     /// A period later: where it believes the body to be that truly is at `pos` `[m]`, turned by `rot`.
-    pub(super) fn advance(&mut self, pos: Vec3<f64>, rot: &Mat3<f64>) -> (Vec3<f64>, Mat3<f64>) {
+    pub(crate) fn advance(&mut self, pos: Vec3<f64>, rot: &Mat3<f64>) -> (Vec3<f64>, Mat3<f64>) {
         let numbers = [(); 3].map(|()| self.rng.normal());
         self.odometry.advance(Self::PERIOD_US as f64 * 1e-6, numbers, &self.preset.odometry);
         let [x, y] = self.walk([pos.x(), pos.y()]);
@@ -213,12 +211,11 @@ impl Senses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::player::about_z;
     use paid_track::OdometryPreset;
 
     /// A robot at `(x, 0)` that looks along x.
     fn truth(x: f64) -> TrueState {
-        let base = Pose { pos: Vec3([x, 0.0, 0.75]), rot: about_z(0.0) };
+        let base = Pose { pos: Vec3([x, 0.0, 0.75]), ..Pose::identity() };
         TrueState {
             base,
             base_vel: Vec3::zero(),

@@ -3,13 +3,12 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
-use super::faults::Fault;
-use super::lockstep::{Lockstep, LockstepOptions};
-use crate::DeployError;
-use crate::limits::Limits;
-use crate::player::Player;
-use crate::runtime::State;
-use crate::wire::LowCmd;
+use paid_runtime::wire::LowCmd;
+use paid_runtime::{Limits, Player, State};
+
+use crate::TwinError;
+use crate::faults::Fault;
+use crate::lockstep::{Lockstep, LockstepOptions};
 
 /// What a drill of one fault found.
 #[derive(Clone, Debug)]
@@ -98,7 +97,7 @@ impl Fault {
                     Self::ActionNotFinite | Self::ActionHuge => 0.02,
                     Self::NoOdometry => limits.odometry_age_s + 0.02,
                     Self::NoBall => limits.ball_age_s + 0.1,
-                    Self::Kill => super::VirtualG1::TIMEOUT_US as f64 * 1e-6,
+                    Self::Kill => crate::VirtualG1::TIMEOUT_US as f64 * 1e-6,
                     _ => 0.0,
                 }
     }
@@ -132,7 +131,7 @@ pub fn drill(
     faults: &[Fault],
     trials: usize,
     mut told: impl FnMut(&DrillRow),
-) -> Result<DrillReport, DeployError> {
+) -> Result<DrillReport, TwinError> {
     // A short begin: the drill is not about standing up.
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..limits.clone() };
     let mut rows = Vec::new();
@@ -176,7 +175,7 @@ fn trial_of(
     limits: &Limits,
     fault: Fault,
     trial: usize,
-) -> Result<(f64, bool, String), DeployError> {
+) -> Result<(f64, bool, String), TwinError> {
     let joints = player.joints();
     let player = match fault {
         Fault::ActionNotFinite => &spoiled(player, f32::NAN),
@@ -194,10 +193,7 @@ fn trial_of(
     step.run_until(0.002 * ((trial * 7) % 10) as f64, |_| false)?;
     let kicks = |s: &Lockstep| s.runtime().kicks() > 0;
     if fault.while_kicking() && !kicks(&step) && !step.run_until(3.0, kicks)? {
-        return Err(DeployError::Refused(format!(
-            "the drill's kick: waits for {}",
-            step.runtime().waiting()
-        )));
+        return Err(TwinError::refused(format!("the drill's kick: waits for {}", step.runtime().waiting())));
     }
     let mut from_us = step.robot.now_us();
     let told = step.events().len();
@@ -228,7 +224,7 @@ fn trial_of(
     };
     let seen = damped(&step) || step.run_until(1.0, damped)?;
     let reaction = if seen { (step.robot.now_us() - from_us) as f64 * 1e-3 } else { f64::INFINITY };
-    step.robot.set_mount(super::Mount::Gantry { pitch_rad_s: 0.0 });
+    step.robot.set_mount(crate::Mount::Gantry { pitch_rad_s: 0.0 });
     let mut held = seen;
     step.run_until(1.0, |s| {
         held &= damped(s);

@@ -8,10 +8,10 @@ use paid_lidar::sim::{
 use paid_lidar::{ImuSample, Point, Scan, g1_torso_from_lidar};
 use paid_track::Pose;
 
-use crate::DeployError;
-
 /// Rays of one pose of the sensor: 0.1 ms, in which a torso that runs and turns moves a ray's end by a millimeter.
 const RAYS_A_POSE: u64 = 20;
+
+use crate::TwinError;
 /// Poses are kept so long `[s]`.
 const KEPT_S: f64 = 0.3;
 
@@ -41,11 +41,11 @@ impl SimLidar {
         points_per_s: f64,
         torso: &Pose,
         seed: u64,
-    ) -> Result<Self, DeployError> {
+    ) -> Result<Self, TwinError> {
         let scene = Scene::new(surroundings, seed).moved(&Vector3::new(-start_m[0], -start_m[1], 0.0));
         let model = SensorModel { points_per_s, ..SensorModel::default() };
         let sensor =
-            SimulatedMid360::on_g1(scene.clone(), model, torso, seed).map_err(DeployError::simulation)?;
+            SimulatedMid360::on_g1(scene.clone(), model, torso, seed).map_err(TwinError::simulation)?;
         let (writer, noise) = (PacketWriter::default(), Rng::new(seed, 0, 0x0B03));
         Ok(Self { sensor, writer, scene, model, noise, rays: 0 })
     }
@@ -104,10 +104,10 @@ impl SimLidar {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eyes::TorsoEyes;
     use paid_lanes::Vec3;
     use paid_lidar::Config;
     use paid_lidar::packet::{Assembler, Data};
+    use paid_runtime::eyes::TorsoEyes;
     use paid_world::OdometryState;
 
     #[test]

@@ -5,15 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::faults::Fault;
-use super::robot::{Mount, VirtualG1};
-use super::senses::Senses;
-use crate::DeployError;
-use crate::link::Link;
-use crate::message::Packet;
-use crate::player::Player;
-use crate::runtime::Status;
-use crate::wire::{DAMPING_KEYS, Key, Remote};
+use paid_runtime::wire::{DAMPING_KEYS, Key, Remote};
+use paid_runtime::{Link, Packet, Player, Status};
+
+use crate::TwinError;
+use crate::faults::Fault;
+use crate::robot::{Mount, VirtualG1};
+use crate::senses::Senses;
 
 /// Keys stay down for so long `[us]`.
 const PRESSED_US: u64 = 100_000;
@@ -42,32 +40,6 @@ pub enum Order {
     Fault(Option<Fault>),
     /// Ends.
     Quit,
-}
-
-impl FromStr for Key {
-    type Err = String;
-    fn from_str(text: &str) -> Result<Self, String> {
-        const KEYS: [(&str, Key); 16] = [
-            ("r1", Key::R1),
-            ("l1", Key::L1),
-            ("start", Key::Start),
-            ("select", Key::Select),
-            ("r2", Key::R2),
-            ("l2", Key::L2),
-            ("f1", Key::F1),
-            ("f2", Key::F2),
-            ("a", Key::A),
-            ("b", Key::B),
-            ("x", Key::X),
-            ("y", Key::Y),
-            ("up", Key::Up),
-            ("right", Key::Right),
-            ("down", Key::Down),
-            ("left", Key::Left),
-        ];
-        let found = KEYS.iter().find(|(name, _)| text.eq_ignore_ascii_case(name));
-        found.map(|(_, key)| *key).ok_or_else(|| format!("a key: expected L2, Up, ..., found '{text}'"))
-    }
 }
 
 impl FromStr for Fault {
@@ -203,7 +175,7 @@ pub fn serve(
     stop: &AtomicBool,
     watcher: &mut dyn Watcher,
     mut orders: impl FnMut(&VirtualG1) -> Option<Order>,
-) -> Result<Served, DeployError> {
+) -> Result<Served, TwinError> {
     let mut robot = VirtualG1::new(Arc::clone(player))?;
     if options.standing {
         robot.set_mount(Mount::Hands);
@@ -266,7 +238,7 @@ pub fn serve(
             Order::Battery(percent) => robot.set_battery(percent),
             Order::Fault(fault) => {
                 if let Some(fault) = fault {
-                    of_a_robot(fault).map_err(DeployError::Simulation)?;
+                    of_a_robot(fault).map_err(TwinError::Simulation)?;
                 }
                 robot.set_fault(fault);
                 senses.odometry = fault != Some(Fault::NoOdometry);

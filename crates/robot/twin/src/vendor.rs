@@ -1,11 +1,8 @@
 //! The vendor's controller of a virtual robot: in command until it is released over the motion switcher's topics.
 
-use crate::limits::Limits;
-use crate::link::{Inlet, Link, LinkError, Outlet};
-use crate::message::Packet;
-use crate::player::Player;
-use crate::switcher::{Line, SwitcherService};
-use crate::wire::{LowCmd, MODE_MACHINE_G1_29, MotorCmd};
+use paid_runtime::switcher::{Line, SwitcherService};
+use paid_runtime::wire::{LowCmd, MODE_MACHINE_G1_29, MotorCmd};
+use paid_runtime::{Inlet, Limits, Link, LinkError, Outlet, Packet, Player};
 
 /// A robot's end of the link with the vendor's controller in it. While that is in command it holds the standing pose, and commands from the
 /// network do nothing. Released, the robot goes limp until somebody else commands it.
@@ -95,9 +92,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::link::ChannelLink;
-    use crate::player::PlayerSpec;
-    use crate::switcher::{ApiRequest, RELEASE_MODE};
+    use paid_runtime::switcher::{ApiRequest, RELEASE_MODE};
+    use paid_runtime::{ChannelLink, PlayerSpec};
 
     /// A line on which one request comes after so many looks.
     struct Later(usize);

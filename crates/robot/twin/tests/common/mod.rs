@@ -1,0 +1,20 @@
+//! What the tests of this crate share.
+
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use paid_runtime::{Player, PlayerSpec};
+
+/// The repository's own policy on the built-in kicks.
+pub fn player() -> Arc<Player> {
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+    let spec = PlayerSpec { policy, motions: None, sets: Vec::new() };
+    Arc::new(Player::load(&spec).expect("the repository's policy"))
+}
+
+/// True if MuJoCo is here, which the virtual robot lives in; without it the test is skipped.
+pub fn mujoco(test: &str) -> bool {
+    paid_testing::mujoco(test, paid_mujoco::Library::get()).is_some()
+}
