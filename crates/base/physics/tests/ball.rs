@@ -1,8 +1,6 @@
 //! The ball on flat ground, against closed forms.
 
-mod common;
-
-use common::{biped, lane_at, reset_all};
+use crate::common::{biped, lane_at, reset_all};
 use paid_lanes::{F32Array, Real, Vec3};
 use paid_physics::{BallParams, Combine, Engine, EnvParams, Material, SceneConfig, Simulator};
 

@@ -1,8 +1,6 @@
 //! Falling, lying, and limbs against limbs.
 
-mod common;
-
-use common::{biped, lane_at, passive, reset_all};
+use crate::common::{biped, lane_at, passive, reset_all};
 use paid_lanes::Vec3;
 use paid_physics::{Engine, EngineSpec, EnvParams, Material, SceneConfig, Simulator};
 use paid_robot::{RobotModel, Shape};

@@ -1,8 +1,6 @@
 //! Free flight: what nothing touches keeps its momentum and energy.
 
-mod common;
-
-use common::{biped, lane_at, passive, reset_all};
+use crate::common::{biped, lane_at, passive, reset_all};
 use paid_lanes::Vec3;
 use paid_physics::{Engine, SceneConfig, Simulator};
 use paid_robot::RobotModel;

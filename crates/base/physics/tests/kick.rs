@@ -1,8 +1,6 @@
 //! Robot and ball exchange momentum.
 
-mod common;
-
-use common::{biped, lane_at, passive, reset_all};
+use crate::common::{biped, lane_at, passive, reset_all};
 use paid_lanes::Vec3;
 use paid_physics::{BallParams, Engine, EnvParams, Material, SceneConfig, Simulator};
 

@@ -1,8 +1,6 @@
 //! Repeatability, isolation of lanes, save and restore, survival.
 
-mod common;
-
-use common::{biped, lane_at, reset_all, stance};
+use crate::common::{biped, lane_at, reset_all, stance};
 use paid_lanes::rng::Rng;
 use paid_lanes::{F32Array, Isa, IsaVisitor, Real};
 use paid_physics::{Engine, EnvParams, LaneState, Material, SceneConfig, Simulator, Terrain};
@@ -158,7 +156,7 @@ fn a_reset_clears_the_contact_reports_of_its_lane_only() {
 #[test]
 fn a_push_adds_to_the_base_velocity() {
     let (model, _) = biped();
-    let mut engine = common::engine::<V>(&SceneConfig::default());
+    let mut engine = crate::common::engine::<V>(&SceneConfig::default());
     reset_all(&mut engine, &lane_at(model.joints.len(), 2.0));
     engine.push_lane(0, 4, [0.5, 0.0, -0.25], [0.0, 1.0, 0.0]);
     let (pushed, other) = (engine.save_lane(0, 4), engine.save_lane(0, 3));
@@ -225,7 +223,7 @@ fn survives_a_hundred_thousand_random_control_steps() {
 }
 
 #[test]
-#[ignore = "takes minutes: cargo test --release -p paid-physics --test robust -- --ignored"]
+#[ignore = "takes minutes: cargo test --release -p paid-physics --test all robust:: -- --ignored"]
 fn survives_ten_million_random_control_steps() {
     Isa::detect().dispatch(RandomActions { control_steps: 10_000_000 });
 }

@@ -1,8 +1,6 @@
 //! Soft contacts: spring and damper instead of one step.
 
-mod common;
-
-use common::{biped, engine, lane_at, reset_all, stance};
+use crate::common::{biped, engine, lane_at, reset_all, stance};
 use paid_lanes::{F32Array, Real};
 use paid_physics::{
     BallParams, Combine, Compliance, Cone, ContactCompliance, ContactKind, Engine, EnvParams, LaneState,

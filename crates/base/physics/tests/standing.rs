@@ -1,8 +1,6 @@
 //! The robot on its feet.
 
-mod common;
-
-use common::{biped, engine, lane_at, reset_all, stance};
+use crate::common::{biped, engine, lane_at, reset_all, stance};
 use paid_physics::{SceneConfig, Simulator};
 
 /// Base height at which the bent stance touches the ground.

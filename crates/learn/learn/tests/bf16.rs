@@ -2,9 +2,7 @@
 
 #![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
 
-mod common;
-
-use common::{PointMass, Recall};
+use crate::common::{PointMass, Recall};
 use paid_lanes::rng::Rng;
 use paid_learn::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
 use paid_learn::{

@@ -1,10 +1,8 @@
 //! A resumed run equals one that was not stopped; files that do not fit are refused with one clear error.
 
-mod common;
-
 use std::fs;
 
-use common::{PointMass, Recall};
+use crate::common::{PointMass, Recall};
 use paid_learn::{
     Checkpoint, LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, VecEnv,
 };

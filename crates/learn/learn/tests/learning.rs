@@ -2,9 +2,7 @@
 
 #![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
 
-mod common;
-
-use common::{PointMass, Recall};
+use crate::common::{PointMass, Recall};
 use paid_learn::{
     LearnConfig, Learner, LstmConfig, MirrorConfig, NetworkConfig, NetworkKind, PpoConfig, StepBuffers,
     VecEnv,

@@ -3,9 +3,7 @@
 
 #![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
 
-mod common;
-
-use common::{PointMass, WithMotion};
+use crate::common::{PointMass, WithMotion};
 use paid_learn::{
     LearnConfig, LearnedReward, Learner, LstmConfig, NetworkConfig, NetworkKind, ObservationGroup, PpoConfig,
     Ranks, RewardRole, StepBuffers, Transitions, VecEnv,

@@ -1,5 +1,4 @@
 //! A small biped and helpers that the engine's tests share.
-#![allow(dead_code)]
 
 use paid_lanes::Real;
 use paid_physics::{Engine, EngineSpec, LaneState, SceneConfig, Simulator};

@@ -1,6 +1,6 @@
 //! The engine against values that MuJoCo 3.17.0 computed once (`cargo golden` writes the file).
 
-use crate::common::{accelerations, engine, largest_distance, relative_error, standing};
+use super::common::{accelerations, engine, largest_distance, relative_error, standing};
 use paid_lanes::{Isa, IsaVisitor, Real};
 use paid_mujoco::reference::TorqueState;
 use paid_physics::{LaneState, SceneConfig, Simulator};

@@ -1,6 +1,6 @@
 //! The engine against MuJoCo itself, on states that are in no file.
 
-use crate::common::{accelerations, engine, largest_distance, relative_error, standing};
+use super::common::{accelerations, engine, largest_distance, relative_error, standing};
 use paid_lanes::F32Array;
 use paid_mujoco::reference::{TorqueState, dynamics, random_state};
 use paid_mujoco::{FloorOptions, FootShapes, Library, MujocoSim, SceneOptions};

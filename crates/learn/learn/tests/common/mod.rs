@@ -1,5 +1,5 @@
 //! Small known problems as environments.
-#![allow(dead_code, missing_docs)]
+#![allow(missing_docs)]
 
 use paid_lanes::rng::Rng;
 use paid_learn::{ObservationGroup, StepBuffers, VecEnv};

@@ -1,0 +1,5 @@
+//! The tests of `paid-mujoco` as one program: one link instead of one a file. `cargo test -p paid-mujoco --test all FILE::` runs a file's.
+
+mod contact;
+mod g1_bodies;
+mod simulator;
