@@ -51,8 +51,11 @@ pub enum OnnxError {
         /// Expected and found.
         reason: String,
     },
-    /// The contract is written in a format that this program does not know.
-    #[error("{path}: contract format {found}, this program reads {expected}")]
+    /// The contract is written in a later format and says what this program does not know.
+    #[error(
+        "{path}: it has format {found}, which is newer than this program's format {expected}, and cannot be read ({reason}); use the \
+         program that wrote it"
+    )]
     ContractFormat {
         /// The file.
         path: PathBuf,
@@ -60,6 +63,8 @@ pub enum OnnxError {
         expected: u32,
         /// The file's.
         found: u64,
+        /// What is not known.
+        reason: String,
     },
     /// The contract is not the expected one.
     #[error("{path}: the policy's contract differs in {} place(s):\n  {}", .differences.len(), .differences.join("\n  "))]

@@ -202,12 +202,13 @@ pub(crate) fn check_metadata(model: &ModelProto, path: &Path) -> Result<Contract
     // The format first: a newer contract may have other keys.
     let json: serde_json::Value = serde_json::from_str(text).map_err(|e| bad(CONTRACT_KEY, e.to_string()))?;
     let found = json.get("format").and_then(serde_json::Value::as_u64);
-    match found {
-        Some(found) if found == u64::from(FORMAT) => {}
-        Some(found) => return Err(OnnxError::ContractFormat { path: owned(), expected: FORMAT, found }),
-        None => return Err(bad(CONTRACT_KEY, "'format' is missing or no number".to_owned())),
-    }
-    let contract: Contract = serde_json::from_value(json).map_err(|e| bad(CONTRACT_KEY, e.to_string()))?;
+    let found = found.ok_or_else(|| bad(CONTRACT_KEY, "'format' is missing or no number".to_owned()))?;
+    let contract: Contract = serde_json::from_value(json).map_err(|e| match e.to_string() {
+        reason if found > u64::from(FORMAT) => {
+            OnnxError::ContractFormat { path: owned(), expected: FORMAT, found, reason }
+        }
+        reason => bad(CONTRACT_KEY, reason),
+    })?;
     contract.check().map_err(|reason| bad(CONTRACT_KEY, reason))?;
     for key in RELEASED_KEYS {
         get(key)?;

@@ -125,13 +125,20 @@ impl Checkpoint {
     fn of(file: TensorFile) -> Result<Self, CheckpointError> {
         let wrong = |reason: String| CheckpointError::Format { path: file.path.clone(), reason };
         let text = file.metadata.get("paid").ok_or_else(|| wrong("no metadata entry 'paid'".to_owned()))?;
-        let meta: Meta = serde_json::from_str(text).map_err(|error| wrong(format!("metadata: {error}")))?;
-        if meta.version != VERSION {
-            return Err(wrong(format!(
-                "version: expected {VERSION}, found {}: written by another version of this program; use that version, or train again",
-                meta.version
-            )));
-        }
+        // The version first: a newer program's metadata may have keys that this one cannot honor.
+        let json: serde_json::Value =
+            serde_json::from_str(text).map_err(|error| wrong(format!("metadata: {error}")))?;
+        let version = json.get("version").and_then(serde_json::Value::as_u64).unwrap_or_default();
+        let meta: Meta = serde_json::from_value(json).map_err(|error| {
+            wrong(if version > u64::from(VERSION) {
+                format!(
+                    "it has format {version}, which is newer than this program's format {VERSION}, and cannot be read ({error}); use \
+                     the program that wrote it"
+                )
+            } else {
+                format!("metadata: {error}")
+            })
+        })?;
         meta.check().map_err(|error| wrong(format!("metadata: {error}")))?;
         Ok(Self { file, meta })
     }

@@ -37,6 +37,7 @@ pub mod style;
 #[cfg(test)]
 mod toy;
 pub mod trainer;
+mod written;
 
 pub use bench::{TrainBench, bench_train, peak_rss_mib};
 pub use error::TrainError;

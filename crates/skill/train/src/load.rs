@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use paid_learn::Checkpoint;
 use paid_task::TaskPreset;
-use paid_task::layers::{KeyError, LayerError, Tree};
+use paid_task::layers::{LayerError, Tree};
 use toml::Value;
 
 use crate::folder::PRESET_FILE;
+use crate::written::known_part;
 use crate::{RunPreset, TrainError};
 
 /// Run presets that the binary carries: name, file and TOML text.
@@ -44,34 +45,6 @@ pub const BUILTIN: [(&str, &str, &str); 17] = [
     ("single_stage", "single_stage.toml", include_str!("../../../../configs/presets/single_stage.toml")),
 ];
 
-/// Keys of earlier versions, and what stands for them now.
-const FORMER: [(&str, &str); 12] = [
-    ("task.base", "'base' stands once, at the top of the file, and names a run preset such as paper_stage2"),
-    ("task.randomisation", "this is task.randomization now"),
-    ("task.sampling.miss_weight", "this is task.sampling.miss_sampling_weight now"),
-    (
-        "task.observations.lead_ball",
-        "task.observations.policy and .critic list 'ball_at_strike' (true) or 'ball_pos' (false) now",
-    ),
-    (
-        "task.observations.noise.reference_ang_vel",
-        "this is task.observations.noise.reference_anchor_ang_vel now",
-    ),
-    ("task.observations.noise.joint_pos", "this is task.observations.noise.joint_pos_rel now"),
-    ("task.terminations.anchor_height_m", "this is task.terminations.anchor_height.limit_m now"),
-    ("task.terminations.gravity_z", "this is task.terminations.gravity.limit now"),
-    ("task.terminations.end_effector_height_m", "this is task.terminations.end_effector.limit_m now"),
-    ("task.terminations.anchor_distance_m", "this is task.terminations.anchor_distance.limit_m now"),
-    (
-        "scene",
-        "this is a task without its run; put it into [task] of a run preset with base = \"paper_stage2\"",
-    ),
-    (
-        "rewards",
-        "this is a task without its run; put it into [task] of a run preset with base = \"paper_stage2\"",
-    ),
-];
-
 /// A resolved preset and where each of its values comes from.
 #[derive(Clone, Debug)]
 pub struct Resolved {
@@ -103,13 +76,13 @@ impl Resolved {
         Self::finish(name, tree, files, overrides, prefix)
     }
 
-    /// Reads the resolved preset that a run saved, and applies overrides.
+    /// Reads the resolved preset that a program wrote, and applies overrides. Keys that this program does not know are left out where the
+    /// text turns them off.
     ///
     /// # Errors
-    /// If the text is not one, or an override does not apply.
+    /// If the text is not one, turns on what this program does not have, or an override does not apply.
     pub fn of_text(place: &str, text: &str, overrides: &[String]) -> Result<Self, TrainError> {
-        let mut tree = Tree::parse(place, text)?;
-        refuse_former(&tree)?;
+        let mut tree = known_part(place, text)?;
         tree.expand_surfaces(Path::new(""))?;
         Self::finish(place, tree, vec![place.to_owned()], overrides, "")
     }
@@ -152,10 +125,11 @@ impl RunPreset {
         Ok(Resolved::load(name, overrides, "")?.preset)
     }
 
-    /// Reads the resolved preset that a run saved, and applies overrides.
+    /// Reads the resolved preset that a program wrote, and applies overrides. Keys that this program does not know are left out where the
+    /// text turns them off.
     ///
     /// # Errors
-    /// If the text is not one, or an override does not apply.
+    /// If the text is not one, turns on what this program does not have, or an override does not apply.
     pub fn from_resolved(place: &str, text: &str, overrides: &[String]) -> Result<Self, TrainError> {
         Ok(Resolved::of_text(place, text, overrides)?.preset)
     }
@@ -171,7 +145,7 @@ impl RunPreset {
     /// What held when a checkpoint was written.
     ///
     /// # Errors
-    /// If it holds no preset, one of an earlier version, or one that is damaged.
+    /// If it holds no preset, one that turns on what this program does not have, or one that is damaged.
     pub fn of_checkpoint(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
         let path = checkpoint.path();
         let fail = |message: String| TrainError::Checkpoint { path: path.to_owned(), message };
@@ -179,12 +153,7 @@ impl RunPreset {
             .blob(PRESET_FILE)
             .ok_or_else(|| fail(format!("expected an entry '{PRESET_FILE}' (text), found none")))?;
         let text = std::str::from_utf8(text).map_err(|error| fail(format!("{PRESET_FILE}: {error}")))?;
-        Self::from_resolved(PRESET_FILE, text, &[]).map_err(|error| {
-            fail(format!(
-                "its preset is not one of this version ({error}). If it is of an earlier version, train again, or score the \
-                 policy.onnx that lies beside it, which holds no preset"
-            ))
-        })
+        Self::from_resolved(PRESET_FILE, text, &[]).map_err(|error| fail(error.to_string()))
     }
 }
 
@@ -222,7 +191,6 @@ fn read(name: &str, folder: &Path, files: &mut Vec<String>) -> Result<Tree, Trai
         }
     };
     let mut tree = Tree::parse(&file, &text)?;
-    refuse_former(&tree)?;
     tree.expand_surfaces(&folder)?;
     let place = tree.origin("base").to_string();
     let fail = |message: String| TrainError::Preset { place, message };
@@ -245,14 +213,3 @@ fn read(name: &str, folder: &Path, files: &mut Vec<String>) -> Result<Tree, Trai
 
 /// A user's file over a variant over a preset over the paper's, and no deeper: nobody could read it.
 const DEPTH: usize = 4;
-
-fn refuse_former(tree: &Tree) -> Result<(), LayerError> {
-    match FORMER.iter().find(|(key, _)| tree.contains(key)) {
-        Some((key, now)) => {
-            let error =
-                KeyError { key: (*key).to_owned(), message: format!("a key of an earlier version; {now}") };
-            Err(tree.locate(error, ""))
-        }
-        None => Ok(()),
-    }
-}

@@ -10,6 +10,7 @@ use crate::TrainError;
 use crate::judge::JudgeConfig;
 use crate::phases::Phase;
 use crate::style::AmpPreset;
+use crate::written::signed;
 
 /// Environments and shards at most: more fit into no machine's memory.
 const MOST_ENVS: usize = 1_000_000;
@@ -140,6 +141,7 @@ impl RunPreset {
     /// If a value has no TOML form (an integer above 2^63).
     pub fn to_toml(&self) -> Result<String, TrainError> {
         toml::to_string(self)
+            .map(|text| signed(&text))
             .map_err(|error| TrainError::Preset { place: self.stage.clone(), message: error.to_string() })
     }
 }

@@ -160,7 +160,7 @@ fn a_policy_begins_with_its_terms_in_another_order() {
 }
 
 #[test]
-fn a_checkpoint_with_a_preset_of_an_earlier_version_says_what_to_do() {
+fn a_checkpoint_whose_preset_turns_on_what_there_is_not_says_what_to_do() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("model.safetensors");
     let preset = Toy::preset(&[]);
@@ -168,12 +168,14 @@ fn a_checkpoint_with_a_preset_of_an_earlier_version_says_what_to_do() {
     let old = text.replace("[task.observations]", "[task.observations]\nlead_ball = true");
     assert_ne!(text, old);
     let trainer = trainer(&preset);
-    for (text, found) in [(old.as_str(), "task.observations.lead_ball"), ("[run]\nwalkers = 4\n", "walkers")]
-    {
+    let expected =
+        ["model.safetensors: preset preset.toml: task.observations.lead_ball = true", "train again"];
+    let damaged = ["model.safetensors: preset preset.toml", "walkers"];
+    for (text, parts) in [(old.as_str(), expected), ("[run]\nwalkers = 4\n", damaged)] {
         trainer.learner().save(&path, &[("preset.toml", text.as_bytes())]).expect("saves");
         let checkpoint = Checkpoint::load(&path).expect("reads");
         let error = RunPreset::of_checkpoint(&checkpoint).expect_err("refused").to_string();
-        for part in ["model.safetensors", found, "train again"] {
+        for part in parts {
             assert!(error.contains(part), "{part}: {error}");
         }
     }

@@ -251,7 +251,7 @@ pub(crate) fn did_you_mean(best: Option<&str>) -> String {
 }
 
 /// Two dotted keys as one.
-pub(crate) fn join(path: &str, part: &str) -> String {
+pub fn join(path: &str, part: &str) -> String {
     if path.is_empty() { part.to_owned() } else { format!("{path}.{part}") }
 }
 

@@ -18,6 +18,16 @@ pub struct KeyError {
     pub message: String,
 }
 
+/// Beginning of the message of a key that the type does not have.
+const UNKNOWN: &str = "unknown key";
+
+impl KeyError {
+    /// True if the type has no such key.
+    pub fn is_unknown_key(&self) -> bool {
+        self.message.starts_with(UNKNOWN)
+    }
+}
+
 impl Tree {
     /// The tree as a typed preset.
     ///
@@ -95,7 +105,7 @@ fn key_error(error: &toml::de::Error) -> KeyError {
         key = join(&key, name);
         let list = if expected.is_empty() { "none".to_owned() } else { expected.join(", ") };
         let hint = best.map_or_else(|| ".".to_owned(), |best| did_you_mean(Some(&best)));
-        format!("unknown key{hint} Known here: {list}")
+        format!("{UNKNOWN}{hint} Known here: {list}")
     } else if let (true, Some(name)) = (message.starts_with("missing field"), quoted.first()) {
         key = join(&key, name);
         "expected a value, found none".to_owned()
