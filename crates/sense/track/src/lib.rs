@@ -1,5 +1,4 @@
-//! What it takes to know where ball and goal are: camera, odometry, ball tracker, prediction of a rolling ball, and what is shown of
-//! the ball after the strike.
+//! What it takes to know where ball and goal are: camera, odometry, ball tracker, prediction of a rolling ball.
 //!
 //! Everything is written over [`paid_lanes::Real`]: one environment per SIMD lane in training, plain `f64` on a robot. A robot uses
 //! [`BallTracker`] with its own pictures and its own odometry; [`Eyes`] stand in for both in simulation.
@@ -32,8 +31,6 @@
 //! assert!((belief.ball.position[0] - 1.0).abs() < 0.01 && belief.rest > 0.9);
 //! ```
 
-mod after_strike;
-mod ball_history;
 mod belief;
 mod camera;
 mod error;
@@ -49,8 +46,6 @@ mod rolling;
 mod tracker;
 mod tracker_preset;
 
-pub use after_strike::{AfterStrike, AfterStrikeTimes};
-pub use ball_history::{BallHistory, STEPS_AGO};
 pub use belief::{Belief, Estimate, Picture, Rolling};
 pub use camera::{Camera, CameraPreset};
 pub use error::ValueError;

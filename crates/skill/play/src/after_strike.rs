@@ -1,7 +1,7 @@
-//! What is shown of the ball after the strike.
+//! What is shown of the ball after the strike: one rule for training, judge and robot.
 
+use paid_lanes::{Mask, Real, Vec3};
 use paid_policy::WhereItLay;
-use paid_track::AfterStrikeTimes;
 use serde::{Deserialize, Serialize};
 
 /// What is shown of the ball after the strike.
@@ -58,9 +58,107 @@ impl AfterStrikePreset {
     }
 }
 
+/// Two times that count as one `[s]`: frames are at least ten times as far apart.
+const SAME_S: f64 = 1e-3;
+
+/// When the ball's place is captured, and from when on it is shown. Times are the reference's, since a robot knows the phase of its
+/// motion and not when the foot met the ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AfterStrikeTimes {
+    /// The place is captured last so long before the strike `[s]`: a foot that comes early has not moved the ball by then.
+    pub captured_s: f64,
+    /// From so long after the strike on the captured place is shown `[s]`.
+    pub from_s: f64,
+}
+
+/// Where the ball lay at the strike, as it was believed shortly before, in a frame that stays where it is: the world's or
+/// odometry's.
+///
+/// ```
+/// use paid_lanes::Vec3;
+/// use paid_play::{AfterStrike, AfterStrikeTimes};
+///
+/// let times = AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 };
+/// let mut kept = AfterStrike::<f64>::new();
+/// // A second before the strike the ball is expected at (1, 0); 0.1 s before, a foot may have touched it already.
+/// kept.advance(Vec3([1.0, 0.0, 0.1]), 1.0, times);
+/// kept.advance(Vec3([1.5, 0.2, 0.1]), 0.1, times);
+/// // Then it flies; it is seen for 0.3 s.
+/// assert_eq!(kept.shown(Vec3([2.0, 0.3, 0.1]), -0.2, times).0, [2.0, 0.3, 0.1]);
+/// assert_eq!(kept.shown(Vec3([5.0, 0.9, 0.1]), -0.3, times).0, [1.0, 0.0, 0.1]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct AfterStrike<V> {
+    place: Vec3<V>,
+}
+
+impl<V: Real> Default for AfterStrike<V> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<V: Real> AfterStrike<V> {
+    /// At the origin, until a place is captured or set.
+    pub fn new() -> Self {
+        Self { place: Vec3::zero() }
+    }
+
+    /// Sets one lane's place `[m]`: an episode begins there, perhaps after the strike.
+    pub fn reset_lane(&mut self, lane: usize, place: [f64; 3]) {
+        self.place.set_lane(lane, place);
+    }
+
+    /// The numbers to save.
+    pub fn fields(&mut self) -> &mut [V; 3] {
+        &mut self.place.0
+    }
+
+    /// Takes in where the ball is believed to be at the strike `[m]`, `to_strike_s` before the reference's strike `[s]`
+    /// (negative after it).
+    #[inline(always)]
+    pub fn advance(&mut self, at_strike: Vec3<V>, to_strike_s: V, times: AfterStrikeTimes) {
+        let captured = to_strike_s.ge(V::c(times.captured_s - SAME_S));
+        self.place = Vec3::select(captured, at_strike, self.place);
+    }
+
+    /// What is shown for a ball that is believed at `ball` `[m]`: that, or from `from_s` after the strike on the captured place.
+    #[inline(always)]
+    pub fn shown(&self, ball: Vec3<V>, to_strike_s: V, times: AfterStrikeTimes) -> Vec3<V> {
+        let before = to_strike_s.le(V::c(SAME_S - times.from_s)).not();
+        Vec3::select(before, ball, self.place)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const TIMES: AfterStrikeTimes = AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 };
+
+    /// The strike is at frame 50 of 0.02 s; a ball that moves 1 cm a frame, and its place is believed as it is.
+    #[test]
+    fn the_place_of_ten_frames_before_the_strike_is_shown_from_fifteen_frames_after_it() {
+        let mut kept = AfterStrike::<f64>::new();
+        for frame in 0..100_u32 {
+            let to_strike_s = (50.0 - f64::from(frame)) * 0.02;
+            let ball = Vec3([f64::from(frame) * 0.01, -1.0, 0.1]);
+            kept.advance(ball, to_strike_s, TIMES);
+            let shown = kept.shown(ball, to_strike_s, TIMES).0;
+            let expected = if frame < 65 { ball.0 } else { [0.4, -1.0, 0.1] };
+            assert!((0..3).all(|k| (shown[k] - expected[k]).abs() < 1e-12), "frame {frame}: {shown:?}");
+        }
+    }
+
+    #[test]
+    fn an_episode_from_after_the_strike_keeps_the_place_that_it_began_with() {
+        let mut kept = AfterStrike::<f64>::new();
+        kept.reset_lane(0, [0.7, 0.2, 0.11]);
+        kept.advance(Vec3([4.0, 0.0, 0.1]), -0.1, TIMES);
+        assert_eq!(kept.shown(Vec3([4.0, 0.0, 0.1]), -0.1, TIMES).0, [4.0, 0.0, 0.1]);
+        assert_eq!(kept.shown(Vec3([6.0, 0.0, 0.1]), -0.4, TIMES).0, [0.7, 0.2, 0.11]);
+        assert_eq!(*kept.fields(), [0.7, 0.2, 0.11]);
+    }
 
     #[test]
     fn a_contract_sets_the_rule_that_it_was_made_of() {

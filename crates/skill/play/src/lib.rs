@@ -4,17 +4,21 @@
 //! Nothing here knows a trainer or a simulator. Begin with [`ReferenceLibrary`], the motions, and [`motion_for`], the choice among them.
 
 mod after_strike;
+mod ball_history;
 mod error;
 mod library;
 mod mirror;
 mod motion;
 mod own_place;
 mod preset;
+mod scene;
 
-pub use after_strike::{AfterStrikePreset, ShownAfterStrike};
+pub use after_strike::{AfterStrike, AfterStrikePreset, AfterStrikeTimes, ShownAfterStrike};
+pub use ball_history::{BallHistory, STEPS_AGO};
 pub use error::PlayError;
 pub use library::{
-    FrameLayout, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M, body_index, followed_bodies,
+    FrameLayout, KickTimes, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M, body_index,
+    followed_bodies,
 };
 pub use mirror::{policy_mirrors, sides};
 pub use motion::{
@@ -22,3 +26,4 @@ pub use motion::{
 };
 pub use own_place::OwnPlace;
 pub use preset::PlayPreset;
+pub use scene::{BelievedScene, SceneMemory};

@@ -53,11 +53,19 @@ impl RollingBall {
         if predicts_ball { self } else { Self { velocity: [0.0; 2], ..self } }
     }
 
+    /// The ball so long later `[s]`, if nothing meets it.
+    #[must_use]
+    pub fn after(self, wait_s: f64) -> Self {
+        let time = effective_time(wait_s, self.decay);
+        let kept = 1.0 - self.decay * time;
+        let place = [0, 1].map(|k| self.place[k] + time * self.velocity[k]);
+        Self { place, velocity: self.velocity.map(|v| kept * v), ..self }
+    }
+
     /// Where it will be when it is met in a motion that has begun at `frame` `[m]`.
     pub fn at_strike(&self, facts: &MotionFacts, frame: usize, dt_s: f64) -> [f64; 2] {
         let wait = facts.contact_frame.saturating_sub(frame) as f64 * dt_s;
-        let time = effective_time(wait, self.decay);
-        [0, 1].map(|k| self.place[k] + time * self.velocity[k])
+        self.after(wait).place
     }
 }
 

@@ -21,8 +21,8 @@ impl<V: Real> Kernel for Act<'_, V> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        if let Some(before) = &mut self.group.balls_before {
-            before.advance();
+        for memory in &mut self.group.scene_memory {
+            memory.advance();
         }
         let control = &self.config.control;
         for j in 0..self.config.joints() {

@@ -3,12 +3,9 @@
 use paid_lanes::rng::{Rng, fill_normal, fill_symmetric};
 use paid_lanes::{Kernel, Mask, Real, Vec3};
 use paid_physics::{BodyState, GroupState};
-use paid_play::RollingBall;
+use paid_play::{BelievedScene, RollingBall};
 use paid_policy::{Pose, SceneView};
-use paid_track::{
-    BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, EyesStart, TrueScene, effective_time,
-    predicted_displacement,
-};
+use paid_track::{BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, EyesStart, TrueScene};
 use serde::{Deserialize, Serialize};
 
 use crate::BelievedBall;
@@ -153,7 +150,8 @@ pub(crate) fn believed_ball<V: Real>(
 /// What a group's eyes make of the scene, and the pose that odometry gives the base in which it is shown.
 ///
 /// `goal` is the goal's center in the world `[m]`, as the robot was told it when odometry began; `to_strike_s` and
-/// `to_contact_s` the times from this state to the reference's strike and to the foot's contact `[s]`.
+/// `to_contact_s` the times from this state to the reference's strike and to the foot's contact `[s]`; `predicts` as in
+/// [`BelievedScene::view`].
 #[inline(always)]
 pub(crate) fn seen_scene<V: Real>(
     eyes: &Eyes<V>,
@@ -161,15 +159,12 @@ pub(crate) fn seen_scene<V: Real>(
     base: &BodyState<V>,
     goal: Vec3<V>,
     [to_strike_s, to_contact_s]: [V; 2],
+    predicts: bool,
 ) -> (SceneView<V>, Pose<V>) {
-    let belief = eyes.belief(to_strike_s, preset);
-    let [vx, vy] = belief.ball.velocity;
-    let ball = eyes.on_the_ground(belief.ball.position);
-    let wait = effective_time(to_contact_s, eyes.decay());
-    let at_strike = ball + predicted_displacement(Vec3([vx, vy, V::zero()]), wait);
+    let ball = eyes.belief(to_strike_s, preset).ball;
+    let (velocity, ball) = (ball.velocity, eyes.on_the_ground(ball.position));
     let BodyPose { pos, rot } = eyes.estimated(&pose(base));
     let base = Pose { pos, rot };
-    let mut scene = SceneView::new(base.point_in_body(ball), base.point_in_body(goal));
-    scene.ball_at_strike = base.point_in_body(at_strike);
-    (scene, base)
+    let believed = BelievedScene { ball, velocity, decay: eyes.decay(), goal };
+    (believed.view(&base, to_contact_s, predicts), base)
 }

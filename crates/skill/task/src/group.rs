@@ -1,12 +1,12 @@
 //! What the task remembers of a lane group.
 
 use paid_lanes::{Real, Vec3};
+use paid_play::SceneMemory;
+use paid_policy::observation::ObservationId;
 use paid_track::Eyes;
 
 use crate::REWARD_TERMS;
-use crate::after_strike::ShownBall;
 use crate::anchoring::LaneAnchoring;
-use crate::ball_before::BallsBefore;
 use crate::camera::CameraState;
 use crate::config::TaskConfig;
 use crate::delay::Delays;
@@ -45,10 +45,8 @@ pub(crate) struct GroupTask<V> {
     pub memory: BallMemory<V>,
     /// Ball and goal from a camera, where the preset has one.
     pub camera: Option<CameraState<V>>,
-    /// Where the ball lay at the strike, where the preset shows that.
-    pub shown_ball: Option<ShownBall<V>>,
-    /// Where the ball was shown before, where an observation has that.
-    pub balls_before: Option<BallsBefore<V>>,
+    /// What is remembered of the scene that was shown: the true one (to the critic) and the believed one (to the policy).
+    pub scene_memory: [SceneMemory<V>; 2],
     /// Ball and goal through the robot's eyes, where the preset's knowledge is perceived.
     pub eyes: Option<Eyes<V>>,
     /// Ball and goal as an evaluation shows them.
@@ -68,6 +66,9 @@ pub(crate) struct GroupTask<V> {
 impl<V: Real> GroupTask<V> {
     pub(crate) fn new(config: &TaskConfig, layout: paid_play::FrameLayout) -> Self {
         let zeros = vec![V::zero(); config.joints()];
+        let lists = &config.preset.observations;
+        let remembers = lists.policy.iter().chain(&lists.critic).any(|id| *id == ObservationId::BallBefore);
+        let memory = SceneMemory::new(config.preset.ball.after_strike.times(), remembers);
         Self {
             reference: Reference::new(layout),
             anchoring: None,
@@ -82,8 +83,7 @@ impl<V: Real> GroupTask<V> {
             kick: KickState::new(),
             memory: BallMemory::new(),
             camera: CameraState::new(config),
-            shown_ball: ShownBall::new(config),
-            balls_before: BallsBefore::new(config),
+            scene_memory: [memory.clone(), memory],
             eyes: config.preset.perceives().then(|| Eyes::new(&config.preset.eyes, config.dt_s)),
             shown: None,
             delays: Delays::new(config),
@@ -108,8 +108,8 @@ impl<V: Real> GroupTask<V> {
         fields.extend([&mut self.episode_return, &mut self.foot_peak, &mut self.reference_peak]);
         fields.extend(self.camera.iter_mut().flat_map(CameraState::fields));
         fields.extend(self.delays.iter_mut().flat_map(Delays::fields));
-        fields.extend(self.shown_ball.iter_mut().flat_map(ShownBall::fields));
-        fields.extend(self.balls_before.iter_mut().flat_map(BallsBefore::fields));
+        let [[true_lay, true_before], [lay, before]] = self.scene_memory.each_mut().map(SceneMemory::fields);
+        fields.extend([true_lay, lay, true_before, before].into_iter().flatten());
         fields.extend(self.eyes.iter_mut().flat_map(Eyes::fields));
         fields
     }

@@ -4,10 +4,8 @@
 //! environments, one per SIMD lane.
 
 mod act;
-mod after_strike;
 mod agent;
 mod anchoring;
-mod ball_before;
 mod ball_preset;
 mod camera;
 mod codec;

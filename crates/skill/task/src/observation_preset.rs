@@ -37,6 +37,11 @@ fn told() -> bool {
 }
 
 impl ObservationPreset {
+    /// True if policy or critic is shown the ball where it will be.
+    pub(crate) fn predicts(&self) -> bool {
+        self.policy.iter().chain(&self.critic).any(|id| *id == ObservationId::BallAtStrike)
+    }
+
     /// What the numbers of both observations mean for a robot.
     ///
     /// # Errors

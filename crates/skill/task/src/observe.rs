@@ -59,7 +59,7 @@ impl ObservationConfig {
             style: preset.style.clone(),
             noisy: count(|term| term.half_width > 0.0),
             sensed: count(|term| term.sensed),
-            predicts: preset.policy.iter().chain(&preset.critic).any(|id| *id == ObservationId::BallAtStrike),
+            predicts: preset.predicts(),
             policy,
         }
     }
@@ -232,17 +232,16 @@ impl<V: Real> Kernel for Observe<'_, V> {
             (None, Some(eyes)) => {
                 // The state is a frame before the one that it will be scored against.
                 let times = [group.to_strike_s, group.to_contact_s].map(|time| time + V::c(config.dt_s));
-                let (mut scene, base) =
-                    seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, times);
-                if !config.observations.predicts {
-                    scene.ball_at_strike = scene.ball;
-                }
-                (scene, base)
+                let predicts = config.observations.predicts;
+                seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, times, predicts)
             }
             (None, None) => (self.perceived.unwrap_or(truth), base),
         };
-        group.show_after_strike(config, [&base, &believed_base], &mut truth, &mut seen);
-        group.show_before([&base, &believed_base], &mut truth, &mut seen);
+        // The state is a frame before the one that it will be scored against.
+        let to_strike_s = group.to_strike_s + V::c(config.dt_s);
+        let [of_truth, of_belief] = &mut group.scene_memory;
+        of_truth.show(&base, to_strike_s, &mut truth);
+        of_belief.show(&believed_base, to_strike_s, &mut seen);
         let views = Views {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),

@@ -255,6 +255,11 @@ impl TaskPreset {
         self.observations.policy.contains(&ObservationId::BallAtStrike)
     }
 
+    /// True if policy or critic is shown the ball where it will be. What is shown after the strike is that place then.
+    pub fn predicts(&self) -> bool {
+        self.observations.predicts()
+    }
+
     /// True if ball and goal are known through the robot's eyes.
     pub fn perceives(&self) -> bool {
         self.knowledge == KnowledgeMode::Perceived

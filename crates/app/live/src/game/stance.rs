@@ -3,8 +3,8 @@
 use paid_eval::episodes::EvalSetup;
 use paid_eval::metrics::shooting::Goal;
 use paid_eval::shooting::{Grid, Placement};
+use paid_play::RollingBall;
 use paid_task::roll_decay;
-use paid_track::effective_time;
 
 use crate::Pose2;
 use crate::pose2::wrapped;
@@ -38,9 +38,8 @@ pub(super) fn at_strike(
         return place;
     }
     let motion = clip.unwrap_or_else(|| Placement::new(setup).motion(0, 0, place, velocity));
-    let wait_s = setup.library.facts()[motion].contact_frame as f64 * setup.preset.control_dt_s();
-    let time_s = effective_time(wait_s, roll_decay(&setup.ball()));
-    [0, 1].map(|k| place[k] + time_s * velocity[k])
+    let ball = RollingBall { place, velocity, decay: roll_decay(&setup.ball()) };
+    ball.at_strike(&setup.library.facts()[motion], 0, setup.preset.control_dt_s())
 }
 
 /// True if the goal is ahead of a robot at `pose`, neither too near nor too far.

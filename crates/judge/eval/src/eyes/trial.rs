@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_lidar::sim::processor_clock;
-use paid_play::{RollingBall, motion_for};
-use paid_policy::{SceneView, StepBuffers, VecEnv};
+use paid_play::{BelievedScene, KickTimes, RollingBall, motion_for};
+use paid_policy::{StepBuffers, VecEnv};
 use paid_task::{EvalControl, Shown};
-use paid_track::{Pose, effective_time, predicted_displacement, turned};
+use paid_track::{Pose, turned};
 use paid_world::{Believed, Recorder, Sight, seconds};
 
 use super::judge::EyesOutcome;
@@ -125,13 +125,8 @@ impl Stage<'_> {
         let [x, y] = ball.belief.ball.position;
         let velocity = local(ball.belief.ball.velocity);
         let wait = seconds(READY_STEPS * STEP_NS);
-        let (way, kept) = (effective_time(wait, rolling.decay), (-rolling.decay * wait).exp());
         let place = local([x - torso.pos.x(), y - torso.pos.y()]);
-        let ball = RollingBall {
-            place: [0, 1].map(|k| place[k] + way * velocity[k]),
-            velocity: velocity.map(|v| v * kept),
-            decay: rolling.decay,
-        };
+        let ball = RollingBall { place, velocity, decay: rolling.decay }.after(wait);
         let task = &self.setup.preset;
         Some(motion_for(self.facts(), &ball.as_chosen_by(task.predicts_ball()), task.control_dt_s()))
     }
@@ -153,8 +148,8 @@ impl Stage<'_> {
         task.force_start(0, &start_of(trial))?;
         let sample = task.sample(0)?;
         let dt_s = self.setup.preset.control_dt_s();
-        let [strike_s, contact_s] =
-            [facts.strike_frame, facts.contact_frame].map(|frame| frame as f64 * dt_s);
+        let strike_s = facts.times_from(0, dt_s).to_strike_s;
+        let predicts = self.setup.preset.predicts();
         kick.log.strike_s = Some(kick.log.start_s + strike_s);
         let first = self.moment_of(rolling.start_ns, &sample, &start);
         self.get_ready(kick, standing, &first, rolling, strike_s)?;
@@ -179,7 +174,7 @@ impl Stage<'_> {
             if self.setup.monitor.stopped() {
                 return Ok(None);
             }
-            let to_strike_s = strike_s - step as f64 * dt_s;
+            let KickTimes { to_strike_s, to_contact_s } = facts.times_from(step, dt_s);
             // Once only the place where the ball lay is shown, the camera may rest; odometry goes on.
             let open = keep_open || times.is_none_or(|times| to_strike_s > -times.from_s - 0.1);
             let believed = kick.step(&moment, to_strike_s, open)?;
@@ -188,7 +183,7 @@ impl Stage<'_> {
             {
                 kick.judge_strike(&believed);
             }
-            let believed_scene = scene(&believed, goal, rolling, contact_s - step as f64 * dt_s);
+            let believed_scene = scene(&believed, goal, rolling, to_contact_s, predicts);
             shown = believed_scene.or(shown);
             let Some(now) = &shown else { return Err(eyes_error("no belief at the start of a kick")) };
             task.show(0, Some(now))?;
@@ -274,18 +269,24 @@ impl Stage<'_> {
 }
 
 /// Ball and goal as the policy is shown them, `to_contact_s` before its foot meets the ball `[s]`; `None` while something of it is not known.
-fn scene(believed: &Believed, goal: [f64; 2], rolling: &Rolling, to_contact_s: f64) -> Option<Shown> {
+fn scene(
+    believed: &Believed,
+    goal: [f64; 2],
+    rolling: &Rolling,
+    to_contact_s: f64,
+    predicts: bool,
+) -> Option<Shown> {
     let (base, ball) = (believed.base?, believed.ball?);
     let z = believed.floor_m? + rolling.radius;
-    let ([x, y], [vx, vy]) = (ball.belief.ball.position, ball.belief.ball.velocity);
-    let now = Vec3([x, y, z]);
-    let wait = effective_time(to_contact_s, rolling.decay);
-    let then = now + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
+    let [x, y] = ball.belief.ball.position;
+    let believed = BelievedScene {
+        ball: Vec3([x, y, z]),
+        velocity: ball.belief.ball.velocity,
+        decay: rolling.decay,
+        goal: Vec3([goal[0], goal[1], z]),
+    };
     let base = paid_policy::Pose { pos: base.pos, rot: base.rot };
-    let goal = base.point_in_body(Vec3([goal[0], goal[1], z]));
-    let mut scene = SceneView::new(base.point_in_body(now), goal);
-    scene.ball_at_strike = base.point_in_body(then);
-    Some(Shown { scene, base })
+    Some(Shown { scene: believed.view(&base, to_contact_s, predicts), base })
 }
 
 /// The trial's ball before its start.

@@ -58,9 +58,7 @@ impl Runtime {
             self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(self.player.task.predicts_ball());
         let facts = self.player.library.facts();
         let motion = motion_for(facts, &ball, POLICY_US as f64 * 1e-6);
-        let wait = facts[motion].contact_frame as f64 * POLICY_US as f64 * 1e-6;
-        let time = paid_track::effective_time(wait, ball.decay);
-        let at = [0, 1].map(|k| ball.place[k] + time * ball.velocity[k]);
+        let at = ball.at_strike(&facts[motion], 0, POLICY_US as f64 * 1e-6);
         let within = |x: f64, [lo, hi]: [f64; 2]| lo <= x && x <= hi;
         if !within(at[0], limits.reach_ahead_m) || !within(at[1], limits.reach_left_m) {
             return Err("a ball within reach");
@@ -76,7 +74,7 @@ impl Runtime {
             self.done.fill(0.0);
         }
         self.memory.reset(0);
-        self.sight.history.reset_lane(0);
+        self.sight.begin_kick();
         self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
         if self.controller == Controller::Policy {
             // Memory and motion change from one step to the next.
@@ -177,8 +175,7 @@ impl Runtime {
         let to_strike = self.to_strike();
         let playing = self.playing.as_ref()?;
         let facts = &self.player.library.facts()[playing.motion];
-        let of_motion = [facts.strike_frame, facts.contact_frame]
-            .map(|frame| (frame as f64 - playing.step as f64) * POLICY_US as f64 * 1e-6);
+        let of_motion = facts.times_from(playing.step, POLICY_US as f64 * 1e-6);
         let (blind, unseen, shown) = (playing.blind, playing.unseen, playing.shown);
         if self.state == State::Kick && to_strike > 0.0 && !blind {
             let odometry = self.sight.odometry_age(now_us);
@@ -202,7 +199,7 @@ impl Runtime {
         let blind = self.playing.as_ref().is_some_and(|playing| playing.blind);
         match (blind, shown, self.sight.base(now_us, &self.body)) {
             (true, Some(shown), _) => Some(shown),
-            (_, _, Some(base)) => Some(self.sight.scene(&base, &self.player, of_motion, to_strike)),
+            (_, _, Some(base)) => Some(self.sight.scene(&base, of_motion, to_strike)),
             (_, shown, None) => Some(shown.unwrap_or_else(nothing)),
         }
     }

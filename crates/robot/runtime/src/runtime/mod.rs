@@ -285,8 +285,8 @@ impl Runtime {
     fn to_strike(&self) -> f64 {
         match &self.playing {
             Some(playing) if self.state != State::Ready => {
-                let strike = self.player.library.facts()[playing.motion].strike_frame;
-                (strike as f64 - playing.step as f64) * POLICY_US as f64 * 1e-6
+                let facts = &self.player.library.facts()[playing.motion];
+                facts.times_from(playing.step, POLICY_US as f64 * 1e-6).to_strike_s
             }
             _ => f64::INFINITY,
         }

@@ -93,10 +93,25 @@ pub struct MotionFacts {
     pub displacement: [f64; 2],
 }
 
+/// How far ahead a kick is, negative after it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KickTimes {
+    /// Until the reference strikes `[s]`.
+    pub to_strike_s: f64,
+    /// Until the policy's foot meets the ball `[s]`.
+    pub to_contact_s: f64,
+}
+
 impl MotionFacts {
     /// True for a kick by the left foot.
     pub fn kicks_left(&self) -> bool {
         self.kick_foot == 0
+    }
+
+    /// Times from frame `frame` on, which may lie after either; `dt_s` is the time between two frames `[s]`.
+    pub fn times_from(&self, frame: usize, dt_s: f64) -> KickTimes {
+        let until = |event: usize| (event as f64 - frame as f64) * dt_s;
+        KickTimes { to_strike_s: until(self.strike_frame), to_contact_s: until(self.contact_frame) }
     }
 
     /// The facts of a clip of a robot with so many bodies; `anchor` and `foot`, the labeled one, are bodies.

@@ -11,7 +11,7 @@ use paid_robot::{Permutation, RobotModel, RobotSpec};
 
 use crate::{OwnPlace, PlayError, PlayPreset};
 
-pub use clip::{MotionFacts, ReferenceClip};
+pub use clip::{KickTimes, MotionFacts, ReferenceClip};
 
 /// Positions of values in a packed frame: joint angles, joint velocities (policy order), then 13 numbers a followed body: position,
 /// quaternion, center-of-mass velocity, angular velocity.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use paid_lanes::rng::Rng;
 use paid_lanes::{MAX_LANES, Real, Vec3};
 use paid_physics::{EnvParams, Simulator};
-use paid_play::ReferenceLibrary;
+use paid_play::{KickTimes, ReferenceLibrary};
 use paid_policy::Pose;
 use paid_track::effective_time;
 
@@ -268,9 +268,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let env = &self.envs[group * V::LANES + lane];
             (motions[lane], frames[lane]) = (env.motion, env.frame);
             let facts = &self.library.facts()[env.motion];
-            let until = |frame: usize| (frame as f64 - env.frame as f64) * self.config.dt_s;
-            let to_contact_s = until(facts.contact_frame);
-            let to_strike_s = if self.config.has_reference { until(facts.strike_frame) } else { NO_STRIKE_S };
+            let KickTimes { to_strike_s, to_contact_s } = facts.times_from(env.frame, self.config.dt_s);
+            let to_strike_s = if self.config.has_reference { to_strike_s } else { NO_STRIKE_S };
             self.groups[group].to_strike_s.set_lane(lane, to_strike_s);
             self.groups[group].to_contact_s.set_lane(lane, to_contact_s);
             if self.config.observations.predicts {
@@ -308,10 +307,8 @@ pub(crate) fn begin_to_see<V: Real>(
     if let Some(camera) = &mut task.camera {
         camera.reset_lane(lane, [ball, goal], &pose, config, rng);
     }
-    if let Some(before) = &mut task.balls_before {
-        before.reset_lane(lane);
-    }
-    if let Some(shown) = &mut task.shown_ball {
-        shown.reset_lane(lane, start.struck.map_or(start.state.ball_pos, |struck| struck.lay));
+    let place = start.struck.map_or(start.state.ball_pos, |struck| struck.lay);
+    for memory in &mut task.scene_memory {
+        memory.reset_lane(lane, place);
     }
 }

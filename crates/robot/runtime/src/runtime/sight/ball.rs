@@ -1,7 +1,8 @@
 //! Where the ball is: by the own eyes' word, or by the tracker here from virtual senses' pictures.
 
+use paid_play::RollingBall;
 use paid_task::roll_decay;
-use paid_track::{BallTracker, Belief, Estimate, Picture, Rolling, TrackerPreset, effective_time};
+use paid_track::{BallTracker, Belief, Estimate, Picture, Rolling, TrackerPreset};
 
 use super::place::Place;
 use crate::message::{EyesReport, Sighting};
@@ -122,14 +123,10 @@ impl Ball {
             return self.tracker.belief(&Rolling { decay: self.decay, to_strike_s }, &self.preset);
         };
         let since_s = self.now_us.saturating_sub(at_us) as f64 * 1e-6;
-        let way = effective_time(since_s, self.decay);
-        let kept = 1.0 - self.decay * way;
+        let then = RollingBall { place: ball.position, velocity: ball.velocity, decay: self.decay };
+        let now = then.after(since_s);
         Belief {
-            ball: Estimate {
-                position: [0, 1].map(|k| ball.position[k] + way * ball.velocity[k]),
-                velocity: ball.velocity.map(|v| kept * v),
-                covariance: ball.covariance,
-            },
+            ball: Estimate { position: now.place, velocity: now.velocity, covariance: ball.covariance },
             rest: ball.rest,
             age_s: ball.age_s + since_s,
             known: !ball.lost,

@@ -9,9 +9,9 @@ mod place;
 mod tests;
 
 use paid_lanes::Vec3;
-use paid_play::RollingBall;
+use paid_play::{BelievedScene, KickTimes, RollingBall, SceneMemory};
 use paid_policy::{Pose, SceneView};
-use paid_track::{AfterStrike, BallHistory, Belief, effective_time, predicted_displacement};
+use paid_track::Belief;
 
 use super::body::Body;
 use crate::message::{EyesReport, OdometryPose, Sighting, TorsoPose};
@@ -26,10 +26,10 @@ pub(crate) struct Sight {
     ball: Ball,
     /// Center of the goal in odometry's frame `[m]`.
     pub goal: Option<[f64; 2]>,
-    /// What is shown of the ball after the strike.
-    pub after_strike: AfterStrike<f64>,
-    /// Where the ball was shown at the policy's last steps.
-    pub history: BallHistory<f64>,
+    /// What is remembered of what the policy was shown.
+    memory: SceneMemory<f64>,
+    /// True if the ball is shown where it will be.
+    predicts: bool,
 }
 
 impl Sight {
@@ -38,8 +38,8 @@ impl Sight {
             place: Place::new(),
             ball: Ball::new(player),
             goal: None,
-            after_strike: AfterStrike::new(),
-            history: BallHistory::new(),
+            memory: SceneMemory::new(player.task.ball.after_strike.times(), true),
+            predicts: player.task.predicts(),
         }
     }
 
@@ -55,7 +55,7 @@ impl Sight {
             // What was known in the old frame means nothing in the new one.
             self.goal = None;
             self.ball.forget_report();
-            self.history.reset_lane(0);
+            self.memory.reset_lane(0, [0.0; 3]);
         }
         anew
     }
@@ -131,34 +131,31 @@ impl Sight {
         Some(angle.sin().atan2(angle.cos()))
     }
 
-    /// Ball and goal as the policy sees them, in the base frame `[m]`. The motion's strike and the foot's contact are
-    /// `to_strike_s` and `to_contact_s` ahead; `of_ball_s` is the tracker's strike: infinite once the next ball is awaited.
-    pub fn scene(
-        &mut self,
-        base: &Pose<f64>,
-        player: &Player,
-        [to_strike_s, to_contact_s]: [f64; 2],
-        of_ball_s: f64,
-    ) -> SceneView<f64> {
+    /// A kick begins: the ball lies where it is believed to.
+    pub fn begin_kick(&mut self) {
+        let ball = self.ball_center(&self.belief(f64::INFINITY));
+        self.memory.reset_lane(0, ball.0);
+    }
+
+    fn ball_center(&self, belief: &Belief<f64>) -> Vec3<f64> {
+        let [x, y] = belief.ball.position;
+        Vec3([x, y, self.ball.height()])
+    }
+
+    /// Ball and goal as the policy sees them, in the base frame `[m]`; `of_ball_s` is the tracker's strike: infinite once the next ball
+    /// is awaited.
+    pub fn scene(&mut self, base: &Pose<f64>, times: KickTimes, of_ball_s: f64) -> SceneView<f64> {
         let belief = self.belief(of_ball_s);
-        let ([x, y], [vx, vy]) = (belief.ball.position, belief.ball.velocity);
-        let ball = Vec3([x, y, self.ball.height()]);
-        let wait = effective_time(to_contact_s, self.ball.decay);
-        let at_strike = ball + predicted_displacement(Vec3([vx, vy, 0.0]), wait);
-        let (mut ball, mut at_strike) = (ball, at_strike);
-        if let Some(times) = player.task.ball.after_strike.times() {
-            self.after_strike.advance(at_strike, to_strike_s, times);
-            ball = self.after_strike.shown(ball, to_strike_s, times);
-            at_strike = self.after_strike.shown(at_strike, to_strike_s, times);
-        }
-        let before = self.history.look(ball);
-        self.history.advance();
         let [gx, gy] = self.goal.unwrap_or_default();
-        SceneView {
-            ball: base.point_in_body(ball),
-            ball_at_strike: base.point_in_body(at_strike),
-            ball_before: before.map(|place| base.point_in_body(place)),
-            goal: base.point_in_body(Vec3([gx, gy, self.ball.height()])),
-        }
+        let believed = BelievedScene {
+            ball: self.ball_center(&belief),
+            velocity: belief.ball.velocity,
+            decay: self.ball.decay,
+            goal: Vec3([gx, gy, self.ball.height()]),
+        };
+        let mut scene = believed.view(base, times.to_contact_s, self.predicts);
+        self.memory.show(base, times.to_strike_s, &mut scene);
+        self.memory.advance();
+        scene
     }
 }

@@ -1,9 +1,14 @@
 //! Place and ball together.
 
+use paid_track::effective_time;
+
 use super::*;
 use crate::PlayerSpec;
 use crate::message::{KnownBall, quaternion};
 use crate::player::about_z;
+
+/// Nothing is struck soon.
+const FAR_AHEAD: KickTimes = KickTimes { to_strike_s: f64::INFINITY, to_contact_s: f64::INFINITY };
 
 fn player() -> Player {
     let policy =
@@ -132,18 +137,18 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
     assert!(belief.known && (belief.ball.position[0] - 2.0 - way).abs() < 1e-12 && way > 0.025);
     assert!((belief.age_s - 0.1).abs() < 1e-12 && sight.looks() == 33);
     // The floor is 1.2 m below odometry's origin.
-    let scene = sight.scene(&base, &player, [f64::INFINITY; 2], f64::INFINITY);
+    let scene = sight.scene(&base, FAR_AHEAD, f64::INFINITY);
     assert!((scene.ball.z() + 1.2 - sight.ball.radius + 0.76).abs() < 1e-9, "{scene:?}");
     sight.goal_ahead([5.0, 0.0]);
     assert!(sight.goal.is_some() && sight.goal_bearing().expect("a goal").abs() < 1e-9);
     // The ball rolls, the pelvis goes on and turns: where the ball was shown before stays where it was.
-    sight.history.reset_lane(0);
+    sight.begin_kick();
     let mut shown = Vec::new();
     for k in 0..20_u64 {
         let ball = KnownBall { position: [2.0 + 0.02 * k as f64, 0.5], ..ball };
         sight.report(120_000, &EyesReport { ball: Some(ball), ..report });
         let base = Pose { pos: Vec3([1.0 + 0.01 * k as f64, 0.0, 0.76]), rot: about_z(0.05 * k as f64) };
-        let scene = sight.scene(&base, &player, [f64::INFINITY; 2], f64::INFINITY);
+        let scene = sight.scene(&base, FAR_AHEAD, f64::INFINITY);
         shown.push(base.point_in_world(scene.ball));
         for (ago, before) in [5, 10, 15].into_iter().zip(scene.ball_before) {
             let expected = shown[shown.len().saturating_sub(ago + 1)];

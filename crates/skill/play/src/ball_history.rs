@@ -13,7 +13,7 @@ const KEPT: usize = STEPS_AGO[STEPS_AGO.len() - 1];
 ///
 /// ```
 /// use paid_lanes::Vec3;
-/// use paid_track::BallHistory;
+/// use paid_play::BallHistory;
 ///
 /// let mut history = BallHistory::<f64>::new();
 /// // 2 cm a step. Before the first look the ball counts as lying there.

@@ -1,0 +1,112 @@
+//! From a belief to what a policy is shown: the only place where ball and goal become a [`SceneView`].
+
+use paid_lanes::{Real, Vec3};
+use paid_policy::{Pose, SceneView};
+use paid_track::{effective_time, predicted_displacement};
+
+use crate::{AfterStrike, AfterStrikeTimes, BallHistory};
+
+/// Ball and goal as they are believed to be, in a frame that stays where it is: the world's or odometry's.
+#[derive(Clone, Copy, Debug)]
+pub struct BelievedScene<V> {
+    /// Center of the ball `[m]`.
+    pub ball: Vec3<V>,
+    /// Its horizontal velocity `[m/s]`.
+    pub velocity: [V; 2],
+    /// Rate at which it slows down `[1/s]`, see [`paid_track::roll_decay`].
+    pub decay: V,
+    /// Center of the goal `[m]`.
+    pub goal: Vec3<V>,
+}
+
+impl<V: Real> BelievedScene<V> {
+    /// Ball and goal in the frame of a robot whose base is at `base`. The policy's foot meets the ball `to_contact_s` later `[s]`; a
+    /// policy that does not predict (`predicts` false) is shown the ball where it is.
+    #[inline(always)]
+    pub fn view(&self, base: &Pose<V>, to_contact_s: V, predicts: bool) -> SceneView<V> {
+        let mut scene = SceneView::new(base.point_in_body(self.ball), base.point_in_body(self.goal));
+        if predicts {
+            let [vx, vy] = self.velocity;
+            let time = effective_time(to_contact_s, self.decay);
+            let met = self.ball + predicted_displacement(Vec3([vx, vy, V::zero()]), time);
+            scene.ball_at_strike = base.point_in_body(met);
+        }
+        scene
+    }
+}
+
+/// What is remembered between control steps of the scene that was shown: where the ball lay at the strike, and where it was before.
+///
+/// ```
+/// use paid_lanes::{Mat3, Vec3};
+/// use paid_play::{AfterStrikeTimes, BelievedScene, SceneMemory};
+/// use paid_policy::Pose;
+///
+/// let goal = Vec3([5.0, 0.0, 0.1]);
+/// let believed = |x: f64| BelievedScene { ball: Vec3([x, 0.0, 0.1]), velocity: [0.0; 2], decay: 1.0, goal };
+/// let base = |x: f64| Pose { pos: Vec3([x, 0.0, 0.8]), rot: Mat3::identity() };
+/// let mut memory = SceneMemory::new(Some(AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 }), true);
+/// // Half a second before the strike the ball lies 1 m ahead.
+/// let mut scene = believed(1.0).view(&base(0.0), 0.5, true);
+/// memory.show(&base(0.0), 0.5, &mut scene);
+/// memory.advance();
+/// // Half a second after it the ball is 4 m away, and the robot half a meter ahead of where it was.
+/// let mut scene = believed(4.0).view(&base(0.5), -0.5, true);
+/// memory.show(&base(0.5), -0.5, &mut scene);
+/// assert_eq!(scene.ball.0, [0.5, 0.0, -0.7000000000000001]);
+/// assert_eq!(scene.ball_before[0].0, scene.ball.0);
+/// ```
+#[derive(Clone, Debug)]
+pub struct SceneMemory<V> {
+    /// Where the ball lay at the strike, and the times of the rule, where there is one.
+    lay: Option<(AfterStrike<V>, AfterStrikeTimes)>,
+    /// Where the ball was shown, where that is observed.
+    history: Option<BallHistory<V>>,
+}
+
+impl<V: Real> SceneMemory<V> {
+    /// Remembers what the rule of after the strike needs, and, if `remembers`, where the ball was shown.
+    pub fn new(rule: Option<AfterStrikeTimes>, remembers: bool) -> Self {
+        Self { lay: rule.map(|times| (AfterStrike::new(), times)), history: remembers.then(BallHistory::new) }
+    }
+
+    /// The numbers to save: of the place at the strike, and of the places before.
+    pub fn fields(&mut self) -> [Vec<&mut V>; 2] {
+        let lay = self.lay.iter_mut().flat_map(|(lay, _)| lay.fields());
+        [lay.collect(), self.history.iter_mut().flat_map(BallHistory::fields).collect()]
+    }
+
+    /// Begins an episode or a kick in one lane, whose ball lies or lay at `place` `[m]`.
+    pub fn reset_lane(&mut self, lane: usize, place: [f64; 3]) {
+        if let Some((lay, _)) = &mut self.lay {
+            lay.reset_lane(lane, place);
+        }
+        if let Some(history) = &mut self.history {
+            history.reset_lane(lane);
+        }
+    }
+
+    /// Completes what is about to be shown, `to_strike_s` before the reference's strike `[s]` (negative after it): after the strike with
+    /// where the ball lay, and with where it was shown before. `base` is the base's pose in the frame in which places are kept.
+    #[inline(always)]
+    pub fn show(&mut self, base: &Pose<V>, to_strike_s: V, scene: &mut SceneView<V>) {
+        if let Some((lay, times)) = &mut self.lay {
+            lay.advance(base.point_in_world(scene.ball_at_strike), to_strike_s, *times);
+            for ball in [&mut scene.ball, &mut scene.ball_at_strike] {
+                *ball = base.point_in_body(lay.shown(base.point_in_world(*ball), to_strike_s, *times));
+            }
+        }
+        if let Some(history) = &mut self.history {
+            let before = history.look(base.point_in_world(scene.ball));
+            scene.ball_before = before.map(|place| base.point_in_body(place));
+        }
+    }
+
+    /// A control step is over.
+    #[inline(always)]
+    pub fn advance(&mut self) {
+        if let Some(history) = &mut self.history {
+            history.advance();
+        }
+    }
+}
