@@ -7,11 +7,11 @@ use std::process::ExitCode;
 
 use paid_eval::compare::curves::{self, Course};
 use paid_eval::compare::{Comparison, Contender, Plan, Row, Scores, films};
-use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
+use paid_files::write_whole;
 use paid_train::Scene;
 use paid_train::meeting::{Introduction, meet};
 

@@ -4,7 +4,9 @@ use core::fmt;
 use std::process::ExitCode;
 
 use paid_eval::EvalError;
+use paid_files::FileError;
 use paid_motion::clean::CleanError;
+use paid_plot::PlotError;
 use paid_retarget::RetargetError;
 use paid_train::TrainError;
 
@@ -105,12 +107,30 @@ fn flag_of(name: &str) -> &str {
 impl From<EvalError> for Failure {
     fn from(error: EvalError) -> Self {
         match &error {
+            EvalError::Plot(PlotError::Animation { expected, found }) => {
+                Self::option("record", expected, found)
+            }
             EvalError::Option { option, expected, found } => Self::option(option, expected, found),
             EvalError::NoBall { .. } => {
                 Self::input(format!("{error}; score in another with --task paper_stage2"))
             }
             _ => Self::input(error),
         }
+    }
+}
+
+impl From<PlotError> for Failure {
+    fn from(error: PlotError) -> Self {
+        match &error {
+            PlotError::Animation { expected, found } => Self::option("record", expected, found),
+            PlotError::File(_) => Self::input(error),
+        }
+    }
+}
+
+impl From<FileError> for Failure {
+    fn from(error: FileError) -> Self {
+        Self::input(error)
     }
 }
 

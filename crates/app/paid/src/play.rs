@@ -6,12 +6,12 @@ use std::sync::atomic::Ordering;
 
 use paid_eval::dataset::Dataset;
 use paid_eval::footage::{Footage, Recorder, Shows, picture};
-use paid_eval::picture::{Animation, Kind};
 use paid_eval::shooting::Grid;
 use paid_eval::shot::Shot;
 use paid_eval::subject::Subject;
 use paid_live::{Motions, play_motions};
 use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
+use paid_plot::{Animation, Kind};
 use paid_retarget::{HumanMotion, is_human_file};
 use paid_robot::{RobotModel, RobotSpec};
 

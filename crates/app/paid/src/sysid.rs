@@ -1,6 +1,7 @@
 //! `paid sysid`: a ball's behavior from filmed drops and rolls, or such films from a known ball.
 
 mod fit;
+mod identification;
 mod simulate;
 
 use std::process::ExitCode;

@@ -1,4 +1,4 @@
-//! The one writer of files: a file appears whole under its name or not at all.
+//! The one writer of files: a file appears whole under its name or not at all; [`FileSet`]: all of several files or none.
 //!
 //! ```
 //! # fn main() -> std::io::Result<()> {
@@ -10,9 +10,45 @@
 //! # }
 //! ```
 
-use std::fs::File;
+mod set;
+
+use std::fs::{self, File};
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+pub use set::FileSet;
+
+/// A file or folder that the system does not read or write.
+#[derive(Debug, Error)]
+#[error("{path}: {source}")]
+pub struct FileError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// The system's answer.
+    pub source: io::Error,
+}
+
+impl FileError {
+    /// The system's answer about this file or folder.
+    pub fn at(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self { path, source }
+    }
+}
+
+/// Writes a file whole or not at all, as [`write_atomically`]; makes the folder if it is missing.
+///
+/// # Errors
+/// If the file cannot be written; an earlier file of that name is then untouched.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    folder
+        .map_or(Ok(()), fs::create_dir_all)
+        .and_then(|()| write_atomically(path, bytes))
+        .map_err(FileError::at(path))
+}
 
 /// Writes to a temporary file beside `path`, flushes it to the disk and renames it.
 ///
@@ -44,8 +80,6 @@ pub fn replace(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> 
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
 
     fn names(folder: &Path) -> Vec<String> {
@@ -94,5 +128,19 @@ mod tests {
         fs::write(&plain, b"x").expect("writes");
         let mode = |path: &Path| fs::metadata(path).expect("exists").permissions().mode();
         assert_eq!(mode(&ours), mode(&plain));
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_written_leaves_no_part_and_names_itself() {
+        let dir = tempfile::tempdir().expect("a temporary folder");
+        let good = dir.path().join("deep/er/a.txt");
+        write_whole(&good, b"one").expect("writes");
+        write_whole(&good, b"two").expect("replaces");
+        assert_eq!(fs::read(&good).expect("reads"), b"two");
+        // A folder stands where the file should go.
+        let taken = dir.path().join("deep");
+        let error = write_whole(&taken, b"three").expect_err("a folder is in the way").to_string();
+        assert!(error.contains("deep"), "{error}");
+        assert_eq!(fs::read_dir(dir.path()).expect("reads").count(), 1);
     }
 }

@@ -11,7 +11,7 @@ use crate::episodes::EvalSetup;
 use crate::metrics::statistics::Share;
 use crate::policy::DriverMaker;
 use crate::shooting::{Outcome, ShootingOptions, ShootingReport, evaluate_traced, plan};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// One trial in both engines.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -17,8 +17,8 @@ use crate::metrics::statistics::mean;
 use crate::metrics::tracking::TrackingErrors;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Outcome, Placement, ShootingOptions, Trial};
-use crate::table::{Table, number};
 use crate::tracking;
+use paid_plot::{Table, number};
 
 /// Redraws of a ball before a clip counts as having no room for one.
 const REDRAWS: usize = 1000;

@@ -22,7 +22,7 @@ use crate::episodes::EvalSetup;
 use crate::monitor::Monitor;
 use crate::policy::DriverMaker;
 use crate::subject::{Subject, SubjectSpec};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// Shots of each motion, with balls about its own place.
 const OPTIONS: ClipsOptions = ClipsOptions { trials: 20, radius_m: 0.25, limit_s: 12.0 };

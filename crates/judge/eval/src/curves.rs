@@ -5,8 +5,8 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::EvalError;
-use crate::file::write_whole;
-use crate::picture::{Chart, Figure, Series};
+use paid_files::{FileError, write_whole};
+use paid_plot::{Chart, Figure, Series};
 
 /// The log of a run, in its folder.
 const METRICS: &str = "metrics.jsonl";
@@ -53,8 +53,7 @@ impl Curves {
     /// If it cannot be read, is empty, or a line is not a record with an `iteration`.
     pub fn read(run: &Path) -> Result<Self, EvalError> {
         let path = run.join(METRICS);
-        let text = std::fs::read_to_string(&path)
-            .map_err(|source| EvalError::Read { path: path.clone(), source })?;
+        let text = std::fs::read_to_string(&path).map_err(FileError::at(&path))?;
         let bad = |found| EvalError::Format { path: path.clone(), expected: "a run's log", found };
         let mut lines = Vec::new();
         for (k, line) in text.lines().enumerate() {
@@ -141,7 +140,7 @@ impl Curves {
     /// If a file cannot be written.
     pub fn write(&self, folder: &Path, count: usize) -> Result<(), EvalError> {
         write_whole(&folder.join(METRICS), self.thinned(count).as_bytes())?;
-        self.figure().save(&folder.join("curves"))
+        Ok(self.figure().save(&folder.join("curves"))?)
     }
 }
 

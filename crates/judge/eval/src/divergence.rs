@@ -4,7 +4,7 @@ use paid_task::EnvSample;
 use serde::Serialize;
 
 use crate::episodes::{Ending, Observer};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// From these differences on a quantity counts as diverged: well above what a millisecond of contact timing does, well
 /// below what decides a shot.

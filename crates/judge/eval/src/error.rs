@@ -1,6 +1,6 @@
 //! What can go wrong in an evaluation.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use paid_task::TaskError;
 use thiserror::Error;
@@ -41,6 +41,12 @@ pub enum EvalError {
     /// A surface of a ball.
     #[error(transparent)]
     Surface(#[from] paid_sysid::SysidError),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    File(#[from] paid_files::FileError),
+    /// A drawing cannot be written.
+    #[error(transparent)]
+    Plot(#[from] paid_plot::PlotError),
     /// The policy does not fit the task.
     #[error("policy: {what}: the task has {task}, the policy {policy}")]
     Contract {
@@ -114,14 +120,6 @@ pub enum EvalError {
     /// A thread ended in the middle of its work.
     #[error("a thread of the {0} panicked")]
     Thread(&'static str),
-    /// A file cannot be read.
-    #[error("{path}: {source}")]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The system's answer.
-        source: std::io::Error,
-    },
     /// A file is not what it should be.
     #[error("{path}: expected {expected}: {found}")]
     Format {
@@ -131,14 +129,6 @@ pub enum EvalError {
         expected: &'static str,
         /// What the reader says.
         found: String,
-    },
-    /// A file cannot be written.
-    #[error("{path}: {source}")]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// The system's answer.
-        source: std::io::Error,
     },
     /// Numbers that JSON or TOML cannot hold.
     #[error("report: {0}")]
@@ -159,12 +149,4 @@ pub enum EvalError {
         /// What is wrong.
         message: String,
     },
-}
-
-impl EvalError {
-    /// An unreadable file.
-    pub(crate) fn read(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.to_owned();
-        move |source| Self::Read { path, source }
-    }
 }

@@ -19,7 +19,7 @@ use crate::like_mujoco::like_mujoco;
 use crate::metrics::statistics::Share;
 use crate::policy::DriverMaker;
 use crate::shooting::{CellScore, ShootingOptions, ShootingReport, evaluate_traced, plan};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// A change of MuJoCo's scene toward the built-in engine.
 #[derive(Clone, Copy, Debug)]

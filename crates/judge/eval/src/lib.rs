@@ -4,7 +4,7 @@
 //! or MuJoCo moves ([`engine`]); [`tracking`] and [`shooting`] are the paper's protocols, [`mod@matches`] go on
 //! without a reset; [`eyes`] renders what the robot sees; [`agreement`] and [`tracking_agreement`] compare the engines
 //! trial by trial, [`gap`] finds out which of their differences matter, [`panel`] whether a kick
-//! holds on other balls and grounds, [`impacts`] compares single impacts of ball and leg; [`picture`] draws.
+//! holds on other balls and grounds, [`impacts`] compares single impacts of ball and leg. `paid_plot` draws.
 
 pub mod ablation;
 pub mod agreement;
@@ -19,8 +19,6 @@ pub mod engine;
 pub mod episodes;
 mod error;
 pub mod eyes;
-pub mod file;
-pub mod file_set;
 pub mod footage;
 pub mod gap;
 pub mod html;
@@ -32,7 +30,6 @@ pub mod likeness;
 pub mod metrics;
 pub mod monitor;
 pub mod panel;
-pub mod picture;
 pub mod policy;
 mod protocol;
 pub mod results;
@@ -40,7 +37,6 @@ pub mod scene;
 pub mod share;
 pub mod shot;
 pub mod subject;
-pub mod table;
 pub mod tracking_agreement;
 pub mod worst;
 

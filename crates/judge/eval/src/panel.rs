@@ -15,7 +15,7 @@ use crate::episodes::EvalSetup;
 use crate::metrics::statistics::mean;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Grid, ROLLING_SPEED, ShootingOptions};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// Turns the seed of the panel's trials into that of the held-out ones.
 const HELD_OUT_SEED: u64 = 0x0be1_d007_5eed_5afe;

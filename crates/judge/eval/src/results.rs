@@ -10,7 +10,6 @@ use crate::EvalError;
 use crate::agreement::AgreementReport;
 use crate::clips::ClipsReport;
 use crate::eyes::{EyesReport, KickLog, kick_chart};
-use crate::file::write_whole;
 use crate::gap::GapReport;
 use crate::likeness::LikenessReport;
 use crate::matches::MatchReport;
@@ -20,6 +19,7 @@ use crate::shooting::{self, ShootingReport};
 use crate::tracking::TrackingReport;
 use crate::tracking_agreement::TrackingAgreement;
 use crate::worst::STRIPS;
+use paid_files::{FileError, write_whole};
 
 /// An evaluation as JSON: the report, what it is about, and what it cost.
 #[derive(Clone, Debug, Serialize)]
@@ -88,7 +88,7 @@ pub fn write_shooting(
     let strips = file(STRIPS);
     match fs::remove_file(&strips) {
         Err(source) if source.kind() != ErrorKind::NotFound => {
-            return Err(EvalError::Write { path: strips, source });
+            return Err(FileError { path: strips, source }.into());
         }
         _ => {}
     }
@@ -98,7 +98,7 @@ pub fn write_shooting(
     for (name, map) in report.maps() {
         map.figure().save(&file(name))?;
     }
-    report.paths().save(&file("paths"))
+    Ok(report.paths().save(&file("paths"))?)
 }
 
 /// Writes both reports and their comparison.
@@ -110,7 +110,7 @@ pub fn write_agreement(folder: &Path, report: &AgreementReport) -> Result<(), Ev
     write_shooting(folder, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
     write_shooting(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
     write_whole(&folder.join(format!("both_{kind}_trials.csv")), report.csv().as_bytes())?;
-    write_whole(&folder.join(format!("both_{kind}.txt")), report.table().as_bytes())
+    Ok(write_whole(&folder.join(format!("both_{kind}.txt")), report.table().as_bytes())?)
 }
 
 /// Writes the reports of one engine side by side, where there is more than one: static and rolling balls in one table and one
@@ -124,7 +124,7 @@ pub fn write_summary(folder: &Path, engine: &str, reports: &[ShootingReport]) ->
     }
     let table = folder.join(format!("{engine}_summary.txt"));
     write_whole(&table, shooting::summary(reports).as_bytes())?;
-    shooting::panels(reports).save(&folder.join(format!("{engine}_summary_panels")))
+    Ok(shooting::panels(reports).save(&folder.join(format!("{engine}_summary_panels")))?)
 }
 
 /// Writes a tracking report as JSON (`json`), table and error bars.
@@ -140,7 +140,7 @@ pub fn write_tracking(
     let file = |what: &str| folder.join(format!("{engine}_tracking{what}"));
     write_whole(&file(".json"), json.as_bytes())?;
     write_whole(&file(".txt"), report.table().as_bytes())?;
-    report.error_bars().figure().save(&file("_errors"))
+    Ok(report.error_bars().figure().save(&file("_errors"))?)
 }
 
 /// Writes both reports and their comparison.
@@ -151,7 +151,7 @@ pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Re
     write_tracking(folder, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
     write_tracking(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
     write_whole(&folder.join("both_tracking_runs.csv"), report.csv().as_bytes())?;
-    write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())
+    Ok(write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())?)
 }
 
 /// Writes `name` as JSON and table, and as CSV where there is one.
@@ -167,7 +167,7 @@ fn write_forms(
     if let Some(csv) = csv {
         write_whole(&file("csv"), csv.as_bytes())?;
     }
-    write_whole(&file("txt"), table.as_bytes())
+    Ok(write_whole(&file("txt"), table.as_bytes())?)
 }
 
 /// Writes matches in `engine` (`builtin` or `mujoco`) as JSON, CSV and table.
@@ -232,5 +232,5 @@ pub fn write_eyes(
     let ball = report.shooting.ball();
     write_whole(&folder.join(format!("eyes_{ball}.txt")), report.table().as_bytes())?;
     write_whole(&folder.join(format!("eyes_{ball}_sightings.csv")), report.sightings_csv().as_bytes())?;
-    kick.map_or(Ok(()), |kick| kick_chart(kick).save(&folder.join(format!("eyes_{ball}_kick"))))
+    kick.map_or(Ok(()), |kick| Ok(kick_chart(kick).save(&folder.join(format!("eyes_{ball}_kick")))?))
 }

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::EvalError;
 use crate::episodes::{EvalSetup, run_again};
-use crate::file::write_whole;
-use crate::picture::{Canvas, Film, film_strip};
 use crate::policy::DriverMaker;
 use crate::results::to_json;
 use crate::shooting::{Outcome, ShootingReport, rules_of, start_of};
+use paid_files::write_whole;
+use paid_plot::{Canvas, Film, film_strip};
 
 /// Moments of a strip.
 const MOMENTS: usize = 8;
@@ -123,7 +123,7 @@ pub fn write_strips(folder: &Path, stem: &str, strips: &[Strip]) -> Result<(), E
         strip.picture.save(&folder.join(&picture))?;
         files.push(StripFile { picture, words: strip.words.clone() });
     }
-    write_whole(&folder.join(format!("{stem}_{STRIPS}")), to_json(&files)?.as_bytes())
+    Ok(write_whole(&folder.join(format!("{stem}_{STRIPS}")), to_json(&files)?.as_bytes())?)
 }
 
 #[cfg(test)]

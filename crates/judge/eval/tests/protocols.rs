@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use paid_eval::EvalError;
 use paid_eval::engine::EngineChoice;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Driver, ZeroDriver};
 use paid_eval::shooting::{self, Grid, Placement, ShootingOptions, Variant, plan};
 use paid_eval::tracking::{self, TrackingOptions};
-use paid_eval::{EvalError, picture};
 use paid_lanes::Isa;
 use paid_learn::ranks::ThreadRanks;
 use paid_motion::MotionLibrary;
@@ -220,14 +220,14 @@ fn a_film_shows_the_robot() {
     let (rules, _) = shooting::rules_of(&ShootingOptions::default(), 0.02);
     let start = paid_task::InitialState::nominal(0);
     let films = paid_eval::episodes::run_episodes(&setup, &zero(&setup), &[start], rules, 10, |_| {
-        picture::Film::default()
+        paid_plot::Film::default()
     })
     .expect("runs");
     assert_eq!(films[0].1.poses.len(), 11);
-    let image = picture::frame(&setup.robot, &films[0].1.poses[10], Some(0.11), 1.0, [160, 120]);
+    let image = paid_plot::frame(&setup.robot, &films[0].1.poses[10], Some(0.11), 1.0, [160, 120]);
     let mut empty = films[0].1.poses[10].clone();
     empty.pos.truncate(1);
-    let without = picture::frame(&setup.robot, &empty, Some(0.11), 1.0, [160, 120]);
+    let without = paid_plot::frame(&setup.robot, &empty, Some(0.11), 1.0, [160, 120]);
     let differ = (0..120).flat_map(|y| (0..160).map(move |x| (x, y)));
     let differ = differ.filter(|&(x, y)| image.get(x, y) != without.get(x, y)).count();
     assert!(differ > 300, "the robot covers part of the picture: {differ} pixels");

@@ -1,6 +1,6 @@
 //! A log as a chart: where the robot was, and how the run went over time.
 
-use paid_eval::picture::{Anchor, Chart, Figure, Rgb, Series};
+use paid_plot::{Anchor, Chart, Figure, Rgb, Series};
 use paid_runtime::State;
 use paid_runtime::log::{Course, CoursePoint};
 

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_eval::episodes::run_episodes;
-use paid_eval::file::write_whole;
 use paid_eval::html::write_report;
-use paid_eval::picture::{Animation, Film, film_frame, film_strip};
 use paid_eval::results::{Evaluation, to_json, write_shooting};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
 use paid_eval::subject::{Subject, SubjectSpec};
+use paid_files::write_whole;
+use paid_plot::{Animation, Film, film_frame, film_strip};
 use paid_task::InitialState;
 use paid_train::policy_weights::WEIGHTS_FILE;
 

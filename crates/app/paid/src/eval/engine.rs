@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use paid_eval::file::write_whole;
 use paid_eval::scene::{Engines, ScenePreset, SceneSpec, check_feet};
+use paid_files::write_whole;
 use paid_mujoco::mjcf_scene;
 use paid_task::TaskPreset;
 use paid_train::setup::load_robot;

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use paid_eval::picture::{Animation, Canvas, Film, Path as BallPath, film_frame, film_strip, plot_paths};
+use paid_eval::footage::film_path;
 use paid_eval::subject::Subject;
+use paid_plot::{Animation, Canvas, Film, Path as BallPath, film_frame, film_strip, plot_paths};
 
 use super::episode::ShotArgs;
 use super::out::writable;
@@ -39,7 +40,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let ball = setup.preset.scene.ball.then_some(setup.preset.ball_params.radius_m);
     let save = |image: Canvas, name: &str| image.save(&args.frames.join(name));
     save(film_strip(&setup.robot, film, dt, ball, half_width, 12), "strip.png")?;
-    let points = film.path();
+    let points = film_path(film);
     let paths = plot_paths(&[BallPath { points: &points, goal: false }], half_width);
     paths.save(&args.frames.join("paths"))?;
     if args.rate > 0 {

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_eval::file::write_whole;
 use paid_eval::impacts::{self, ImpactOptions};
 use paid_eval::results::to_json;
 use paid_eval::scene::{Engines, ScenePreset};
+use paid_files::write_whole;
 use paid_task::TaskPreset;
 use paid_train::setup::load_robot;
 
@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.output.write(|out| {
         let file = |name: &str| -> PathBuf { out.join(name) };
         write_whole(&file("impacts.json"), json.as_bytes())?;
-        write_whole(&file("impacts.txt"), report.table().as_bytes())
+        Ok(write_whole(&file("impacts.txt"), report.table().as_bytes())?)
     })?;
     Ok(ExitCode::SUCCESS)
 }

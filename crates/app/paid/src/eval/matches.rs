@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::html::write_report;
 use paid_eval::matches::{self, Audience, MatchOptions, Spectator};
-use paid_eval::picture::{Animation, Film, Kind, film_frame};
 use paid_eval::results::{Evaluation, to_json, write_match};
 use paid_eval::shooting::ROLLING_SPEED;
 use paid_eval::subject::Subject;
+use paid_plot::{Animation, Film, Kind, film_frame};
 
 use super::engine::{count, positive};
 use super::progress::Progress;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_eval::file_set::FileSet;
+use paid_files::FileSet;
 use paid_motion::{MotionLibrary, resample, write_motion};
 use paid_retarget::{HumanOptions, amc_texts, bvh_text, is_human_file, read_human};
 use paid_robot::{RobotModel, RobotSpec};

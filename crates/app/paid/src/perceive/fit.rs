@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use paid_eval::picture::{Chart, Series};
+use paid_plot::{Chart, Series};
 use paid_track::EyesPreset;
 use paid_world::fit::{Find, Fit, fit, read};
 

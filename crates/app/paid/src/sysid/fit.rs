@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ValueEnum;
-use paid_eval::file_set::FileSet;
-use paid_eval::picture::identification;
+use paid_files::FileSet;
 use paid_sysid::csv::{Quantity, Run, read_runs};
 use paid_sysid::options::{NAMES, Parameters, Starts, Unseen};
 use paid_sysid::{Identification, Options, Repeats, Surface, identify};
 use serde::Serialize;
 
+use super::identification;
 use super::{World, five};
 use crate::failure::Failure;
 
@@ -255,7 +255,7 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
 fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Vec<PathBuf>, Failure> {
     let mut files = FileSet::default();
     if let Some(folder) = &args.plots {
-        let mut add = |name: &str, figure: paid_eval::picture::Figure| {
+        let mut add = |name: &str, figure: paid_plot::Figure| {
             let file = |ending: &str| folder.join(format!("{name}.{ending}"));
             files.add(file("png"), figure.canvas().png().map_err(Failure::input)?);
             files.add(file("svg"), figure.svg().into_bytes());

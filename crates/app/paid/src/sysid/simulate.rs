@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
-use paid_eval::file_set::FileSet;
+use paid_files::FileSet;
 use paid_sysid::Surface;
 use paid_sysid::csv::{Quantity, write_runs};
 use paid_sysid::options::{NAMES, Parameters, parameters_of, with_parameters};

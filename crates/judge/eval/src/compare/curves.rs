@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use crate::EvalError;
 use crate::curves::Curves;
-use crate::picture::{Anchor, Chart, Figure, Rgb, Series};
+use paid_plot::{Anchor, Chart, Figure, Rgb, Series};
 
 /// Colors of the lines, in the order of the plan.
 const COLORS: [Rgb; 8] = [

@@ -5,11 +5,11 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::EvalError;
-use crate::file::write_whole;
 use crate::results::to_json;
 use crate::shooting::{Outcome, ShootingReport};
 use crate::subject::Subject;
 use crate::worst::{StripFile, again};
+use paid_files::{FileError, write_whole};
 
 /// List of the strips in a policy's folder.
 const STRIPS: &str = "strips.json";
@@ -94,7 +94,7 @@ pub(super) fn write(subject: &Subject, report: &ShootingReport, folder: &Path) -
         strip.picture.save(&folder.join(&picture))?;
         files.push(StripFile { picture, words: format!("{what}: {}", strip.words) });
     }
-    write_whole(&folder.join(STRIPS), to_json(&files)?.as_bytes())
+    Ok(write_whole(&folder.join(STRIPS), to_json(&files)?.as_bytes())?)
 }
 
 /// Lists the strips of all policies for the page of the comparison in `out`: of each its name and its folder below `out`. A policy that was
@@ -109,7 +109,7 @@ pub fn gather<'a>(out: &Path, policies: impl Iterator<Item = (String, &'a Path)>
         let text = match fs::read_to_string(&path) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => continue,
-            Err(error) => return Err(EvalError::read(&path)(error)),
+            Err(error) => return Err(FileError::at(&path)(error).into()),
         };
         let files: Vec<StripFile> = serde_json::from_str(&text).map_err(|error| EvalError::Format {
             path,
@@ -121,7 +121,7 @@ pub fn gather<'a>(out: &Path, policies: impl Iterator<Item = (String, &'a Path)>
             words: format!("{name}, {}", file.words),
         }));
     }
-    write_whole(&out.join(ALL_STRIPS), to_json(&all)?.as_bytes())
+    Ok(write_whole(&out.join(ALL_STRIPS), to_json(&all)?.as_bytes())?)
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::print::{print_of_clips, print_of_policy};
 use crate::EvalError;
-use crate::file::write_whole;
+use paid_files::{FileError, write_whole};
 
 /// Name of the file.
 const ORIGIN_FILE: &str = "origin.txt";
@@ -39,7 +39,7 @@ impl Origin {
         let found = match fs::read_to_string(&file) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-            Err(source) => return Err(EvalError::Read { path: file, source }),
+            Err(source) => return Err(FileError { path: file, source }.into()),
         };
         if found.trim_end() == self.0 {
             return Ok(());
@@ -52,7 +52,7 @@ impl Origin {
     /// # Errors
     /// If it cannot be written.
     pub fn keep(&self, folder: &Path) -> Result<(), EvalError> {
-        write_whole(&folder.join(ORIGIN_FILE), format!("{}\n", self.0).as_bytes())
+        Ok(write_whole(&folder.join(ORIGIN_FILE), format!("{}\n", self.0).as_bytes())?)
     }
 }
 

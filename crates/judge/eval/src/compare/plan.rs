@@ -153,7 +153,7 @@ impl Plan {
     /// # Errors
     /// File, place, what was expected and found.
     pub fn read(path: &Path) -> Result<Self, EvalError> {
-        let text = fs::read_to_string(path).map_err(EvalError::read(path))?;
+        let text = fs::read_to_string(path).map_err(paid_files::FileError::at(path))?;
         toml::from_str(&text).map_err(|error| EvalError::Format {
             path: path.to_owned(),
             expected: "a plan of a comparison",

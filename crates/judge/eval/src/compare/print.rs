@@ -32,7 +32,7 @@ impl Print {
 
     /// With the contents of a file after the others, and their length.
     fn with_file(self, path: &Path) -> Result<Self, EvalError> {
-        let bytes = fs::read(path).map_err(EvalError::read(path))?;
+        let bytes = fs::read(path).map_err(paid_files::FileError::at(path))?;
         Ok(self.with(&(bytes.len() as u64).to_le_bytes()).with(&bytes))
     }
 }

@@ -8,7 +8,7 @@ use super::score::{ClipShots, Scores, Shots};
 use super::{seeds, tracks};
 use crate::likeness::Likeness;
 use crate::shooting::PAPER;
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// One policy.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -169,7 +169,7 @@ impl Scores {
         let text = match fs::read_to_string(path) {
             Ok(text) => text,
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-            Err(error) => return Err(EvalError::read(path)(error)),
+            Err(error) => return Err(paid_files::FileError::at(path)(error).into()),
         };
         let scores: Self = serde_json::from_str(&text).map_err(|error| EvalError::Format {
             path: path.to_owned(),

@@ -7,7 +7,7 @@ use super::report::Row;
 use super::score::Shots;
 use crate::ablation::Count;
 use crate::metrics::statistics::{Share, mean};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// The 97.5% quantiles of Student's t distribution with 1, 2, ... degrees of freedom.
 const T: [f64; 9] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262];

@@ -12,8 +12,8 @@ use crate::metrics::statistics::mean;
 use crate::monitor::Monitor;
 use crate::scene::Engines;
 use crate::subject::{Subject, SubjectSpec};
-use crate::table::{Table, number};
 use crate::tracking::{self, ClipScore, PAPER_ROWS, TrackingOptions};
+use paid_plot::{Table, number};
 
 /// How one clip was followed in MuJoCo. The errors are those of the exact start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

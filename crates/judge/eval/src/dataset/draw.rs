@@ -1,7 +1,7 @@
 //! The pictures of a set of kicks.
 
 use super::{Dataset, Kick};
-use crate::picture::{Anchor, Chart, Figure, Floor, HeatMap, Rgb, Series, color_of};
+use paid_plot::{Anchor, Chart, Figure, Floor, HeatMap, Rgb, Series, color_of};
 
 const INK: Rgb = [30, 30, 30];
 const HOLE: Rgb = [214, 39, 40];

@@ -17,9 +17,9 @@ use paid_task::TaskPreset;
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::file_set::FileSet;
-use crate::picture::Figure;
 use crate::shooting::Grid;
+use paid_files::{FileError, FileSet};
+use paid_plot::Figure;
 
 pub use coverage::{Cell, Coverage, Hole, NextKick, REACH_M};
 
@@ -141,11 +141,11 @@ impl Dataset {
         for (name, figure) in PICTURES.into_iter().filter_map(|name| Some((name, self.picture(name)?))) {
             let [png, svg] = ["png", "svg"].map(|extension| folder.join(format!("{name}.{extension}")));
             let bytes = figure.canvas().png();
-            let broken = |e| EvalError::Write { path: png.clone(), source: std::io::Error::other(e) };
+            let broken = |e| FileError { path: png.clone(), source: std::io::Error::other(e) };
             files.add(png.clone(), bytes.map_err(broken)?);
             files.add(svg, figure.svg().into_bytes());
         }
-        files.write().map(|_| ())
+        Ok(files.write().map(|_| ())?)
     }
 }
 

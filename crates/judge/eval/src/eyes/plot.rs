@@ -1,7 +1,7 @@
 //! The course of one kick: where the ball was, where it was seen, where it was believed.
 
 use super::KickLog;
-use crate::picture::{Anchor, Chart, Figure, Rgb, Series};
+use paid_plot::{Anchor, Chart, Figure, Rgb, Series};
 
 const TRUTH: Rgb = [30, 30, 30];
 const SEEN: Rgb = [30, 130, 60];

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Cause, EyesOptions, EyesOutcome};
 use crate::metrics::statistics::{Share, mean};
 use crate::shooting::ShootingReport;
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// The shots, and what the eyes made of them.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,7 +1,7 @@
 //! Footage as pictures of the software renderer: needs no display and no viewer.
 
 use super::recording::{BESIDE, Footage};
-use crate::picture::{Camera, Canvas, Scene, Shown, draw_robot, episode_frame};
+use paid_plot::{Camera, Canvas, Scene, Shown, draw_robot, episode_frame};
 
 const BONE: [u8; 3] = [70, 120, 190];
 const TRAIL: [u8; 3] = [235, 150, 60];

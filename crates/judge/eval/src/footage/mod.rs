@@ -2,12 +2,14 @@
 //! Rerun shows it (`Target`; cargo feature `rerun`).
 
 mod draw;
+mod film;
 mod recorder;
 mod recording;
 #[cfg(feature = "rerun")]
 mod stream;
 
 pub use draw::{Shows, picture};
+pub use film::{film_path, pose_of};
 pub use recorder::Recorder;
 pub use recording::{BESIDE, BodyPoses, Footage, Frame, LEAST_FORCE_N};
 #[cfg(feature = "rerun")]

@@ -6,9 +6,9 @@ use paid_lanes::Vec3;
 use paid_play::ReferenceLibrary;
 use paid_task::{EnvSample, KickEvent};
 
+use super::film::pose_of;
 use super::recording::{BodyPoses, Footage, Frame};
 use crate::episodes::{Ending, EvalSetup, Observer};
-use crate::picture::Pose;
 
 /// Records an episode, the start first, then every control step.
 pub struct Recorder {
@@ -72,7 +72,7 @@ impl Observer for Recorder {
         self.kick.clone_from(&sample.kick);
         self.ending = ended;
         self.frames.push(Frame {
-            pose: Pose::of(sample),
+            pose: pose_of(sample),
             ghost: Some(BodyPoses::new(&clip.body_pos[rows.clone()], &clip.body_quat[rows])),
             mark: sample.ball_pos,
             mark_speed: Vec3(sample.ball_vel).norm(),

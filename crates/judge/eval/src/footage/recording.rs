@@ -5,7 +5,7 @@ use paid_motion::Clip;
 use paid_retarget::HumanMotion;
 use paid_robot::{RobotModel, RobotSpec};
 
-use crate::picture::Pose;
+use paid_plot::Pose;
 
 /// Where a human stands from the robot that follows `[m]`.
 pub const BESIDE: [f64; 3] = [0.0, 1.2, 0.0];

@@ -1,24 +1,20 @@
 //! One page that shows every result in a folder, without a network.
 
-mod charts;
+mod mouth;
 mod shots;
 
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
+use paid_files::{FileError, write_whole};
+use paid_plot::escape;
+use paid_plot::html::{embedded, figure, page};
 
 use crate::EvalError;
-use crate::file::write_whole;
-use crate::picture::escape;
 
 /// Name of the page.
 pub const REPORT: &str = "report.html";
-
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
 
 /// Writes [`REPORT`] into `folder` from what earlier evaluations left there: every text table `NAME.txt` becomes a section. One with
 /// `NAME_shooting.json` beside it begins with the score and its interval beside the paper's, then come heat maps, the goal's mouth, ways,
@@ -28,7 +24,7 @@ const SCRIPT: &str = include_str!("page.js");
 /// # Errors
 /// If the folder cannot be read or the page not be written.
 pub fn write_report(folder: &Path) -> Result<(), EvalError> {
-    let entries = fs::read_dir(folder).map_err(|e| failed(folder, e))?;
+    let entries = fs::read_dir(folder).map_err(FileError::at(folder))?;
     let mut files: Vec<PathBuf> = entries.filter_map(Result::ok).map(|entry| entry.path()).collect();
     // What has a headline comes first, balls at rest before rolling ones, as in the paper.
     let shooting = |file: &Path| folder.join(format!("{}_shooting.json", stem(file))).is_file();
@@ -36,7 +32,7 @@ pub fn write_report(folder: &Path) -> Result<(), EvalError> {
     let (mut body, mut links) = (String::new(), String::new());
     for table in files.iter().filter(|file| has(file, "txt")) {
         let name = stem(table);
-        let text = fs::read_to_string(table).map_err(|e| failed(table, e))?;
+        let text = fs::read_to_string(table).map_err(FileError::at(table))?;
         let json = fs::read_to_string(folder.join(format!("{name}_shooting.json"))).unwrap_or_default();
         let section = match shots::section(folder, &name, &json, &text)? {
             Some(section) => section,
@@ -51,13 +47,8 @@ pub fn write_report(folder: &Path) -> Result<(), EvalError> {
     }
     let title =
         folder.file_name().map_or_else(|| "Evaluation".to_owned(), |n| n.to_string_lossy().into_owned());
-    let page = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">\
-         <title>{0}</title><style>{STYLE}</style></head>\n<body>\n<h1>{0}</h1>\n<nav>{links}</nav>\n{body}<script>{SCRIPT}</script>\
-         </body>\n</html>\n",
-        escape(&title)
-    );
-    write_whole(&folder.join(REPORT), page.as_bytes())
+    let page = page(&title, &links, &body);
+    Ok(write_whole(&folder.join(REPORT), page.as_bytes())?)
 }
 
 /// A table and the pictures that belong to it.
@@ -73,36 +64,6 @@ fn plain(name: &str, text: &str, files: &[PathBuf]) -> Result<String, EvalError>
     }
     out.push_str("</div>\n");
     Ok(out)
-}
-
-/// A picture with what it shows.
-fn figure(drawn: &str, caption: &str) -> String {
-    format!("<figure>{drawn}<figcaption>{}</figcaption></figure>\n", escape(caption))
-}
-
-/// `NAME.svg`, or `NAME.png` if there is none, as a part of the page; `None` without either.
-fn embedded(name: &Path) -> Result<Option<String>, EvalError> {
-    let file = |extension: &str| {
-        let mut path = name.as_os_str().to_owned();
-        path.push(extension);
-        PathBuf::from(path)
-    };
-    let (svg, png) = (file(".svg"), file(".png"));
-    if svg.is_file() {
-        return fs::read_to_string(&svg).map(Some).map_err(|e| failed(&svg, e));
-    }
-    if !png.is_file() {
-        return Ok(None);
-    }
-    let bytes = fs::read(&png).map_err(|e| failed(&png, e))?;
-    Ok(Some(format!(
-        "<img alt=\"\" loading=\"lazy\" src=\"data:image/png;base64,{}\">",
-        STANDARD.encode(bytes)
-    )))
-}
-
-fn failed(path: &Path, source: std::io::Error) -> EvalError {
-    EvalError::Write { path: path.to_owned(), source }
 }
 
 fn has(path: &Path, extension: &str) -> bool {
@@ -152,7 +113,7 @@ mod tests {
         let strip = Strip {
             trial: 2,
             words: "no <contact>".to_owned(),
-            picture: crate::picture::Canvas::new(4, 4, [9; 3]),
+            picture: paid_plot::Canvas::new(4, 4, [9; 3]),
         };
         write_strips(folder.path(), "mujoco_static", &[strip]).expect("writes");
         write_report(folder.path()).expect("writes");
@@ -183,11 +144,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let mut report = report();
         report.effective = Some(CellScore::of(None, &[&report.trials[0]]));
-        let strip = Strip {
-            trial: 2,
-            words: "earlier".to_owned(),
-            picture: crate::picture::Canvas::new(4, 4, [9; 3]),
-        };
+        let strip =
+            Strip { trial: 2, words: "earlier".to_owned(), picture: paid_plot::Canvas::new(4, 4, [9; 3]) };
         write_strips(folder.path(), "mujoco_static", &[strip]).expect("writes");
         let whole = Evaluation::new("shooting", "it", &report, Timing::of(Effort::default(), 1.0));
         write_shooting(folder.path(), "mujoco", &report, &to_json(&whole).expect("JSON")).expect("writes");

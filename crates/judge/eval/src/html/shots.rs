@@ -3,13 +3,13 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use paid_plot::escape;
+use paid_plot::html::{Bar, bars, embedded, figure};
 use serde::Deserialize;
 
-use super::charts::{Bar, bars, mouth};
-use super::{embedded, figure};
+use super::mouth::mouth;
 use crate::EvalError;
 use crate::knowledge;
-use crate::picture::escape;
 use crate::shooting::PAPER;
 use crate::worst::{STRIPS, StripFile};
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::ImpactOptions;
 use super::draw::Impact;
 use super::run::Exit;
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// Spin below which the spin's error is not relative any more `[rad/s]`.
 const LEAST_SPIN: f64 = 1.0;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Swing;
 use crate::engine::EngineFacts;
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// How a set of kicks compares with the clips: means over the kicks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

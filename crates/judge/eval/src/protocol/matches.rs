@@ -12,12 +12,12 @@ use serde::Serialize;
 
 use crate::EvalError;
 use crate::episodes::EvalSetup;
-use crate::picture::Film;
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
 use crate::shooting::Grid;
 use draw::{Draw, first_start};
 use observer::Player;
+use paid_plot::Film;
 
 pub use draw::MatchBall;
 pub use report::{KickOutcome, MatchOutcome, MatchReport, MatchTotal};

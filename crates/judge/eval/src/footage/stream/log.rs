@@ -31,7 +31,7 @@ use rerun::{
 use super::shapes::{Paint, robot, single};
 use crate::footage::Shows;
 use crate::footage::recording::{BodyPoses, Footage, Frame, LEAST_FORCE_N};
-use crate::picture::{Bodies, FORCE_SCALE_M_PER_N};
+use paid_plot::{Bodies, FORCE_SCALE_M_PER_N};
 
 /// Every moment's trail is this long at most `[s]`: one line per frame would otherwise grow with the square of the recording.
 const TRAIL_S: f64 = 1.5;

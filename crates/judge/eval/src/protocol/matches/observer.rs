@@ -7,8 +7,9 @@ use super::report::{KickOutcome, MatchOutcome};
 use super::{Audience, MatchOptions, Spectacle};
 use crate::EvalError;
 use crate::episodes::{Ending, EvalSetup, Observer};
+use crate::footage::pose_of;
 use crate::metrics::shooting::{Crossing, Goal, fallen};
-use crate::picture::{Film, Pose};
+use paid_plot::Film;
 
 /// A ball slower than this has come to rest `[m/s]`.
 const AT_REST: f64 = 0.05;
@@ -147,7 +148,7 @@ impl<'a> Player<'a> {
             self.films.push(Film::default());
         }
         if let Some(film) = self.films.last_mut() {
-            film.poses.push(Pose::of(sample));
+            film.poses.push(pose_of(sample));
         }
     }
 }

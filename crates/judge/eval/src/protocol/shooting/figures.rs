@@ -2,8 +2,8 @@
 
 use super::{CellScore, ShootingReport};
 use crate::knowledge;
-use crate::picture::{Figure, HeatMap, Path, plot_paths};
-use crate::table::{Table, number};
+use paid_plot::{Figure, HeatMap, Path, plot_paths};
+use paid_plot::{Table, number};
 
 /// Methods of the paper with success `[%]` and accuracy in MuJoCo (section IV-B): static, then rolling ball.
 pub(crate) const PAPER: [(&str, [[f64; 2]; 2]); 4] = [

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Trial;
 use crate::metrics::statistics::{Share, mean};
-use crate::table::{Table, number};
+use paid_plot::{Table, number};
 
 /// What came of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,8 +7,8 @@ use super::score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunSco
 use crate::engine::EngineFacts;
 use crate::episodes::EvalSetup;
 use crate::metrics::statistics::{Share, mean};
-use crate::picture::Bars;
-use crate::table::{Table, number};
+use paid_plot::Bars;
+use paid_plot::{Table, number};
 
 /// The set of all clips.
 const ALL: &str = "all";

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::{Canvas, Rgb};
-use crate::EvalError;
-use crate::file::write_whole;
+use paid_files::write_whole;
+
+use crate::{Canvas, PlotError, Rgb};
 
 const INK: Rgb = [30, 30, 30];
 
@@ -203,14 +203,14 @@ impl Figure {
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn save(&self, stem: &Path) -> Result<(), EvalError> {
+    pub fn save(&self, stem: &Path) -> Result<(), PlotError> {
         let file = |extension: &str| {
             let mut name = stem.as_os_str().to_owned();
             name.push(extension);
             std::path::PathBuf::from(name)
         };
         self.canvas().save(&file(".png"))?;
-        write_whole(&file(".svg"), self.svg().as_bytes())
+        Ok(write_whole(&file(".svg"), self.svg().as_bytes())?)
     }
 }
 

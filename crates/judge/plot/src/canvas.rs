@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use super::font::Letters;
-use crate::EvalError;
-use crate::file::write_whole;
+use paid_files::{FileError, write_whole};
+
+use crate::PlotError;
+use crate::font::Letters;
 
 /// Red, green, blue.
 pub type Rgb = [u8; 3];
@@ -160,11 +161,10 @@ impl Canvas {
     ///
     /// # Errors
     /// If the file cannot be written.
-    pub fn save(&self, path: &Path) -> Result<(), EvalError> {
-        let bytes = self
-            .png()
-            .map_err(|e| EvalError::Write { path: path.to_owned(), source: std::io::Error::other(e) })?;
-        write_whole(path, &bytes)
+    pub fn save(&self, path: &Path) -> Result<(), PlotError> {
+        let bytes =
+            self.png().map_err(|e| FileError { path: path.to_owned(), source: std::io::Error::other(e) })?;
+        Ok(write_whole(path, &bytes)?)
     }
 }
 

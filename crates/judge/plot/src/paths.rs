@@ -1,6 +1,6 @@
 //! Paths from above: where robot and ball went.
 
-use super::{Anchor, Figure, Rgb};
+use crate::{Anchor, Figure, Rgb};
 
 /// Pixels a meter.
 const SCALE: f64 = 90.0;

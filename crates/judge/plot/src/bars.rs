@@ -1,6 +1,6 @@
 //! Bars: figures of many things side by side.
 
-use super::{Anchor, Figure, Rgb};
+use crate::{Anchor, Figure, Rgb};
 
 /// Pixels from the left edge to the bars.
 const LEFT: i64 = 260;

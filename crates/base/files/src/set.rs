@@ -4,8 +4,7 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use crate::EvalError;
-use crate::file::write_whole;
+use crate::{FileError, write_whole};
 
 /// Files to be written together.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +20,7 @@ impl FileSet {
     ///
     /// # Errors
     /// If a file cannot be written; the earlier files of those names are then untouched.
-    pub fn write(self) -> Result<Vec<PathBuf>, EvalError> {
+    pub fn write(self) -> Result<Vec<PathBuf>, FileError> {
         let aside = |path: &Path| {
             let mut name = path.as_os_str().to_owned();
             name.push(".new");
@@ -35,13 +34,10 @@ impl FileSet {
         };
         for (i, (path, bytes)) in self.0.iter().enumerate() {
             let written = if path.is_dir() {
-                Err(EvalError::Write { path: path.clone(), source: ErrorKind::IsADirectory.into() })
+                Err(FileError { path: path.clone(), source: ErrorKind::IsADirectory.into() })
             } else {
                 // The error names the file that was asked for, not the temporary one.
-                write_whole(&aside(path), bytes).map_err(|error| match error {
-                    EvalError::Write { source, .. } => EvalError::Write { path: path.clone(), source },
-                    other => other,
-                })
+                write_whole(&aside(path), bytes).map_err(|error| FileError { path: path.clone(), ..error })
             };
             if let Err(error) = written {
                 clean(&self.0[..=i]);
@@ -51,7 +47,7 @@ impl FileSet {
         for (path, _) in &self.0 {
             if let Err(source) = fs::rename(aside(path), path) {
                 clean(&self.0);
-                return Err(EvalError::Write { path: path.clone(), source });
+                return Err(FileError { path: path.clone(), source });
             }
         }
         Ok(self.0.into_iter().map(|(path, _)| path).collect())

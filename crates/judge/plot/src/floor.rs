@@ -1,6 +1,6 @@
 //! The floor seen from above.
 
-use super::{Anchor, Figure, Rgb};
+use crate::{Anchor, Figure, Rgb};
 
 /// Space around the floor: left, top, right, bottom, in pixels.
 const MARGIN: [i64; 4] = [64, 64, 24, 56];

@@ -1,9 +1,9 @@
 //! Lines and dots over two axes.
 
-use super::{Anchor, Figure, Rgb};
+use crate::{Anchor, Figure, Rgb};
 
 /// Size of a diagram and its margins (left, top, right, bottom) in pixels.
-pub(super) const SIZE: [i64; 2] = [900, 600];
+pub const SIZE: [i64; 2] = [900, 600];
 const MARGIN: [f64; 4] = [90.0, 50.0, 30.0, 60.0];
 
 const INK: Rgb = [30, 30, 30];

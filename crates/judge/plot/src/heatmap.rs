@@ -1,6 +1,6 @@
 //! Values over the grid of ball places.
 
-use super::{Anchor, Figure, Rgb};
+use crate::{Anchor, Figure, Rgb};
 
 /// Side of a cell in pixels.
 const CELL: i64 = 56;

@@ -2,7 +2,7 @@
 
 use paid_lanes::Vec3;
 
-use super::{Canvas, Rgb};
+use crate::{Canvas, Rgb};
 
 type V3 = Vec3<f64>;
 

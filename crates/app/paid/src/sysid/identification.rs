@@ -3,8 +3,7 @@
 use paid_sysid::Identification;
 use paid_sysid::identify::Overlay;
 
-use super::chart::{Chart, Series};
-use super::{Figure, Rgb};
+use paid_plot::{Chart, Figure, Rgb, Series};
 
 const FAINT: Rgb = [150, 165, 190];
 /// One color per run.
@@ -47,7 +46,7 @@ pub fn overlay(title: &str, y_label: &str, runs: &[Overlay]) -> Figure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::picture::chart::SIZE;
+    use paid_plot::SIZE;
 
     #[test]
     fn dots_and_lines_are_where_the_data_are() {

@@ -4,8 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
-use super::Canvas;
-use crate::EvalError;
+use paid_files::FileError;
+
+use crate::{Canvas, PlotError};
 
 /// What a file's name asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,14 +24,13 @@ impl Kind {
     ///
     /// # Errors
     /// Any other extension.
-    pub fn of(path: &Path) -> Result<Self, EvalError> {
+    pub fn of(path: &Path) -> Result<Self, PlotError> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         match extension.as_deref() {
             Some("gif") => Ok(Self::Gif),
             Some("png" | "apng") => Ok(Self::Apng),
             None => Ok(Self::Folder),
-            Some(other) => Err(EvalError::Option {
-                option: "record",
+            Some(other) => Err(PlotError::Animation {
                 expected: "a name that ends in .gif or .png, or a folder".to_owned(),
                 found: format!("{} ('.{other}')", path.display()),
             }),
@@ -61,7 +61,7 @@ impl Animation {
     ///
     /// # Errors
     /// An unknown extension, a size or number of frames that the format cannot hold, a file that cannot be made.
-    pub fn create(path: &Path, size: [usize; 2], rate: f64, frames: usize) -> Result<Self, EvalError> {
+    pub fn create(path: &Path, size: [usize; 2], rate: f64, frames: usize) -> Result<Self, PlotError> {
         let kind = Kind::of(path)?;
         let mut temporary = path.as_os_str().to_owned();
         temporary.push(".part");
@@ -115,11 +115,11 @@ impl Animation {
         (time(self.frames + 1) - time(self.frames)) as u16
     }
 
-    fn written<T>(&self, result: io::Result<T>) -> Result<T, EvalError> {
+    fn written<T>(&self, result: io::Result<T>) -> Result<T, PlotError> {
         result.map_err(|source| {
             // Nothing more can be done if the leftover cannot be removed either.
             let _ = fs::remove_file(&self.temporary);
-            EvalError::Write { path: self.path.clone(), source }
+            FileError { path: self.path.clone(), source }.into()
         })
     }
 
@@ -127,10 +127,9 @@ impl Animation {
     ///
     /// # Errors
     /// A picture of another size, one more than announced, a file that cannot be written.
-    pub fn add(&mut self, image: &Canvas) -> Result<(), EvalError> {
+    pub fn add(&mut self, image: &Canvas) -> Result<(), PlotError> {
         if [image.width(), image.height()] != self.size || self.frames == self.expected {
-            return Err(EvalError::Option {
-                option: "record",
+            return Err(PlotError::Animation {
                 expected: format!("{} pictures of {:?} pixels", self.expected, self.size),
                 found: format!("number {} of {:?}", self.frames + 1, [image.width(), image.height()]),
             });
@@ -173,7 +172,7 @@ impl Animation {
     ///
     /// # Errors
     /// If that fails.
-    pub fn finish(mut self) -> Result<(), EvalError> {
+    pub fn finish(mut self) -> Result<(), PlotError> {
         let ended = match self.sink.take() {
             Some(Sink::Gif(encoder)) => encoder
                 .into_inner()

@@ -2,11 +2,8 @@
 
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
-use paid_task::EnvSample;
 
-use super::{Camera, Canvas, Rgb, Scene};
-use crate::episodes::{Ending, Observer};
-use crate::metrics::shooting::Goal;
+use crate::{Camera, Canvas, Rgb, Scene};
 
 /// Everything that a picture of a moment shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,45 +24,11 @@ pub struct Pose {
     pub kicked: bool,
 }
 
-/// Records an episode.
+/// An episode.
 #[derive(Clone, Debug, Default)]
 pub struct Film {
     /// Every control step, the start first.
     pub poses: Vec<Pose>,
-}
-
-impl Film {
-    /// Base and ball after every step, past the goal plane (negative in front of it) and left of the goal's center `[m]`.
-    pub fn path(&self) -> Vec<[[f64; 2]; 2]> {
-        let local = |p: &Pose| {
-            let goal = Goal { center: [p.goal[0], p.goal[1]], heading: p.heading, half_width: 0.0 };
-            let base = p.pos.first().copied().unwrap_or_default();
-            [goal.local([base[0], base[1]]), goal.local([p.ball[0], p.ball[1]])]
-        };
-        self.poses.iter().map(local).collect()
-    }
-}
-
-impl Pose {
-    /// What a sample shows.
-    pub fn of(sample: &EnvSample) -> Self {
-        Self {
-            step: sample.step,
-            pos: sample.bodies.iter().map(|b| b.pos).collect(),
-            rot: sample.bodies.iter().map(|b| b.rot).collect(),
-            ball: sample.ball_pos,
-            goal: sample.goal_pos,
-            heading: sample.heading,
-            kicked: sample.kick.is_some(),
-        }
-    }
-}
-
-impl Observer for Film {
-    fn observe(&mut self, sample: &EnvSample, ended: Option<Ending>) -> bool {
-        self.poses.push(Pose::of(sample));
-        ended.is_some()
-    }
 }
 
 const SHELL: Rgb = [205, 208, 214];
