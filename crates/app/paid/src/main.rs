@@ -3,7 +3,6 @@
 // The help texts are doc comments. Units stand in brackets there and are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
-mod ablate;
 mod agent;
 mod bench;
 mod bench_physics;
@@ -63,8 +62,6 @@ enum Command {
     Perceive(perceive::Args),
     /// Find out how a ball bounces and rolls from filmed experiments.
     Sysid(Box<sysid::Args>),
-    /// Repeat the paper's ablation: train with and without identification and observation noise, and judge in MuJoCo.
-    Ablate(Box<ablate::Args>),
     /// Train several methods from one plan, each with the same budget, judge them alike in MuJoCo, and print the table.
     Compare(compare::Args),
     /// List what a task is made of.
@@ -96,7 +93,6 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench::run(args),
         Command::Perceive(args) => perceive::run(&args),
         Command::Sysid(args) => sysid::run(*args, &given),
-        Command::Ablate(args) => ablate::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),

@@ -6,7 +6,6 @@
 //! trial by trial, [`gap`] finds out which of their differences matter, [`panel`] whether a kick
 //! holds on other balls and grounds, [`impacts`] compares single impacts of ball and leg. `paid_plot` draws.
 
-pub mod ablation;
 pub mod agreement;
 pub mod bench;
 pub mod clips;

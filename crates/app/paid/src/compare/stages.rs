@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use paid_eval::ablation::{difference, has_run};
 use paid_eval::compare::Contender;
+use paid_eval::compare::{difference, has_run};
 use paid_eval::contacts;
 use paid_eval::curves::Curves;
 use paid_train::folder::{METRICS_FILE, PRESET_FILE, checkpoints, forget_unsaved};

@@ -76,7 +76,7 @@ impl Comparison {
                 let samples: u64 = row.scores.samples.iter().sum();
                 let optional =
                     |value: Option<f64>, digits| value.map_or("-".to_owned(), |x| number(x, digits));
-                let share = |count: &crate::ablation::Count| format!("{}%", number(100.0 * count.share(), 1));
+                let share = |count: &crate::compare::Count| format!("{}%", number(100.0 * count.share(), 1));
                 let Shots { goals, contacts, falls, accuracy, ball_speed } = &judgment.fixed;
                 table.row([
                     row.name.clone(),
@@ -212,7 +212,7 @@ mod tests {
     use paid_task::preset::KnowledgeMode;
 
     use super::*;
-    use crate::ablation::Count;
+    use crate::compare::Count;
     use crate::compare::{JudgePlan, Judgment, PanelScore};
 
     #[test]

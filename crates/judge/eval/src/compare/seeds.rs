@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::Judgment;
 use super::report::Row;
 use super::score::Shots;
-use crate::ablation::Count;
+use crate::compare::Count;
 use crate::metrics::statistics::{Share, mean};
 use paid_plot::{Table, number};
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::plan::JudgePlan;
 use super::report::{Row, samples_text, seed_text};
 use crate::EvalError;
-use crate::ablation::Count;
+use crate::compare::Count;
 use crate::metrics::statistics::mean;
 use crate::monitor::Monitor;
 use crate::scene::Engines;
