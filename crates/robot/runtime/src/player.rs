@@ -4,13 +4,10 @@ use std::path::{Path, PathBuf};
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_motion::MotionLibrary;
-use paid_play::ReferenceLibrary;
+use paid_play::{PlayPreset, PolicyFile, ReferenceLibrary, robot_contract};
 use paid_policy::observation::{self, Need};
 use paid_policy::{Mirrors, Policy, Pose, ReferenceView};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
-use paid_task::TaskPreset;
-use paid_train::TrainedPolicy;
-use paid_train::policy_file::task_contract;
 use serde::{Deserialize, Serialize};
 
 use crate::DeployError;
@@ -19,11 +16,11 @@ use crate::motors::motors_of;
 /// Where a player comes from.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlayerSpec {
-    /// Run folder or checkpoint.
+    /// The policy: a checkpoint.
     pub policy: PathBuf,
     /// Folder of the motion files; `None`: those that the policy was trained on.
     pub motions: Option<PathBuf>,
-    /// Changed values of the task, each `KEY=VALUE`.
+    /// Changed values of how it is played, each `KEY=VALUE`.
     pub sets: Vec<String>,
 }
 
@@ -36,8 +33,12 @@ pub struct Player {
     pub spec: RobotSpec,
     /// Gains, default pose, action scales, model order.
     pub control: ControlSpec,
-    /// The task that the policy was trained in.
-    pub task: TaskPreset,
+    /// The policy's file.
+    pub path: PathBuf,
+    /// How the policy is played.
+    pub play: PlayPreset,
+    /// What was changed of that, each `KEY=VALUE`.
+    pub sets: Vec<String>,
     /// The motions.
     pub library: ReferenceLibrary,
     /// The network.
@@ -61,66 +62,58 @@ impl Player {
     /// If a file is missing or damaged, the policy is for another robot than the G1, it was trained without a ball, or it observes
     /// what only a simulator knows.
     pub fn load(spec: &PlayerSpec) -> Result<Self, DeployError> {
-        let trained = TrainedPolicy::load(&spec.policy).map_err(DeployError::policy)?;
-        let task = trained.preset.task.with_overrides(&spec.sets).map_err(DeployError::policy)?;
-        if !task.scene.ball {
+        let file = PolicyFile::load(&spec.policy, &spec.sets).map_err(DeployError::policy)?;
+        if !file.play.scene.ball {
             return Err(DeployError::Policy(format!(
                 "{}: expected a policy of a task with a ball (Stage II), found the task '{}' without one",
-                trained.checkpoint.display(),
-                task.name
+                file.path.display(),
+                file.play.name
             )));
         }
-        let own = &trained.preset.run.motions;
+        let own = &file.motions;
         let folder = match &spec.motions {
             Some(folder) => folder.clone(),
             None if own.is_empty() || Path::new(own).exists() => PathBuf::from(own),
             None => {
                 return Err(DeployError::Policy(format!(
                     "{}: trained on the motions of '{own}', which are not here: name their folder",
-                    trained.checkpoint.display()
+                    file.path.display()
                 )));
             }
         };
-        let rate = 1.0 / task.control_dt_s();
+        let rate = 1.0 / file.play.control_dt_s();
         let motions =
-            MotionLibrary::open(&folder, &trained.model, &trained.spec, rate).map_err(DeployError::policy)?;
-        let library =
-            ReferenceLibrary::for_play(&motions, &trained.model, &trained.spec, &task.play_preset())
-                .map_err(DeployError::policy)?;
-        Self::new(trained, task, library)
+            MotionLibrary::open(&folder, &file.model, &file.spec, rate).map_err(DeployError::policy)?;
+        let library = ReferenceLibrary::for_play(&motions, &file.model, &file.spec, &file.play)
+            .map_err(DeployError::policy)?;
+        Self::new(file, library)
     }
 
     /// Puts the parts together.
     ///
     /// # Errors
     /// As [`Player::load`].
-    pub fn new(
-        trained: TrainedPolicy,
-        task: TaskPreset,
-        library: ReferenceLibrary,
-    ) -> Result<Self, DeployError> {
-        let contract = trained.contract("").map_err(DeployError::policy)?;
+    pub fn new(file: PolicyFile, library: ReferenceLibrary) -> Result<Self, DeployError> {
+        let contract = file.contract("").map_err(DeployError::policy)?;
+        let PolicyFile { path, play, sets, model: theirs, policy, .. } = file;
+        let terms = &play.observations.policy;
         // The robot as this program knows it, not as the policy's file tells it: a robot file of the policy's own may have the same gains, and
         // ranges, speeds and torques that limit nothing.
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
-        let robot =
-            task_contract(&model, &spec, 0.02, &task.observations.policy).map_err(DeployError::policy)?;
+        let robot = robot_contract(&model, &spec, 0.02, terms).map_err(DeployError::policy)?;
         let robot = paid_policy::Contract { recurrent: contract.recurrent, ..robot };
         let mut differences = robot.differences(&contract);
         // The motions are in the order of that file.
-        let theirs = &trained.model;
         differences.extend(first_difference("joint", &model.joint_names(), &theirs.joint_names()));
         differences.extend(first_difference("body", &model.body_names(), &theirs.body_names()));
         if !differences.is_empty() {
             return Err(DeployError::Policy(format!(
                 "{}: the policy is not for this robot: {}",
-                trained.checkpoint.display(),
+                path.display(),
                 differences.join("; ")
             )));
         }
-        observation::check(&task.observations.policy, &[Need::Reference, Need::Scene])
-            .map_err(DeployError::policy)?;
-        let policy = trained.policy;
+        observation::check(terms, &[Need::Reference, Need::Scene]).map_err(DeployError::policy)?;
         let control = spec.resolve(&model).map_err(DeployError::policy)?;
         let to_model = Permutation::between(&model.joint_names(), &spec.policy_joint_order)
             .map_err(DeployError::policy)?
@@ -132,14 +125,27 @@ impl Player {
             .ok_or_else(|| DeployError::Policy(format!("the robot has no body '{}'", spec.anchor_body)))?;
         let anchor = library.followed().iter().position(|&b| b == anchor_body).unwrap_or(0);
         let waist = chain(&model, anchor_body);
-        task.check_memory(policy.net.is_recurrent()).map_err(DeployError::policy)?;
-        let mirrors = if task.mirror_left_kicks {
-            let terms = &task.observations.policy;
+        play.check_memory(policy.net.is_recurrent()).map_err(DeployError::policy)?;
+        let mirrors = if play.mirror_left_kicks {
             Some(paid_play::policy_mirrors(&model, &spec, terms).map_err(DeployError::policy)?)
         } else {
             None
         };
-        Ok(Self { model, spec, control, task, library, policy, to_model, motors, mirrors, anchor, waist })
+        Ok(Self {
+            path,
+            model,
+            spec,
+            control,
+            play,
+            sets,
+            library,
+            policy,
+            to_model,
+            motors,
+            mirrors,
+            anchor,
+            waist,
+        })
     }
 
     /// How a motion's observations and actions read in a mirror, if it is played in one.

@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use common::player;
-use paid_play::ReferenceLibrary;
+use paid_play::PolicyFile;
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};
-use paid_train::TrainedPolicy;
 
 fn policy() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors")
@@ -90,18 +89,15 @@ fn without_checksums_a_state_of_another_length_still_counts_as_broken() {
 }
 
 /// What becomes of the repository's policy after a change of what it was trained for.
-fn changed(change: impl FnOnce(&mut TrainedPolicy)) -> Result<Player, DeployError> {
-    let mut trained = TrainedPolicy::load(&policy()).expect("policy");
-    let (task, library): (_, ReferenceLibrary) = {
-        let player = player();
-        (player.task.clone(), player.library.clone())
-    };
-    change(&mut trained);
-    Player::new(trained, task, library)
+fn changed(change: impl FnOnce(&mut PolicyFile)) -> Result<Player, DeployError> {
+    let mut file = PolicyFile::load(&policy(), &[]).expect("policy");
+    let library = player().library.clone();
+    change(&mut file);
+    Player::new(file, library)
 }
 
 /// What is said of it.
-fn refused(change: impl FnOnce(&mut TrainedPolicy)) -> String {
+fn refused(change: impl FnOnce(&mut PolicyFile)) -> String {
     match changed(change) {
         Err(DeployError::Policy(message)) => message,
         other => panic!("{:?}", other.map(|_| "a player")),
@@ -110,22 +106,22 @@ fn refused(change: impl FnOnce(&mut TrainedPolicy)) -> String {
 
 #[test]
 fn a_policy_for_another_robot_is_refused_with_what_differs() {
-    let told = refused(|trained| trained.spec.policy_joint_order.swap(0, 1));
+    let told = refused(|file| file.spec.policy_joint_order.swap(0, 1));
     assert!(told.contains("the policy is not for this robot") && told.contains("joint"), "{told}");
-    let told = refused(|trained| trained.spec.natural_frequency_hz = 12.0);
+    let told = refused(|file| file.spec.natural_frequency_hz = 12.0);
     assert!(told.contains("the policy is not for this robot") && told.contains("stiffness"), "{told}");
 }
 
 #[test]
 fn a_robot_file_of_the_policys_own_widens_no_limit() {
-    let wide = |trained: &mut TrainedPolicy| {
-        for joint in &mut trained.model.joints {
+    let wide = |file: &mut PolicyFile| {
+        for joint in &mut file.model.joints {
             joint.range = [joint.range[0] - 5.0, joint.range[1] + 5.0];
             joint.effort_limit *= 2.0;
         }
         // The same radians of target per unit of action.
-        trained.spec.action_scale_factor *= 0.5;
-        for limit in &mut trained.spec.velocity_limit {
+        file.spec.action_scale_factor *= 0.5;
+        for limit in &mut file.spec.velocity_limit {
             limit.value *= 100.0;
         }
     };
@@ -135,7 +131,7 @@ fn a_robot_file_of_the_policys_own_widens_no_limit() {
 
 #[test]
 fn a_robot_file_of_another_order_is_refused() {
-    let told = refused(|trained| trained.model.joints.swap(0, 1));
+    let told = refused(|file| file.model.joints.swap(0, 1));
     let expected = "joint 0 of its robot file: expected left_hip_pitch_joint, found left_hip_roll_joint";
     assert!(told.contains("the policy is not for this robot") && told.contains(expected), "{told}");
 }

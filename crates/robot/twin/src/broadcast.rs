@@ -142,7 +142,7 @@ impl Broadcast {
         let setup = SightSetup { intrinsics: options.intrinsics, lidar: None, ..BallEyes::setup(player)? };
         let recorder = options.record.as_deref().map(|path| Recorder::create(path, &setup));
         let publisher = Publisher {
-            camera: SimCamera::new(options.intrinsics, player.task.ball_params.radius_m, options.seed)?,
+            camera: SimCamera::new(options.intrinsics, player.play.ball_params.radius_m, options.seed)?,
             color: topics.writer(&names.color, IMAGE)?,
             depth: topics.writer(&names.depth, IMAGE)?,
             info: topics.writer(&names.info, CAMERA_INFO)?,

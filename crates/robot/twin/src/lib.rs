@@ -24,6 +24,7 @@ mod robot;
 mod senses;
 mod serve;
 mod shot;
+mod task;
 mod vendor;
 
 #[cfg(feature = "dds")]
@@ -42,4 +43,5 @@ pub use robot::{Mount, STEP_US, VirtualG1};
 pub use senses::{BallSource, DriftingOdometry, NoisyDetector, PoseSource, Senses, TrueState};
 pub use serve::{Order, ServeOptions, Served, Watcher, serve};
 pub use shot::KickResult;
+pub use task::trained_task;
 pub use vendor::VendorLink;

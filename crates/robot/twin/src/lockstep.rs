@@ -74,7 +74,7 @@ impl Lockstep {
         Ok(Self {
             robot,
             eyes,
-            senses: Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, options.seed),
+            senses: Senses::simulated(&player.play.eyes, player.play.ball_params.radius_m, options.seed),
             runtime: Runtime::new(Arc::clone(player), options.limits.clone()),
             writer: Writer::new(&options.limits, player.joints()),
             ends: ChannelLink::pair(),

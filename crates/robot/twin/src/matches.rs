@@ -136,7 +136,7 @@ pub fn play_match(
 
 /// The camera that has to see a ball: that of training's senses, or the one of own eyes, which tell a ball from other things by its color.
 pub(crate) fn camera(player: &Player, own_eyes: bool) -> Camera {
-    if own_eyes { CameraPreset::color().geometry() } else { player.task.eyes.camera.geometry() }
+    if own_eyes { CameraPreset::color().geometry() } else { player.play.eyes.camera.geometry() }
 }
 
 /// The next ball that the robot does not touch and whose picture it has, and how many were drawn that it does not see.
@@ -147,8 +147,8 @@ pub(crate) fn next_ball(
     field: &Field,
     rng: &mut Rng,
 ) -> Option<(MatchBall, usize)> {
-    let (truth, radius) = (robot.true_state(), player.task.ball_params.radius_m);
-    let [near, far] = player.task.eyes.range_m;
+    let (truth, radius) = (robot.true_state(), player.play.ball_params.radius_m);
+    let [near, far] = player.play.eyes.range_m;
     let mut out_of_view = 0;
     for _ in 0..REDRAWS {
         let ball = field.draw_ball(rng);

@@ -113,11 +113,11 @@ impl OwnEyes {
                 scans: VecDeque::new(),
             },
             TorsoSource::Modeled => {
-                TorsoSide::Modeled(Box::new(DriftingOdometry::new(&player.task.eyes, seed)))
+                TorsoSide::Modeled(Box::new(DriftingOdometry::new(&player.play.eyes, seed)))
             }
         };
         Ok(Self {
-            camera: SimCamera::new(options.intrinsics, player.task.ball_params.radius_m, seed)?,
+            camera: SimCamera::new(options.intrinsics, player.play.ball_params.radius_m, seed)?,
             period_us: 1e6 / options.rate_hz,
             latency_us: (1e6 * options.latency_s).round() as u64,
             next_picture_us: 0.0,

@@ -13,6 +13,7 @@ use paid_runtime::{Inlet, LinkError, Outlet, Packet, Player, quaternion};
 use crate::TwinError;
 use crate::faults::Fault;
 use crate::senses::TrueState;
+use crate::task::trained_task;
 
 /// Place of the pelvis's inertial sensor in the pelvis `[m]` (vendor's description of the robot).
 const IMU: [f64; 3] = [0.04525, 0.0, -0.08339];
@@ -71,13 +72,14 @@ impl VirtualG1 {
     /// A robot in its default pose, held by a gantry with the feet on the ground, the ball 1 m behind it.
     ///
     /// # Errors
-    /// If MuJoCo is missing or refuses the scene.
+    /// If the policy's task cannot be read, or MuJoCo is missing or refuses the scene.
     pub fn new(player: Arc<Player>) -> Result<Self, TwinError> {
         // A rolling ball slows as the runtime's prediction and the eyes' ball memory expect it; a kicked one slides at first, so that it
         // takes the friction of training too.
         let scene =
             SceneOptions { physics_dt_s: STEP_US as f64 * 1e-6, substeps: 1, ..SceneOptions::default() };
-        let scene = scene.with_builtin_ball(player.task.ball_params, &player.task.scene);
+        let task = trained_task(&player)?;
+        let scene = scene.with_builtin_ball(task.ball_params, &task.scene);
         let sim = MujocoSim::new(&player.model, &player.control, &scene, 1).map_err(TwinError::simulation)?;
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
         let mut robot = Self {
@@ -105,7 +107,7 @@ impl VirtualG1 {
     }
 
     fn at_rest(&self) -> LaneState {
-        let radius = self.player.task.ball_params.radius_m;
+        let radius = self.player.play.ball_params.radius_m;
         LaneState {
             base_pos: self.held.0,
             base_quat: self.held.1,
@@ -205,7 +207,7 @@ impl VirtualG1 {
     }
     /// Places the ball, center (x, y) in the world `[m]`; it rolls at `velocity` `[m/s]`.
     pub fn place_ball(&mut self, [x, y]: [f64; 2], [vx, vy]: [f64; 2]) {
-        let r = self.player.task.ball_params.radius_m;
+        let r = self.player.play.ball_params.radius_m;
         self.sim.set_ball(0, 0, [x, y, r], [vx, vy, 0.0], [-vy / r, vx / r, 0.0]);
     }
 

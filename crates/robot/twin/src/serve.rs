@@ -180,7 +180,7 @@ pub fn serve(
     if options.standing {
         robot.set_mount(Mount::Hands);
     }
-    let mut senses = Senses::simulated(&player.task.eyes, player.task.ball_params.radius_m, options.seed);
+    let mut senses = Senses::simulated(&player.play.eyes, player.play.ball_params.radius_m, options.seed);
     let (mut begin, mut released_us, mut lost, mut said) = (Instant::now(), None, 0.0, None);
     while !stop.load(Ordering::Relaxed) {
         let clock = Duration::from_micros(robot.now_us());

@@ -75,7 +75,7 @@ fn a_rolling_ball_slows_as_the_runtime_predicts() {
     let ball = robot.truth().ball;
     let (speed, way) = (-ball.vel.x(), -2.0 - ball.pos.x());
     // 1 s of v' = -c v: what is left is exp(-c), and the way is (1 - exp(-c)) / c.
-    let decay = paid_task::roll_decay(&player.task.ball_params);
+    let decay = player.play.ball_decay();
     assert!(decay > 0.1, "{decay}");
     let left = (-decay).exp();
     assert!((speed - 0.3 * left).abs() < 0.01, "{speed} m/s, expected {}", 0.3 * left);

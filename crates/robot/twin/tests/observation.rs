@@ -15,6 +15,7 @@ use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, Pose, VecEnv};
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{Limits, OdometryPose, Packet, Player, PolicyTrace, Runtime, Sighting, State};
 use paid_task::{EpisodeRules, EvalControl, InitialState, Task, TaskSetup};
+use paid_twin::trained_task;
 
 const BALL: [f64; 2] = [1.2, 0.1];
 const GOAL: [f64; 2] = [5.0, 0.4];
@@ -53,7 +54,8 @@ fn the_first_observation_of_a_kick_is_the_tasks() {
         return;
     }
     let player = player();
-    let preset = player.task.with_knowledge(paid_task::preset::KnowledgeMode::Truth);
+    let task = trained_task(&player).expect("the demo's task");
+    let preset = task.with_knowledge(paid_task::preset::KnowledgeMode::Truth);
     let library = Arc::new(player.library.clone());
     let ball = RollingBall { place: BALL, velocity: [0.0; 2], decay: 1.0 };
     let motion = motion_for(library.facts(), &ball, 0.02);

@@ -4,6 +4,8 @@ use paid_lanes::{Mask, Real, Vec3};
 use paid_policy::WhereItLay;
 use serde::{Deserialize, Serialize};
 
+use crate::PlayError;
+
 /// What is shown of the ball after the strike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -40,6 +42,20 @@ impl AfterStrikePreset {
     pub fn times(&self) -> Option<AfterStrikeTimes> {
         (self.show == ShownAfterStrike::WhereItLay)
             .then_some(AfterStrikeTimes { captured_s: self.captured_s, from_s: self.from_s })
+    }
+
+    /// Refuses times out of range.
+    ///
+    /// # Errors
+    /// The first time that is not from 0 to 5 s.
+    pub fn check(&self) -> Result<(), PlayError> {
+        let times = [("from_s", self.from_s), ("captured_s", self.captured_s)];
+        match times.into_iter().find(|(_, time_s)| !(0.0..=5.0).contains(time_s)) {
+            Some((key, time_s)) => {
+                Err(PlayError::value(&format!("ball.after_strike.{key}"), "0 to 5 s", time_s))
+            }
+            None => Ok(()),
+        }
     }
 
     /// The rule as a policy file's contract states it.

@@ -1,20 +1,24 @@
 //! How a policy is played, in training, by the judges and on a robot: which motion it follows for a ball, the frames of that motion, and
 //! what it is shown of ball and goal.
 //!
-//! Nothing here knows a trainer or a simulator. Begin with [`ReferenceLibrary`], the motions, and [`motion_for`], the choice among them.
+//! Nothing here knows a trainer or a simulator. Begin with [`PolicyFile`], which reads a policy, [`ReferenceLibrary`], its motions, [`motion_for`],
+//! the choice among them, and [`BelievedScene`], what the policy is shown.
 
 mod after_strike;
 mod ball_history;
+mod contract;
 mod error;
 mod library;
 mod mirror;
 mod motion;
 mod own_place;
+mod policy_file;
 mod preset;
 mod scene;
 
 pub use after_strike::{AfterStrike, AfterStrikePreset, AfterStrikeTimes, ShownAfterStrike};
 pub use ball_history::{BallHistory, STEPS_AGO};
+pub use contract::{ACTION, COMMAND, robot_contract};
 pub use error::PlayError;
 pub use library::{
     FrameLayout, KickTimes, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M, body_index,
@@ -25,5 +29,6 @@ pub use motion::{
     RollingBall, from_start_frame, motion_for, nearest_motion, nominal_ball, own_place, turned,
 };
 pub use own_place::OwnPlace;
-pub use preset::PlayPreset;
+pub use policy_file::{PRESET_FILE, PolicyFile, load_robot};
+pub use preset::{PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedScene};
 pub use scene::{BelievedScene, SceneMemory};

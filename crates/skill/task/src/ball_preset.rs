@@ -92,11 +92,7 @@ pub(crate) fn check_after_strike(
     rule: &AfterStrikePreset,
     reference: ReferenceSource,
 ) -> Result<(), TaskError> {
-    let limits = ([0.0, 5.0], "0 to 5 s");
-    check(
-        "ball.after_strike",
-        &[("from_s", rule.from_s.into(), limits), ("captured_s", rule.captured_s.into(), limits)],
-    )?;
+    rule.check()?;
     if rule.times().is_some() && reference == ReferenceSource::None {
         let expected = "'ball' in a task without a reference, which has no strike";
         return Err(value_error("ball.after_strike.show", expected, "'where_it_lay'".into()));

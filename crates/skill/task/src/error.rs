@@ -9,7 +9,7 @@ use thiserror::Error;
 pub enum TaskError {
     /// Motions, robot and rules of play do not fit each other.
     #[error(transparent)]
-    Play(#[from] PlayError),
+    Play(PlayError),
     /// The preset's text is not a valid preset.
     #[error("preset '{name}': {message}")]
     Preset {
@@ -72,6 +72,15 @@ pub enum TaskError {
     /// An evaluation request names something that does not exist.
     #[error("evaluation: {0}")]
     Eval(String),
+}
+
+impl From<PlayError> for TaskError {
+    fn from(error: PlayError) -> Self {
+        match error {
+            PlayError::Value { key, expected, found } => Self::Value { key, expected, found },
+            error => Self::Play(error),
+        }
+    }
 }
 
 impl TaskError {

@@ -5,25 +5,7 @@ use paid_policy::{Mirror, Mirrors};
 
 use crate::TaskError;
 use crate::config::TaskConfig;
-use crate::preset::TaskPreset;
 use crate::task::EnvTask;
-
-impl TaskPreset {
-    /// Refuses the mirror for a policy with memory: it was not trained so, and its state has no image.
-    ///
-    /// # Errors
-    /// If the task plays left-footed kicks in the mirror and the policy has memory.
-    pub fn check_memory(&self, memory: bool) -> Result<(), TaskError> {
-        if !(self.mirror_left_kicks && memory) {
-            return Ok(());
-        }
-        Err(TaskError::Value {
-            key: "mirror_left_kicks".to_owned(),
-            expected: "false for a policy with memory".to_owned(),
-            found: "true".to_owned(),
-        })
-    }
-}
 
 /// [`paid_play::policy_mirrors`] of a task.
 pub(crate) fn mirrors(config: &TaskConfig) -> Result<Mirrors, String> {
@@ -87,20 +69,5 @@ impl Image {
         self.actions.extend_from_slice(actions);
         self.mirrors.action.apply_to_marked(&mut self.actions, &self.left, &mut self.room);
         &self.actions
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_policy_with_memory_is_not_played_in_the_mirror() {
-        let plain = TaskPreset::builtin("paper_stage2").expect("built in");
-        plain.check_memory(true).expect("no mirror");
-        let mirrored = TaskPreset { mirror_left_kicks: true, ..plain };
-        mirrored.check_memory(false).expect("no memory");
-        let error = mirrored.check_memory(true).expect_err("both").to_string();
-        assert_eq!(error, "preset: mirror_left_kicks is true, expected false for a policy with memory");
     }
 }

@@ -6,7 +6,7 @@ pub(crate) mod numbers;
 use std::path::Path;
 
 use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
-use paid_play::PlayPreset;
+use paid_play::{PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedScene};
 use paid_policy::PlayContract;
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
@@ -21,7 +21,6 @@ use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
 pub use crate::perception_preset::{MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
-use crate::rolling::roll_decay;
 use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
 use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
 pub use paid_track::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
@@ -163,11 +162,7 @@ impl TaskPreset {
 
     /// How a policy of this task is played, of what its network does not say.
     pub fn play(&self) -> PlayContract {
-        PlayContract {
-            contact_s: self.ball.contact_s.clone(),
-            mirror_left_kicks: self.mirror_left_kicks,
-            where_it_lay: self.ball.after_strike.contract(),
-        }
+        self.play_preset().contract()
     }
 
     /// Lets a policy be played so.
@@ -179,17 +174,30 @@ impl TaskPreset {
 
     /// How a policy of this task is played.
     pub fn play_preset(&self) -> PlayPreset {
+        let (scene, ball, seen) = (&self.scene, &self.ball_params, &self.observations);
         PlayPreset {
             name: self.name.clone(),
-            observations: self.observations.policy.clone(),
-            dt_s: self.control_dt_s(),
-            has_ball: self.scene.ball,
-            ball_radius_m: self.ball_params.radius_m,
-            ball_decay: roll_decay(&self.ball_params),
-            own_place: self.ball.own_place,
-            contact_s: self.ball.contact_s.clone(),
             mirror_left_kicks: self.mirror_left_kicks,
-            after_strike: self.ball.after_strike.clone(),
+            scene: PlayedScene {
+                physics_dt_s: scene.physics_dt_s,
+                substeps: scene.substeps,
+                ball: scene.ball,
+            },
+            ball_params: PlayedBall {
+                radius_m: ball.radius_m,
+                inertia_factor: ball.inertia_factor,
+                linear_damping: ball.linear_damping,
+                angular_damping: ball.angular_damping,
+            },
+            observations: PlayedObservations {
+                policy: seen.policy.clone(),
+                critic: seen.critic.iter().map(|id| id.name().to_owned()).collect(),
+            },
+            ball: PlayedPlacement {
+                own_place: self.ball.own_place,
+                contact_s: self.ball.contact_s.clone(),
+                after_strike: self.ball.after_strike.clone(),
+            },
             eyes: self.eyes.clone(),
         }
     }

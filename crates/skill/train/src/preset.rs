@@ -112,7 +112,8 @@ impl RunPreset {
             return wrong("run.envs", message);
         }
         let memory = self.learn.actor.kind == NetworkKind::Lstm;
-        self.task.validate().and_then(|()| self.task.check_memory(memory)).map_err(|error| match error {
+        let mirrored = || Ok(self.task.play_preset().check_memory(memory)?);
+        self.task.validate().and_then(|()| mirrored()).map_err(|error| match error {
             TaskError::Value { key, expected, found } => KeyError {
                 key: format!("task.{key}"),
                 message: format!("expected {expected}, found {found}"),

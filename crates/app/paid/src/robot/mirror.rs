@@ -71,7 +71,7 @@ impl Mirror {
         let poses = forward(model, Vec3(base), quat, &joints);
         let torso = &poses[anchor(&self.player)];
         let axes = Pose2 { xy: [torso.pos.x(), torso.pos.y()], heading: torso.rot().yaw() };
-        let radius = self.player.task.ball_params.radius_m;
+        let radius = self.player.play.ball_params.radius_m;
         let belief = believed(status, &axes, radius);
         let ball = belief.map_or([base[0], base[1], BURIED_M], |belief| belief.pos.map(f64::from));
         // A goal lies beyond the horizon while nobody has said where it is.

@@ -10,7 +10,7 @@ use paid_eval::metrics::shooting::fallen;
 use paid_lanes::Quat;
 use paid_live::{Belief, Body, Flags, Frame, Outcome, Pace, Pose2, Shot, WatchPage, Watched};
 use paid_runtime::{Player, State, Status};
-use paid_twin::{KickResult, STEP_US, VirtualG1, Watcher};
+use paid_twin::{KickResult, STEP_US, VirtualG1, Watcher, trained_task};
 
 use super::PlayerArgs;
 use crate::failure::Failure;
@@ -54,11 +54,12 @@ pub(super) fn serve(
     knowledge: &str,
     asked: &Arc<AtomicBool>,
 ) -> Result<WatchPage, Failure> {
+    let task = trained_task(player)?;
     let watched = Watched {
         policy: args.policy.display().to_string(),
         robot: &player.model,
         anchor: anchor(player),
-        task: &player.task,
+        task: &task,
         clips: player.library.facts().iter().map(|clip| clip.name.clone()).collect(),
         engine,
         stop,

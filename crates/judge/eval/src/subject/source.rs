@@ -120,7 +120,7 @@ impl PolicySource {
     ) -> Result<Box<DriverMaker<'static>>, EvalError> {
         match self {
             Self::Network(trained) => {
-                task.check_memory(trained.policy.net.is_recurrent())?;
+                task.play_preset().check_memory(trained.policy.net.is_recurrent())?;
                 Ok(Box::new(NetworkDriver::maker(trained.policy)))
             }
             Self::Twist2(file) => {
@@ -134,7 +134,7 @@ impl PolicySource {
                 let path = file.path().to_owned();
                 let policy = OnnxPolicy::from_file(*file)?;
                 let found = policy.contract();
-                task.check_memory(found.recurrent.is_some())?;
+                task.play_preset().check_memory(found.recurrent.is_some())?;
                 let expected = Contract { recurrent: found.recurrent, ..template };
                 let differences = expected.differences(found);
                 if !differences.is_empty() {

@@ -32,10 +32,10 @@ impl BallEyes {
         let base = SightSetup::g1().map_err(DeployError::eyes)?;
         Ok(SightSetup {
             torso: player.spec.anchor_body.clone(),
-            radius_m: player.task.ball_params.radius_m,
-            decay: paid_task::roll_decay(&player.task.ball_params),
-            noise: player.task.eyes.noise(),
-            tracker: player.task.eyes.tracker.clone(),
+            radius_m: player.play.ball_params.radius_m,
+            decay: player.play.ball_decay(),
+            noise: player.play.eyes.noise(),
+            tracker: player.play.eyes.tracker.clone(),
             ..base
         })
     }

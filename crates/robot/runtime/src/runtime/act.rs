@@ -55,7 +55,7 @@ impl Runtime {
             return Err("a steady view of the ball");
         }
         let ball =
-            self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(self.player.task.predicts_ball());
+            self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(self.player.play.predicts_ball());
         let facts = self.player.library.facts();
         let motion = motion_for(facts, &ball, POLICY_US as f64 * 1e-6);
         let at = ball.at_strike(&facts[motion], 0, POLICY_US as f64 * 1e-6);
@@ -132,7 +132,7 @@ impl Runtime {
         };
         let views = Views { robot, privileged: None, reference: Some(reference), scene: Some(scene) };
         self.numbers.clear();
-        observe(&player.task.observations.policy, &views, &mut self.numbers);
+        observe(&player.play.observations.policy, &views, &mut self.numbers);
         self.joints = joints;
         self.trace.observation.clear();
         self.trace.observation.extend(self.numbers.iter().map(|x| *x as f32));

@@ -155,11 +155,11 @@ impl ReferenceLibrary {
         play: &PlayPreset,
     ) -> Result<Self, PlayError> {
         let library = Self::from_motions(motions, robot, spec)?;
-        let library = match play.own_place {
+        let library = match play.ball.own_place {
             OwnPlace::TorsoEnd => library,
-            OwnPlace::Strike => library.with_balls_at_strike(robot, spec, play.ball_radius_m)?,
+            OwnPlace::Strike => library.with_balls_at_strike(robot, spec, play.ball_params.radius_m)?,
         };
-        library.with_contacts(&play.contact_s)
+        library.with_contacts(&play.ball.contact_s)
     }
 
     /// Puts each motion's nominal ball, of this radius `[m]`, ahead of its foot in the frame of the strike ([`ball_ahead`]).
@@ -215,7 +215,7 @@ impl ReferenceLibrary {
     }
 
     /// Takes over when a policy's foot meets the ball, in seconds from a motion's first frame, by the motion's name
-    /// ([`PlayPreset::contact_s`]). Names of other motions mean nothing here.
+    /// ([`crate::PlayedPlacement::contact_s`]). Names of other motions mean nothing here.
     ///
     /// # Errors
     /// If a time lies after its motion's end.
@@ -225,11 +225,8 @@ impl ReferenceLibrary {
             let frame = (time_s * clip.fps).round() as usize;
             if frame >= facts.frames {
                 let end_s = (facts.frames - 1) as f64 / clip.fps;
-                return Err(PlayError::Value {
-                    key: "ball.contact_s".to_owned(),
-                    expected: format!("times up to {end_s} s for '{}'", facts.name),
-                    found: time_s.to_string(),
-                });
+                let expected = format!("times up to {end_s} s for '{}'", facts.name);
+                return Err(PlayError::value("ball.contact_s", &expected, time_s));
             }
             facts.contact_frame = frame;
         }

@@ -1,7 +1,6 @@
 //! Where the ball is: by the own eyes' word, or by the tracker here from virtual senses' pictures.
 
 use paid_play::RollingBall;
-use paid_task::roll_decay;
 use paid_track::{BallTracker, Belief, Estimate, Picture, Rolling, TrackerPreset};
 
 use super::place::Place;
@@ -38,9 +37,9 @@ impl Ball {
     pub fn new(player: &Player) -> Self {
         Self {
             tracker: BallTracker::new(),
-            preset: player.task.eyes.tracker.clone(),
-            decay: roll_decay(&player.task.ball_params),
-            radius: player.task.ball_params.radius_m,
+            preset: player.play.eyes.tracker.clone(),
+            decay: player.play.ball_decay(),
+            radius: player.play.ball_params.radius_m,
             now_us: 0,
             floor: 0.0,
             report: None,

@@ -38,8 +38,8 @@ impl Sight {
             place: Place::new(),
             ball: Ball::new(player),
             goal: None,
-            memory: SceneMemory::new(player.task.ball.after_strike.times(), true),
-            predicts: player.task.predicts(),
+            memory: SceneMemory::new(player.play.ball.after_strike.times(), true),
+            predicts: player.play.predicts(),
         }
     }
 

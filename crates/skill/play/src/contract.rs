@@ -1,0 +1,52 @@
+//! The contract of a robot's policies.
+
+use paid_policy::contract::{Contract, FORMAT, JointContract};
+use paid_policy::observation::ObservationId;
+use paid_policy::{Dimensions, ObservationTerms};
+use paid_robot::{Permutation, RobotModel, RobotSpec};
+
+use crate::PlayError;
+
+/// What an action means, in the contract's words.
+pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
+/// The command that the policy follows, under the released name.
+pub const COMMAND: &str = "motion";
+
+/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its license is empty, and it has
+/// no memory. `observation` is the task's list of the policy's terms.
+///
+/// # Errors
+/// If the robot's gains cannot be resolved.
+pub fn robot_contract(
+    model: &RobotModel,
+    spec: &RobotSpec,
+    control_period_s: f64,
+    observation: &[ObservationId],
+) -> Result<Contract, PlayError> {
+    let wrong = |error: &dyn core::fmt::Display| PlayError::Robot(error.to_string());
+    let control = spec.resolve(model).map_err(|e| wrong(&e))?;
+    let order =
+        Permutation::between(&model.joint_names(), &spec.policy_joint_order).map_err(|e| wrong(&e))?;
+    let joint = |&j: &usize| JointContract {
+        name: model.joints[j].name.clone(),
+        default_pos: control.default_pos[j],
+        stiffness: control.stiffness[j],
+        damping: control.damping[j],
+        action_scale: control.action_scale[j],
+    };
+    Ok(Contract {
+        format: FORMAT,
+        robot: spec.name.clone(),
+        license: String::new(),
+        control_period_s,
+        action: ACTION.to_owned(),
+        joints: order.indices().iter().map(joint).collect(),
+        anchor_body: spec.anchor_body.clone(),
+        bodies: spec.tracked_bodies.clone(),
+        observation: ObservationTerms::new(observation, Dimensions::of(spec)).terms().to_vec(),
+        commands: vec![COMMAND.to_owned()],
+        recurrent: None,
+        reference: None,
+        play: None,
+    })
+}
