@@ -12,13 +12,13 @@ use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
 use paid_files::write_whole;
+use paid_robot_program::{STOPPED, flag};
 use paid_train::Scene;
 use paid_train::meeting::{Introduction, meet};
 
 use crate::eval::progress::Progress;
 use crate::failure::Failure;
 use crate::ranks::{self, Joined};
-use crate::stop::{self, STOPPED};
 use crate::threads::thread_count;
 use crate::train::motions_value;
 
@@ -169,7 +169,7 @@ fn work(args: &Args, plan: &Plan, part: &Part, name: &str, threads: usize) -> Re
         Some(scores) => scores,
         None => {
             let contender = &part.contender;
-            let trained = stages::train(&args.out, contender, name, threads, args.quiet, &stop::flag()?)?;
+            let trained = stages::train(&args.out, contender, name, threads, args.quiet, &flag()?)?;
             let Some((policy, samples)) = trained else { return Ok(false) };
             let motions = contender.motions(args.motions.as_deref());
             let spec = SubjectSpec { motions, threads, ..SubjectSpec::new(policy) };

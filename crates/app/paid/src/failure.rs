@@ -10,10 +10,6 @@ use paid_plot::PlotError;
 use paid_retarget::RetargetError;
 use paid_train::TrainError;
 
-/// The exit codes, as shown in the help.
-pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
-     130 stopped by Ctrl-C or SIGTERM before the end, what was done is saved.";
-
 /// One clear sentence for the user and the exit code that goes with it.
 #[derive(Debug)]
 pub struct Failure {
@@ -102,6 +98,12 @@ const FLAGS: [(&str, &str); 23] = [
 /// The option that sets a value; the value's own name where no option does.
 fn flag_of(name: &str) -> &str {
     FLAGS.iter().find(|(value, _)| *value == name).map_or(name, |(_, flag)| flag)
+}
+
+impl From<paid_robot_program::Failure> for Failure {
+    fn from(failure: paid_robot_program::Failure) -> Self {
+        Self::input(failure)
+    }
 }
 
 impl From<EvalError> for Failure {

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use paid_eval::subject::Subject;
 use paid_live::{LiveError, MatchPage, PlayOptions, ServeOptions, TrainingPage, play};
+use paid_robot_program::flag;
 
 use crate::failure::Failure;
-use crate::stop::flag;
 
 /// Arguments of the page.
 #[derive(Debug, clap::Args)]

@@ -19,22 +19,21 @@ mod play;
 mod ranks;
 mod robot;
 mod stage_progress;
-mod stop;
 mod sysid;
 mod task;
 mod threads;
 mod train;
 mod viewer;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use paid_robot_program::{EXIT_CODES, end_at_a_full_disk, end_with_the_reader, values_may_be_negative};
 
 /// Train and score a humanoid kick on a CPU.
 #[derive(Debug, Parser)]
-#[command(name = "paid", version, about, after_help = failure::EXIT_CODES)]
+#[command(name = "paid", version, about, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -73,7 +72,7 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    stop::end_with_the_reader();
+    end_with_the_reader();
     let matches = command().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command()).exit());
     // A robot is damped before its program ends, whatever cannot be printed.
@@ -112,15 +111,6 @@ fn command() -> clap::Command {
     values_may_be_negative(Cli::command())
 }
 
-fn values_may_be_negative(command: clap::Command) -> clap::Command {
-    command
-        .mut_args(|arg| {
-            let negative = arg.get_action().takes_values() && !arg.is_positional();
-            if negative { arg.allow_negative_numbers(true) } else { arg }
-        })
-        .mut_subcommands(values_may_be_negative)
-}
-
 /// The arguments of the innermost subcommand that the user gave, by the names of their fields: what stays at its default is not there.
 fn given(matches: &ArgMatches) -> Vec<String> {
     let mut innermost = matches;
@@ -129,21 +119,6 @@ fn given(matches: &ArgMatches) -> Vec<String> {
     }
     let by_user = |id: &&clap::Id| innermost.value_source(id.as_str()) == Some(ValueSource::CommandLine);
     innermost.ids().filter(by_user).map(ToString::to_string).collect()
-}
-
-/// Ends the program with one error where standard output cannot be written, such as on a full disk: `println!` panics there.
-fn end_at_a_full_disk() {
-    let usual = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |info| {
-        match info.payload_as_str().and_then(|words| words.strip_prefix("failed printing to stdout: ")) {
-            Some(why) => {
-                // Standard error may be on the same disk.
-                let _ = writeln!(std::io::stderr(), "error: standard output: {why}");
-                std::process::exit(2);
-            }
-            None => usual(info),
-        }
-    }));
 }
 
 #[cfg(test)]

@@ -14,13 +14,13 @@ use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_plot::{Animation, Kind};
 use paid_retarget::{HumanMotion, is_human_file};
 use paid_robot::{RobotModel, RobotSpec};
+use paid_robot_program::{STOPPED, flag};
 
 use crate::eval::episode::ShotArgs;
 use crate::eval::subject::Setting;
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::motion::{How, Place, retarget_file};
-use crate::stop::{STOPPED, flag};
 use crate::viewer::Target;
 
 /// Arguments of `paid play`.

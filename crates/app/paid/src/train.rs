@@ -18,6 +18,7 @@ use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
 use paid_live::TrainingPage;
+use paid_robot_program::{STOPPED, flag};
 use paid_task::TaskPreset;
 use paid_train::folder::{PRESET_FILE, forget_unsaved};
 use paid_train::meeting::meet;
@@ -30,7 +31,6 @@ use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 use crate::ranks::{self, Joined};
-use crate::stop::{self, STOPPED};
 use crate::threads::{thread_count, without_work};
 
 use printer::Printer;
@@ -194,7 +194,7 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
         )));
     }
     thread_count(args.threads)?;
-    let stop = stop::flag()?;
+    let stop = flag()?;
     if let Some(stage) = args.stage {
         let out = args.out.clone().unwrap_or_else(|| Path::new("runs").join(stage.name()));
         let start = match (&args.from, args.resume) {

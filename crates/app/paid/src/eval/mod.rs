@@ -28,12 +28,12 @@ use std::sync::Arc;
 use paid_eval::monitor::Monitor;
 use paid_eval::scene::Engines;
 use paid_eval::subject::Subject;
+use paid_robot_program::STOPPED;
 use paid_train::TrainError;
 use paid_train::meeting::{Introduction, meet};
 
 use crate::failure::Failure;
 use crate::ranks;
-use crate::stop::STOPPED;
 
 pub use out::Output;
 

@@ -9,7 +9,6 @@ use paid_eval::monitor::{Monitor, Timing};
 
 use crate::failure::Failure;
 use crate::stage_progress::left;
-use crate::stop;
 
 /// Pause between two lines of progress, at least. Of a long evaluation it is a tenth of the time that it takes already.
 const PAUSE: Duration = Duration::from_secs(5);
@@ -28,7 +27,7 @@ impl Progress {
     /// # Errors
     /// If the system refuses to watch for signals.
     pub fn start(quiet: bool) -> Result<(Monitor, Self), Failure> {
-        let monitor = Monitor::stopped_by(stop::flag()?);
+        let monitor = Monitor::stopped_by(paid_robot_program::flag()?);
         let ended = Arc::new(AtomicBool::new(false));
         let start = Instant::now();
         let printer = (!quiet).then(|| {

@@ -7,11 +7,10 @@ use paid_eval::metrics::shooting::fallen;
 use paid_lanes::{Quat, Vec3};
 use paid_live::{Body, Flags, Frame, Pose2, WatchPage};
 use paid_robot::kinematics::forward;
+use paid_robot_program::{PlayerArgs, Teller};
 use paid_runtime::{LiveStatus, Player, State, Status, Told};
 
-use super::PlayerArgs;
 use super::watch::{anchor, believed, in_view, serve};
-use crate::failure::Failure;
 use crate::live::LiveArgs;
 
 /// Where a ball or goal is drawn that nobody knows of: out of sight, below the ground `[m]`.
@@ -33,19 +32,21 @@ impl Mirror {
         args: &PlayerArgs,
         player: &Arc<Player>,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Option<Self>, Failure> {
+    ) -> Result<Option<Teller>, paid_robot_program::Failure> {
         if !live.live {
             return Ok(None);
         }
         let shown = ["the robot", "The robot is damped, and the program ends"];
-        let page = serve(live, args, player, shown, "what the robot's senses say", stop)?;
+        let page = serve(live, args, player, shown, "what the robot's senses say", stop)
+            .map_err(paid_robot_program::Failure::input)?;
         // Standard output may be lines of JSON.
         eprintln!("{}  <- open this in a browser to look on", page.url());
-        Ok(Some(Self { page, player: Arc::clone(player), pictures: 0, lay: false }))
+        let mut mirror = Self { page, player: Arc::clone(player), pictures: 0, lay: false };
+        Ok(Some(Box::new(move |told| mirror.tell(told))))
     }
 
     /// Shows what is told. A page that fails does not end the run.
-    pub fn tell(&mut self, told: Told<'_>) {
+    fn tell(&mut self, told: Told<'_>) {
         match told {
             Told::Event(event) => {
                 let _ = self.page.say(format!("{} -> {}: {}", event.from, event.to, event.reason));

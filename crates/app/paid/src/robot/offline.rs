@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
+use paid_robot_program::{PlayerArgs, at_least_one, print_latency};
 use paid_runtime::Player;
 use paid_runtime::log::{LogHeader, LogWriter};
 use paid_twin::{
@@ -13,10 +14,9 @@ use paid_twin::{
 
 use super::serve::serve_network;
 use super::watch::Watching;
-use super::{PlayerArgs, at_least_one, print_latency};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
-use crate::stop::{self, STOPPED};
+use paid_robot_program::{STOPPED, flag};
 
 /// Arguments of `paid robot sim`.
 #[derive(Debug, clap::Args)]
@@ -178,7 +178,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         return Err(Failure::input("--record: in lockstep there are pictures with --eyes only"));
     }
     let page = Watching::open(&args.live, &args.player, &player)?;
-    let stop = stop::flag()?;
+    let stop = flag()?;
     print_head();
     let mut results = Vec::new();
     for seed in args.seed..=last_seed {

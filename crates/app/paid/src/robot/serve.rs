@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
+use paid_robot_program::print_usage;
 use paid_runtime::switcher::SwitcherService;
 use paid_runtime::{DdsLink, Player, Side, Usage};
 use paid_twin::{
@@ -14,7 +15,6 @@ use paid_twin::{
 };
 
 use super::offline::{SimArgs, print_head, print_kick};
-use super::print_usage;
 use super::watch::Watching;
 use crate::failure::Failure;
 
@@ -99,7 +99,7 @@ pub(super) fn serve_network(
     };
     script.sort_by(|a, b| b.0.total_cmp(&a.0));
     let keyboard = keyboard();
-    let stop = crate::stop::flag()?;
+    let stop = paid_robot_program::flag()?;
     let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
     let line = link.switcher().map_err(Failure::input)?;
     let link = VendorLink::new(link, line, SwitcherService::new(&args.master), player);

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 use paid_eval::metrics::shooting::fallen;
 use paid_lanes::Quat;
 use paid_live::{Belief, Body, Flags, Frame, Outcome, Pace, Pose2, Shot, WatchPage, Watched};
+use paid_robot_program::PlayerArgs;
 use paid_runtime::{Player, State, Status};
 use paid_twin::{KickResult, STEP_US, VirtualG1, Watcher, trained_task};
 
-use super::PlayerArgs;
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 

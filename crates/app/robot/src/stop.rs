@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use crate::failure::Failure;
+use crate::Failure;
 
 /// Exit code of a command that was stopped before its end.
 pub const STOPPED: u8 = 130;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use paid_runtime::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
@@ -11,22 +11,24 @@ use paid_runtime::log::{LogHeader, LogWriter};
 use paid_runtime::switcher::{Patience, Reply, SwitcherClient, await_release};
 use paid_runtime::view::Screen;
 use paid_runtime::{
-    BareTimer, Checker, DdsLink, DeployError, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Runtime,
-    Side, Told, Usage, Writer, lateness_table, run_live,
+    BareTimer, Checker, DdsLink, DeployError, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Player,
+    Runtime, Side, Told, Usage, Writer, lateness_table, run_live,
 };
 
-use super::mirror::Mirror;
-use super::screen::Viewer;
-use super::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
-use crate::failure::Failure;
-use crate::live::LiveArgs;
-use crate::stop::STOPPED;
+use crate::args::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
+use crate::screen::Viewer;
+use crate::{Failure, stop};
+use stop::STOPPED;
+
+/// Is told what a run does, beside the terminal.
+pub type Teller = Box<dyn FnMut(Told<'_>) + Send>;
 
 /// Arguments of `paid robot run`.
 #[derive(Debug, clap::Args)]
 pub struct RunArgs {
+    /// Policy and motions.
     #[command(flatten)]
-    player: PlayerArgs,
+    pub player: PlayerArgs,
     #[command(flatten)]
     network: NetworkArgs,
     /// Ball and odometry from the robot's own camera and LiDAR, as this TOML file says.
@@ -56,13 +58,17 @@ pub struct RunArgs {
     /// End after this many seconds [default: runs until Ctrl-C].
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
-    #[command(flatten)]
-    live: LiveArgs,
 }
 
-/// Runs a policy on the robot.
-pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
-    crate::stop::outlive_the_terminal();
+/// Runs a policy on the robot. `watch` is given the player and the flag that ends the run, and may give something to be told of it.
+///
+/// # Errors
+/// If something is missing, does not fit or is refused.
+pub fn run(
+    args: &RunArgs,
+    watch: impl FnOnce(&Arc<Player>, &Arc<AtomicBool>) -> Result<Option<Teller>, Failure>,
+) -> Result<ExitCode, Failure> {
+    stop::outlive_the_terminal();
     // What can be refused is refused here: later the robot may be limp.
     let seconds = args.seconds.map(duration).transpose()?;
     let (player, limits) = args.player.load()?;
@@ -75,8 +81,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
     if args.view {
         Screen::check().map_err(no_terminal)?;
     }
-    let stop = crate::stop::flag()?;
-    let mut mirror = Mirror::open(&args.live, &args.player, &player, &stop)?;
+    let stop = stop::flag()?;
+    let mut teller = watch(&player, &stop)?;
     // A log in which nothing was written is gone again if the start is refused.
     let log = match &args.log {
         Some(file) => {
@@ -147,8 +153,8 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
                 None => println!("eyes: {line}"),
             }
         }
-        if let Some(mirror) = &mut mirror {
-            mirror.tell(told);
+        if let Some(tell) = &mut teller {
+            tell(told);
         }
         match (shown.as_mut(), told) {
             (Some(screen), told) => screen.tell(told),
@@ -159,7 +165,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
         }
     });
     // The robot is damped; what is left is to say how it went.
-    crate::stop::end_with_the_reader();
+    stop::end_with_the_reader();
     let usage = Usage::since(begin, &before);
     let timer = timer.end().figures();
     if let Some(screen) = screen {
@@ -228,7 +234,7 @@ pub fn run(args: &RunArgs) -> Result<ExitCode, Failure> {
 }
 
 /// `--view` without a terminal.
-pub(super) fn no_terminal(error: std::io::Error) -> Failure {
+pub(crate) fn no_terminal(error: std::io::Error) -> Failure {
     Failure::input(format!("--view needs a terminal: {error}"))
 }
 
@@ -252,10 +258,13 @@ pub struct CheckArgs {
 }
 
 /// Listens. Exit code 1 if a runtime should not start by what was seen.
+///
+/// # Errors
+/// If the network cannot be opened, or a file does not fit.
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let seconds = duration(args.seconds)?;
     let limits = read_limits(args.limits.as_deref())?;
-    let stop = crate::stop::flag()?;
+    let stop = stop::flag()?;
     let NetworkArgs { domain, interface, no_switcher } = args.network;
     let mut link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
     let mut switcher = SwitcherClient::new(link.switcher().map_err(Failure::input)?);

@@ -8,8 +8,8 @@ use std::time::Duration;
 use paid_runtime::view::{Pressed, Screen, View};
 use paid_runtime::{LastWords, Told, TypedKeys};
 
-use super::network::no_terminal;
-use crate::failure::Failure;
+use crate::Failure;
+use crate::network::no_terminal;
 
 /// The terminal's end of a run.
 pub struct Viewer {

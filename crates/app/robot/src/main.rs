@@ -1,0 +1,59 @@
+//! `paid-robot`: what a robot's computer needs of `paid robot`, without training, evaluation and simulation.
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use paid_robot_program::{
+    CheckArgs, EXIT_CODES, ReplayArgs, RunArgs, check, end_at_a_full_disk, end_with_the_reader, replay, run,
+    values_may_be_negative,
+};
+
+/// Run a policy on a Unitree G1.
+#[derive(Debug, Parser)]
+#[command(name = "paid-robot", version, about, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a policy on the robot: damping, stand up, wait for a ball, kick, settle.
+    Run(Box<RunArgs>),
+    /// Read the robot's states for a while and say what they are like. Commands nothing.
+    Check(CheckArgs),
+    /// Run a log through the runtime again and compare everything bit for bit.
+    Replay(ReplayArgs),
+}
+
+fn main() -> ExitCode {
+    end_with_the_reader();
+    let mut command = values_may_be_negative(Cli::command());
+    let matches = command.clone().get_matches();
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit());
+    let result = match cli.command {
+        Command::Run(args) => run(&args, |_, _| Ok(None)),
+        Command::Check(args) => {
+            end_at_a_full_disk();
+            check(&args)
+        }
+        Command::Replay(args) => {
+            end_at_a_full_disk();
+            replay(&args, |_| Ok(()))
+        }
+    };
+    result.unwrap_or_else(|failure| {
+        eprintln!("error: {failure}");
+        failure.exit_code()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        values_may_be_negative(Cli::command()).debug_assert();
+    }
+}

@@ -1,0 +1,72 @@
+//! Replays of logs.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use paid_runtime::Player;
+use paid_runtime::log::{Course, LogReader};
+
+use crate::Failure;
+use crate::args::print_event;
+
+/// Arguments of `paid robot replay`.
+#[derive(Debug, clap::Args)]
+pub struct ReplayArgs {
+    /// The log.
+    log: PathBuf,
+    /// The policy, if it is no longer where it was.
+    #[arg(long, value_name = "RUN|FILE")]
+    policy: Option<PathBuf>,
+    /// The motions, if they are no longer where they were.
+    #[arg(long, value_name = "DIR")]
+    motions: Option<PathBuf>,
+    /// Print every transition.
+    #[arg(long)]
+    events: bool,
+    /// Print how long the steps took, in processor time.
+    #[arg(long)]
+    times: bool,
+}
+
+/// Compares a log with what the runtime does today. Exit code 1 if anything differs. `draw` is given how it went.
+///
+/// # Errors
+/// If log, policy or motions cannot be read, or `draw` fails.
+pub fn replay(
+    args: &ReplayArgs,
+    draw: impl FnOnce(&Course) -> Result<(), Failure>,
+) -> Result<ExitCode, Failure> {
+    let mut log = LogReader::open(&args.log)?;
+    if let Some(policy) = &args.policy {
+        log.header.player.policy.clone_from(policy);
+    }
+    if args.motions.is_some() {
+        log.header.player.motions.clone_from(&args.motions);
+    }
+    let player = Arc::new(Player::load(&log.header.player)?);
+    if args.events {
+        let mut reader = LogReader::open(&args.log)?;
+        while let Some(frame) = reader.next_frame()? {
+            for event in frame.events {
+                print_event(&event);
+            }
+        }
+    }
+    let found = paid_runtime::log::replay(&mut log, &player)?;
+    println!("{} steps, {} of them with the policy", found.frames, found.policy_steps);
+    if args.times {
+        print!("{}", found.times.table());
+    }
+    draw(&found.course)?;
+    match found.difference {
+        None => {
+            println!("every command, observation and action came out bit for bit");
+            Ok(ExitCode::SUCCESS)
+        }
+        Some((frame, what)) => {
+            println!("step {frame}: {what} came out otherwise");
+            Ok(ExitCode::from(1))
+        }
+    }
+}
