@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use paid_eval::dataset::{Dataset, PICTURES};
 use paid_lanes::Quat;
 use paid_motion::Clip;
 use paid_robot::{RobotModel, RobotSpec};
@@ -22,14 +21,19 @@ const DT_S: f64 = 0.02;
 const PAUSE_S: f64 = 0.6;
 
 /// A set of motions and what it covers.
-#[derive(Clone, Debug)]
 pub struct Motions {
     /// Where they came from, for the page's corner.
     pub name: String,
     /// The motions, one at least.
     pub clips: Vec<Clip>,
-    /// Their figures.
-    pub set: Dataset,
+    /// Names of the drawings that show what they cover.
+    pub pictures: [&'static str; 4],
+    /// How much they cover, as a sentence.
+    pub share: String,
+    /// Which kick to record next, as a sentence.
+    pub advice: String,
+    /// A drawing as SVG, by its name.
+    pub draw: Pictures,
     /// The robot.
     pub robot: RobotModel,
     /// Names of its parts.
@@ -57,12 +61,10 @@ pub fn play_motions(
         engine: "none",
         stop: "",
     };
-    let coverage = &motions.set.coverage;
-    let kicks = Kicks { pictures: PICTURES, share: coverage.share(), advice: coverage.advice() };
+    let kicks =
+        Kicks { pictures: motions.pictures, share: motions.share.clone(), advice: motions.advice.clone() };
     let scene = serde_json::to_string(&Scene::of_kicks(shown, kicks))?;
-    let set = motions.set.clone();
-    let draw: Pictures = Arc::new(move |name| set.picture(name).map(|figure| figure.svg()));
-    let served = Server::with_pictures(serve, scene, draw)?;
+    let served = Server::with_pictures(serve, scene, Arc::clone(&motions.draw))?;
     run(&mut Gallery::new(&motions.clips, anchor, clip), served, stop, ready)
 }
 

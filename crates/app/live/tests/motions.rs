@@ -4,13 +4,14 @@ mod common;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::thread;
 
 use common::{News, Page, address};
-use paid_eval::dataset::{Dataset, PICTURES};
 use paid_eval::shooting::Grid;
+use paid_lab::dataset::{Dataset, PICTURES};
 use paid_live::{Command, Motions, ServeOptions, play_motions};
 use paid_motion::MotionLibrary;
 use paid_play::OwnPlace;
@@ -30,7 +31,16 @@ fn a_folder_of_motions_shows_its_kicks_its_figures_and_the_one_to_record() {
     let clips = MotionLibrary::builtin(&robot, &spec, 50.0).expect("built in").clips;
     let set = Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE, OwnPlace::TorsoEnd).expect("kicks");
     let (advice, first) = (set.coverage.advice(), clips[0].name.clone());
-    let motions = Motions { name: "clips".into(), clips, set, robot, spec };
+    let motions = Motions {
+        name: "clips".into(),
+        clips,
+        pictures: PICTURES,
+        share: set.coverage.share(),
+        advice: advice.clone(),
+        draw: Arc::new(move |name| set.picture(name).map(|figure| figure.svg())),
+        robot,
+        spec,
+    };
     let (stop, (say, hear)) = (AtomicBool::new(false), channel());
     let serve = ServeOptions { port: Some(0), listen: None };
     thread::scope(|scope| {

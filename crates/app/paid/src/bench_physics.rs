@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use paid_eval::bench::{BenchOptions, PhysicsBench, bench_physics};
+use paid_lab::bench::{BenchOptions, PhysicsBench, bench_physics};
 
 use crate::failure::Failure;
 use crate::threads::thread_count;

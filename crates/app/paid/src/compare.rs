@@ -5,13 +5,13 @@ mod stages;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use paid_eval::compare::curves::{self, Course};
-use paid_eval::compare::{Comparison, Contender, Plan, Row, Scores, films};
 use paid_eval::html::write_report;
 use paid_eval::results::to_json;
 use paid_eval::scene::Engines;
 use paid_eval::subject::SubjectSpec;
 use paid_files::write_whole;
+use paid_lab::compare::curves::{self, Course};
+use paid_lab::compare::{Comparison, Contender, Plan, Row, Scores, films};
 use paid_robot_program::{STOPPED, flag};
 use paid_train::Scene;
 use paid_train::meeting::{Introduction, meet};

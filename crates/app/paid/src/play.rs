@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use paid_eval::dataset::Dataset;
 use paid_eval::footage::{Footage, Recorder, Shows, picture};
 use paid_eval::shooting::Grid;
 use paid_eval::shot::Shot;
 use paid_eval::subject::Subject;
+use paid_lab::dataset::{Dataset, PICTURES};
 use paid_live::{Motions, play_motions};
 use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_plot::{Animation, Kind};
@@ -221,11 +222,13 @@ fn live_motions(args: &Args) -> Result<ExitCode, Failure> {
     let names: Vec<&str> = clips.iter().map(|clip| clip.name.as_str()).collect();
     let clip = args.clip.as_deref().map(|wanted| index_of(&names, wanted)).transpose()?;
     let set = Dataset::new(&clips, &robot, &spec, Grid::EFFECTIVE, args.place.into())?;
-    let motions = Motions { name, clips, set, robot, spec };
+    let (share, advice) = (set.coverage.share(), set.coverage.advice());
+    let draw = Arc::new(move |name: &str| set.picture(name).map(|figure| figure.svg()));
+    let motions = Motions { name, clips, pictures: PICTURES, share, advice, draw, robot, spec };
     let ready = |url: &str| {
         println!("{url}  <- open this in a browser");
         println!("{} kicks of {}; Ctrl-C ends it", motions.clips.len(), motions.name);
-        println!("{}", motions.set.coverage.advice());
+        println!("{}", motions.advice);
     };
     let clip = clip.and_then(|clip| u16::try_from(clip).ok());
     let stop = flag()?;

@@ -26,6 +26,7 @@ use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
 };
+use printer::Printer;
 
 use crate::eval::{Output, shoot, track};
 use crate::failure::Failure;
@@ -33,7 +34,6 @@ use crate::live::LiveArgs;
 use crate::ranks::{self, Joined};
 use crate::threads::{thread_count, without_work};
 
-use printer::Printer;
 pub use values::{motion_folder, motions_value, whole};
 
 /// Arguments of `paid train`.

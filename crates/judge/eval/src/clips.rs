@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use paid_lanes::rng::Rng;
 use paid_play::own_place;
+use paid_plot::{Table, number};
 use paid_task::EnvSample;
 use serde::Serialize;
 
@@ -18,7 +19,6 @@ use crate::metrics::tracking::TrackingErrors;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Outcome, Placement, ShootingOptions, Trial};
 use crate::tracking;
-use paid_plot::{Table, number};
 
 /// Redraws of a ball before a clip counts as having no room for one.
 const REDRAWS: usize = 1000;

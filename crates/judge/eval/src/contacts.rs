@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use paid_plot::{Table, number};
 use paid_policy::PlayContract;
 use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
@@ -22,7 +23,6 @@ use crate::episodes::EvalSetup;
 use crate::monitor::Monitor;
 use crate::policy::DriverMaker;
 use crate::subject::{Subject, SubjectSpec};
-use paid_plot::{Table, number};
 
 /// Shots of each motion, with balls about its own place.
 const OPTIONS: ClipsOptions = ClipsOptions { trials: 20, radius_m: 0.25, limit_s: 12.0 };

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use paid_files::{FileError, write_whole};
+use paid_plot::{Chart, Figure, Series};
 use serde_json::Value;
 
 use crate::EvalError;
-use paid_files::{FileError, write_whole};
-use paid_plot::{Chart, Figure, Series};
 
 /// The log of a run, in its folder.
 const METRICS: &str = "metrics.jsonl";
@@ -96,7 +96,7 @@ impl Curves {
     }
 
     /// A value of the log, over millions of samples.
-    pub(crate) fn series(&self, path: &[&str], color: [u8; 3]) -> Series {
+    pub fn series(&self, path: &[&str], color: [u8; 3]) -> Series {
         let number =
             |record: &Value| path.iter().try_fold(record, |v, key| v.get(key)).and_then(Value::as_f64);
         let points: Vec<[f64; 2]> = self

@@ -38,9 +38,6 @@ pub enum EvalError {
     /// A checkpoint.
     #[error(transparent)]
     Checkpoint(#[from] paid_policy::CheckpointError),
-    /// A surface of a ball.
-    #[error(transparent)]
-    Surface(#[from] paid_sysid::SysidError),
     /// A file cannot be read or written.
     #[error(transparent)]
     File(#[from] paid_files::FileError),

@@ -6,6 +6,7 @@
 use std::fmt::Write;
 
 use paid_mujoco::SceneOptions;
+use paid_plot::{Table, number};
 use paid_task::TaskPreset;
 use serde::Serialize;
 
@@ -15,7 +16,6 @@ use crate::episodes::EvalSetup;
 use crate::metrics::statistics::mean;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Grid, ROLLING_SPEED, ShootingOptions};
-use paid_plot::{Table, number};
 
 /// Turns the seed of the panel's trials into that of the held-out ones.
 const HELD_OUT_SEED: u64 = 0x0be1_d007_5eed_5afe;

@@ -4,22 +4,19 @@ use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+use paid_files::{FileError, write_whole};
 use serde::Serialize;
 
 use crate::EvalError;
-use crate::agreement::AgreementReport;
 use crate::clips::ClipsReport;
 use crate::eyes::{EyesReport, KickLog, kick_chart};
-use crate::gap::GapReport;
 use crate::likeness::LikenessReport;
 use crate::matches::MatchReport;
 use crate::monitor::Timing;
 use crate::panel::PanelReport;
 use crate::shooting::{self, ShootingReport};
 use crate::tracking::TrackingReport;
-use crate::tracking_agreement::TrackingAgreement;
 use crate::worst::STRIPS;
-use paid_files::{FileError, write_whole};
 
 /// An evaluation as JSON: the report, what it is about, and what it cost.
 #[derive(Clone, Debug, Serialize)]
@@ -101,18 +98,6 @@ pub fn write_shooting(
     Ok(report.paths().save(&file("paths"))?)
 }
 
-/// Writes both reports and their comparison.
-///
-/// # Errors
-/// If a file cannot be written.
-pub fn write_agreement(folder: &Path, report: &AgreementReport) -> Result<(), EvalError> {
-    let kind = report.builtin.ball();
-    write_shooting(folder, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
-    write_shooting(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
-    write_whole(&folder.join(format!("both_{kind}_trials.csv")), report.csv().as_bytes())?;
-    Ok(write_whole(&folder.join(format!("both_{kind}.txt")), report.table().as_bytes())?)
-}
-
 /// Writes the reports of one engine side by side, where there is more than one: static and rolling balls in one table and one
 /// picture.
 ///
@@ -143,19 +128,11 @@ pub fn write_tracking(
     Ok(report.error_bars().figure().save(&file("_errors"))?)
 }
 
-/// Writes both reports and their comparison.
+/// Writes `name` as JSON and table, and as CSV where there is one.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Result<(), EvalError> {
-    write_tracking(folder, "builtin", &report.builtin, &to_json(&report.builtin)?)?;
-    write_tracking(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
-    write_whole(&folder.join("both_tracking_runs.csv"), report.csv().as_bytes())?;
-    Ok(write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())?)
-}
-
-/// Writes `name` as JSON and table, and as CSV where there is one.
-fn write_forms(
+pub fn write_forms(
     folder: &Path,
     name: &str,
     json: &str,
@@ -207,14 +184,6 @@ pub fn write_likeness(
 pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<(), EvalError> {
     let name = if report.options.held_out { "panel_held_out" } else { "panel" };
     write_forms(folder, name, json, Some(report.csv()), &report.table())
-}
-
-/// Writes the gap between the engines for a kind of ball (`static` or `rolling`) as JSON, CSV and table.
-///
-/// # Errors
-/// If a file cannot be written.
-pub fn write_gap(folder: &Path, ball: &str, report: &GapReport, json: &str) -> Result<(), EvalError> {
-    write_forms(folder, &format!("gap_{ball}"), json, Some(report.csv()), &report.table())
 }
 
 /// Writes an evaluation with the robot's own eyes: the files of [`write_shooting`] under the name `eyes`, the finds as CSV, and the

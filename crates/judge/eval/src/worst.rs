@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use paid_files::write_whole;
+use paid_plot::{Canvas, Film, film_strip};
 use serde::{Deserialize, Serialize};
 
 use crate::EvalError;
@@ -9,8 +11,6 @@ use crate::episodes::{EvalSetup, run_again};
 use crate::policy::DriverMaker;
 use crate::results::to_json;
 use crate::shooting::{Outcome, ShootingReport, rules_of, start_of};
-use paid_files::write_whole;
-use paid_plot::{Canvas, Film, film_strip};
 
 /// Moments of a strip.
 const MOMENTS: usize = 8;
@@ -28,8 +28,10 @@ pub struct Strip {
 
 /// A strip's file, for the page.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct StripFile {
+pub struct StripFile {
+    /// File of the drawing, from the list's folder.
     pub picture: String,
+    /// What it shows.
     pub words: String,
 }
 

@@ -29,7 +29,7 @@ pub const USUAL_PORT: u16 = 4747;
 const WAITING: usize = 256;
 
 /// Draws the picture of a name as SVG; `None`: there is none of that name.
-pub(crate) type Pictures = Arc<dyn Fn(&str) -> Option<String> + Send + Sync>;
+pub type Pictures = Arc<dyn Fn(&str) -> Option<String> + Send + Sync>;
 
 /// Where the page is served.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

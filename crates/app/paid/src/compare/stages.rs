@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use paid_eval::compare::Contender;
-use paid_eval::compare::{difference, has_run};
 use paid_eval::contacts;
 use paid_eval::curves::Curves;
+use paid_lab::compare::Contender;
+use paid_lab::compare::{difference, has_run};
 use paid_train::folder::{METRICS_FILE, PRESET_FILE, checkpoints, forget_unsaved};
 use paid_train::policy_weights::WEIGHTS_FILE;
 use paid_train::{Alone, End, Limits, RunPreset, StageJob, Start, train_stage};

@@ -2,12 +2,13 @@
 
 use std::process::ExitCode;
 
-use paid_eval::gap;
 use paid_eval::html::write_report;
-use paid_eval::results::{Evaluation, to_json, write_gap};
+use paid_eval::results::{Evaluation, to_json};
 use paid_eval::scene::Engines;
 use paid_eval::shooting::Grid;
 use paid_eval::subject::Subject;
+use paid_lab::gap;
+use paid_lab::results::write_gap;
 
 use super::engine::count;
 use super::progress::Progress;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_eval::impacts::{self, ImpactOptions};
 use paid_eval::results::to_json;
 use paid_eval::scene::{Engines, ScenePreset};
 use paid_files::write_whole;
+use paid_lab::impacts::{self, ImpactOptions};
 use paid_task::TaskPreset;
 use paid_train::setup::load_robot;
 

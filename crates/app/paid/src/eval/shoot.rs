@@ -4,15 +4,16 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use paid_eval::EvalError;
-use paid_eval::agreement;
 use paid_eval::eyes::{self, EyesOptions};
 use paid_eval::html::write_report;
-use paid_eval::results::{Evaluation, to_json, write_agreement, write_eyes, write_shooting, write_summary};
+use paid_eval::results::{Evaluation, to_json, write_eyes, write_shooting, write_summary};
 use paid_eval::scene::Engines;
 use paid_eval::share;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport};
 use paid_eval::subject::Subject;
 use paid_eval::worst::{self, write_strips};
+use paid_lab::agreement;
+use paid_lab::results::write_agreement;
 
 use super::engine::count;
 use super::eyes::EyesArgs;

@@ -3,11 +3,12 @@
 use std::process::ExitCode;
 
 use paid_eval::html::write_report;
-use paid_eval::results::{Evaluation, to_json, write_tracking, write_tracking_agreement};
+use paid_eval::results::{Evaluation, to_json, write_tracking};
 use paid_eval::scene::Engines;
 use paid_eval::subject::Subject;
 use paid_eval::tracking::{self, TrackingOptions};
-use paid_eval::tracking_agreement;
+use paid_lab::results::write_tracking_agreement;
+use paid_lab::tracking_agreement;
 
 use super::engine::count;
 use super::progress::Progress;

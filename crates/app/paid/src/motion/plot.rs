@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use paid_eval::dataset::Dataset;
 use paid_eval::shooting::Grid;
+use paid_lab::dataset::Dataset;
 use paid_motion::check::{CheckLimits, Verdict, check_clip};
 use paid_motion::{Clip, MotionLibrary};
 use paid_play::OwnPlace;

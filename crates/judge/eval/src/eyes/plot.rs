@@ -1,7 +1,8 @@
 //! The course of one kick: where the ball was, where it was seen, where it was believed.
 
-use super::KickLog;
 use paid_plot::{Anchor, Chart, Figure, Rgb, Series};
+
+use super::KickLog;
 
 const TRUTH: Rgb = [30, 30, 30];
 const SEEN: Rgb = [30, 130, 60];

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
+use paid_plot::{Table, number};
 use serde::Serialize;
 
 use super::{Cause, EyesOptions, EyesOutcome};
 use crate::metrics::statistics::{Share, mean};
 use crate::shooting::ShootingReport;
-use paid_plot::{Table, number};
 
 /// The shots, and what the eyes made of them.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,7 +1,8 @@
 //! Footage as pictures of the software renderer: needs no display and no viewer.
 
-use super::recording::{BESIDE, Footage};
 use paid_plot::{Camera, Canvas, Scene, Shown, draw_robot, episode_frame};
+
+use super::recording::{BESIDE, Footage};
 
 const BONE: [u8; 3] = [70, 120, 190];
 const TRAIL: [u8; 3] = [235, 150, 60];

@@ -11,13 +11,13 @@ use paid_motion::MotionLibrary;
 use paid_play::ReferenceLibrary;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::EnvSample;
+use take::{Parts, Take};
 
 use crate::EvalError;
 use crate::episodes::{Ending, EvalSetup, Observer, run_episodes};
 use crate::metrics::shooting::fallen;
 use crate::policy::DriverMaker;
 use crate::shooting::{ShootingOptions, plan, rules_of, start_of};
-use take::{Parts, Take};
 
 pub use report::{Likeness, LikenessReport, table};
 pub use take::Swing;

@@ -1,10 +1,10 @@
 //! What came of a comparison with the clips.
 
+use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};
 
 use super::Swing;
 use crate::engine::EngineFacts;
-use paid_plot::{Table, number};
 
 /// How a set of kicks compares with the clips: means over the kicks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -7,6 +7,9 @@ mod spectator;
 
 use std::cell::RefCell;
 
+use draw::{Draw, first_start};
+use observer::Player;
+use paid_plot::Film;
 use paid_task::{EpisodeRules, TimeLimit};
 use serde::Serialize;
 
@@ -15,9 +18,6 @@ use crate::episodes::EvalSetup;
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
 use crate::shooting::Grid;
-use draw::{Draw, first_start};
-use observer::Player;
-use paid_plot::Film;
 
 pub use draw::MatchBall;
 pub use report::{KickOutcome, MatchOutcome, MatchReport, MatchTotal};

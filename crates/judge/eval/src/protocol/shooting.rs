@@ -11,15 +11,14 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::EvalError;
-use crate::divergence::{Trace, Traced};
 use crate::episodes::{Beside, EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
+use crate::trace::{Trace, Traced};
 
 pub(crate) use observer::Watch;
 
-pub(crate) use figures::PAPER;
-pub use figures::{panels, summary};
+pub use figures::{PAPER, panels, summary};
 pub use grid::{Placement, Trial, plan, robot_distance};
 pub use report::ShootingReport;
 pub use score::{CellScore, Outcome, totals};
@@ -208,7 +207,10 @@ pub(crate) fn outcomes_beside<O: Observer, T: Serialize + DeserializeOwned>(
 
 /// As [`evaluate`] with trials that were planned before, with the number and the trace of every trial in the report's order. The same
 /// trials in several engines must be planned once: the motion for a rolling ball may depend on how the engine's ball slows down.
-pub(crate) fn evaluate_traced(
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn evaluate_traced(
     setup: &EvalSetup,
     policy: &DriverMaker,
     options: &ShootingOptions,

@@ -7,10 +7,10 @@ mod score;
 use paid_task::{AtMotionEnd, EpisodeRules, InitialState, OnFailure, TimeLimit};
 
 use crate::EvalError;
-use crate::divergence::{Trace, Traced};
 use crate::episodes::{EvalSetup, run_episodes};
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
+use crate::trace::{Trace, Traced};
 pub(crate) use observer::Watch;
 
 pub use report::TrackingReport;
@@ -45,7 +45,10 @@ pub fn evaluate(
 }
 
 /// As [`evaluate`], with the number and the trace of every run in the report's order.
-pub(crate) fn evaluate_traced(
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn evaluate_traced(
     setup: &EvalSetup,
     policy: &DriverMaker,
     options: &TrackingOptions,

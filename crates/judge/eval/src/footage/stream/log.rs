@@ -17,6 +17,7 @@
 //! The time lines are `step` (frames) and `time` `[s]`.
 
 use paid_lanes::Vec3;
+use paid_plot::{Bodies, FORCE_SCALE_M_PER_N};
 use paid_task::REWARD_NAMES;
 use rerun::blueprint::components::PanelState;
 use rerun::blueprint::{
@@ -31,7 +32,6 @@ use rerun::{
 use super::shapes::{Paint, robot, single};
 use crate::footage::Shows;
 use crate::footage::recording::{BodyPoses, Footage, Frame, LEAST_FORCE_N};
-use paid_plot::{Bodies, FORCE_SCALE_M_PER_N};
 
 /// Every moment's trail is this long at most `[s]`: one line per frame would otherwise grow with the square of the recording.
 const TRAIL_S: f64 = 1.5;

@@ -1,5 +1,6 @@
 //! Follows one match, and says when the next ball comes.
 
+use paid_plot::Film;
 use paid_task::{BelievedBall, EnvSample, EvalControl, InitialState, KickEvent, NextKick};
 
 use super::draw::Draw;
@@ -9,7 +10,6 @@ use crate::EvalError;
 use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::footage::pose_of;
 use crate::metrics::shooting::{Crossing, Goal, fallen};
-use paid_plot::Film;
 
 /// A ball slower than this has come to rest `[m/s]`.
 const AT_REST: f64 = 0.05;

@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
+use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};
 
 use super::MatchOptions;
 use crate::engine::EngineFacts;
 use crate::metrics::statistics::{Share, mean};
-use paid_plot::{Table, number};
 
 /// What came of a kick. Places are in the axes of the robot when the ball appeared: origin below its anchor, x along its heading, y left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

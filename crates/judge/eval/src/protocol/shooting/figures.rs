@@ -1,12 +1,13 @@
 //! Pictures of shooting reports, and their place beside the paper's figures.
 
-use super::{CellScore, ShootingReport};
-use crate::knowledge;
 use paid_plot::{Figure, HeatMap, Path, plot_paths};
 use paid_plot::{Table, number};
 
+use super::{CellScore, ShootingReport};
+use crate::knowledge;
+
 /// Methods of the paper with success `[%]` and accuracy in MuJoCo (section IV-B): static, then rolling ball.
-pub(crate) const PAPER: [(&str, [[f64; 2]; 2]); 4] = [
+pub const PAPER: [(&str, [[f64; 2]; 2]); 4] = [
     ("Pure RL", [[33.0, 0.524], [23.5, 0.359]]),
     ("AMP", [[46.8, 0.715], [35.5, 0.531]]),
     ("Single-Stage", [[78.1, 0.922], [54.3, 0.798]]),

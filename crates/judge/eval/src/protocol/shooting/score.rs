@@ -1,10 +1,10 @@
 //! What came of one trial, and of many together.
 
+use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};
 
 use super::Trial;
 use crate::metrics::statistics::{Share, mean};
-use paid_plot::{Table, number};
 
 /// What came of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -117,7 +117,8 @@ pub struct CellScore {
 }
 
 impl CellScore {
-    pub(crate) fn of(place: Option<[f64; 2]>, outcomes: &[&Outcome]) -> Self {
+    /// Of the outcomes at a place; `None`: of a whole grid.
+    pub fn of(place: Option<[f64; 2]>, outcomes: &[&Outcome]) -> Self {
         let kicks = || outcomes.iter().filter(|o| o.contact);
         let all = || outcomes.iter();
         Self {

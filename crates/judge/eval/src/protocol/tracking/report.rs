@@ -1,5 +1,7 @@
 //! Figures of a tracking evaluation, per run, clip and set.
 
+use paid_plot::Bars;
+use paid_plot::{Table, number};
 use serde::Serialize;
 
 use super::TrackingOptions;
@@ -7,8 +9,6 @@ use super::score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunSco
 use crate::engine::EngineFacts;
 use crate::episodes::EvalSetup;
 use crate::metrics::statistics::{Share, mean};
-use paid_plot::Bars;
-use paid_plot::{Table, number};
 
 /// The set of all clips.
 const ALL: &str = "all";
