@@ -1,4 +1,4 @@
-//! Skips that somebody sees. A dev-dependency only.
+//! What tests share: skips that are seen, and damaged files ([`damaged`]). A dev-dependency only.
 //!
 //! Some tests need what the repository may not hold: recorded motions, other people's policies, the MuJoCo library.
 //! Where it is missing, such a test returns early, and the test harness counts it as passed. So each skip is written past
@@ -14,10 +14,14 @@
 //! # }
 //! ```
 
+mod mutate;
+
 use std::fmt::Display;
 use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+pub use mutate::damaged;
 
 /// The file or folder `path` of the shared data, or `None` (the test is skipped) if this machine does not have it.
 ///

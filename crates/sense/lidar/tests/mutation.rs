@@ -1,14 +1,11 @@
 //! Damaged datagrams of a Mid-360: each is counted, none panics, and no scan lasts longer than 100 ms. `PAID_MUTATIONS=10000000` makes it longer.
 
-#[path = "../../../skill/motion/src/mutate.rs"]
-mod mutate;
-
 use std::net::{IpAddr, Ipv4Addr};
 
-use mutate::damaged;
 use nalgebra::Vector3;
 use paid_lidar::ImuSample;
 use paid_lidar::packet::{Assembler, Data, DataType, Header, Payload, RawPoint, write};
+use paid_testing::damaged;
 
 /// A sound packet with number and time of its own: points, or every fifth time an inertial sample.
 fn packet(number: u32) -> Vec<u8> {

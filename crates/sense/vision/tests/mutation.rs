@@ -1,15 +1,12 @@
 //! Damaged detector files: refused with what was expected and found, or a detector that finds boxes of numbers; never a panic.
 //! `PAID_MUTATIONS=10000000` makes this as long as you like, and `fuzz/` does the same without end.
 
-#[path = "../../../skill/motion/src/mutate.rs"]
-mod mutate;
-
 mod detectors;
 
 use std::path::Path;
 
-use mutate::damaged;
 use paid_onnx::OnnxFile;
+use paid_testing::damaged;
 use paid_vision::ColorImage;
 use paid_vision::detect::{Detector, Kind};
 

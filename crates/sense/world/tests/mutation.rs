@@ -1,12 +1,9 @@
 //! The readers of ROS 2's messages and of recordings on thousands of damaged ones: an error with what was expected and found, or a message
 //! that is whole; never a panic. `fuzz/` does the same without end, and `PAID_MUTATIONS=10000000` makes this as long as you like.
 
-#[path = "../../../skill/motion/src/mutate.rs"]
-mod mutate;
-
 use std::path::Path;
 
-use mutate::damaged;
+use paid_testing::damaged;
 use paid_vision::{ColorImage, DepthImage, Intrinsics};
 use paid_world::ros::{
     Stamped, read_camera_info, read_color, read_depth, read_imu, read_odometry, read_points,

@@ -37,8 +37,6 @@ mod kick;
 mod label;
 mod library;
 #[cfg(test)]
-mod mutate;
-#[cfg(test)]
 mod mutation_tests;
 mod npz;
 mod pickle;

@@ -4,11 +4,11 @@
 use std::io::{Cursor, Read, Write};
 use std::path::Path;
 
+use paid_testing::damaged;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::gmr_tests::{LISTS_0, LISTS_4, NUMPY_2, NUMPY_4, NUMPY_5, bytes};
-use crate::mutate::damaged;
 use crate::testing::{model, spec, steady_clip};
 use crate::{Clip, MotionError, ReadOptions, parse_csv, parse_gmr, parse_npz, write_csv, write_npz};
 

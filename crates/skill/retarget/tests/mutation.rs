@@ -2,17 +2,14 @@
 //! never a panic. `fuzz/` does the same without end.
 
 mod common;
-#[path = "../../../skill/motion/src/mutate.rs"]
-mod mutate;
-
 use std::path::Path;
 
-use mutate::damaged;
 use paid_motion::Points;
 use paid_retarget::{
     HumanMotion, HumanOptions, RetargetError, motion_of_points, parse_amc, parse_asf, parse_bvh,
     parse_skeleton,
 };
+use paid_testing::damaged;
 
 const ASF: &str = ":units\n length 0.45\n angle deg\n:root\n order TX TY TZ RX RY RZ\n axis XYZ\n position 0 0 0\n \
     orientation 0 0 0\n:bonedata\n begin\n name hip\n direction 1 0 0\n length 2\n axis 0 0 0 XYZ\n end\n begin\n name thigh\n \

@@ -7,6 +7,7 @@ const WORDS: [&[u8]; 12] =
     [b"", b"nan", b"-1", b"1e308", b"99999999999", b"\n", b"{", b"}", b"\xff", b"\0", b":", b"(((((((("];
 
 /// `seed` with one to four places damaged, number `number` of all ways.
+#[must_use]
 pub fn damaged(seed: &[u8], number: u32) -> Vec<u8> {
     let mut rng = Rng::new(17, number, 0);
     let mut out = seed.to_vec();
