@@ -74,7 +74,8 @@ fn in_all_phases(tree: &Tree) -> Vec<Tree> {
     let mut stage = tree.clone();
     stage.take("phases");
     let mut stages = vec![stage.clone()];
-    while let Some(phase) = tree.clone().take(&format!("phases.{}", stages.len() - 1)) {
+    for phase in 0.. {
+        let Some(phase) = tree.subtree(&format!("phases.{phase}")) else { break };
         stage.lay(phase);
         stages.push(stage.clone());
     }

@@ -25,12 +25,21 @@ fn a_policy_of_the_first_format_acts_as_its_onnx_file_does() {
 }
 
 #[test]
-fn a_checkpoint_of_the_first_format_is_read_with_its_phases() {
+fn a_checkpoint_of_the_first_format_is_read_with_the_values_of_its_phase() {
     let checkpoint = Checkpoint::load(&sample("model_1.safetensors")).expect("reads");
     let preset = RunPreset::of_checkpoint(&checkpoint).expect("has a preset");
-    assert_eq!((preset.phases.len(), preset.in_phase(3).expect("valid").task.scene.substeps), (3, 8));
+    assert_eq!((preset.task.observations.critic.len(), preset.task.hold_s), (1, [0.0, 0.0]));
     let policy = checkpoint.policy().expect("has a policy");
     assert_eq!((policy.obs_dim(), policy.action_dim()), (29, 29));
+}
+
+#[test]
+fn the_preset_of_a_run_folder_of_the_first_format_is_read_with_its_phases() {
+    let folder = tempfile::tempdir().expect("folder");
+    fs::copy(sample("preset.toml"), folder.path().join("preset.toml")).expect("copies");
+    let preset = RunPreset::of_run(folder.path(), &[]).expect("reads");
+    assert_eq!((preset.phases.len(), preset.task.scene.substeps), (3, 4));
+    assert_eq!(preset.in_phase(3).expect("valid").task.scene.substeps, 8);
 }
 
 #[test]

@@ -117,6 +117,11 @@ impl Tree {
         }
     }
 
+    /// A copy of the subtree at a key.
+    pub fn subtree(&self, key: &str) -> Option<Self> {
+        self.0.at(key).cloned().map(Self)
+    }
+
     /// The origin of the value at a key, or of the first value below it.
     pub fn origin(&self, key: &str) -> Origin {
         self.0.at(key).and_then(Node::first_origin).cloned().unwrap_or(Origin::Default)
