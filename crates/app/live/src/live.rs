@@ -59,7 +59,7 @@ pub struct Summary {
 /// use paid_eval::subject::{Subject, SubjectSpec};
 /// use paid_live::{PlayOptions, play};
 ///
-/// let subject = Subject::load(&SubjectSpec::new("policies/demo/stage2.safetensors"))?;
+/// let subject = Subject::load(&SubjectSpec::new("policies/demo/policy.onnx"))?;
 /// let stop = AtomicBool::new(false);
 /// play(&subject, &PlayOptions::default(), &stop, |url| println!("{url}"))?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())

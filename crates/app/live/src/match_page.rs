@@ -31,7 +31,7 @@ const NONE: usize = usize::MAX;
 /// use paid_eval::subject::{Subject, SubjectSpec};
 /// use paid_live::{MatchPage, ServeOptions};
 ///
-/// let subject = Subject::load(&SubjectSpec::new("policies/demo/stage2.safetensors"))?;
+/// let subject = Subject::load(&SubjectSpec::new("policies/demo/policy.onnx"))?;
 /// let page = MatchPage::start(&subject, &ServeOptions::default())?;
 /// println!("{}", page.url());
 /// let audience = Audience { filmed: 0, spectator: Some(&page) };

@@ -21,8 +21,8 @@ fn start() -> (TrainingPage, SocketAddr) {
 /// A run folder in which an iteration of `stage` is logged and its policy saved.
 fn after(run: &Path, stage: &str, iteration: u64) {
     fs::create_dir_all(run).expect("a folder");
-    let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo");
-    let policy: PathBuf = policies.join(format!("{stage}.safetensors"));
+    let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../skill/train/tests/samples");
+    let policy: PathBuf = samples.join(format!("{stage}.safetensors"));
     fs::copy(policy, run.join(format!("model_{iteration}.safetensors"))).expect("a checkpoint");
     let path = run.join("metrics.jsonl");
     let mut log = fs::File::options().append(true).create(true).open(path).expect("a log");

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use paid_motion::{read_clip, resample};
 use paid_onnx::OnnxPolicy;
 use paid_train::TrainedPolicy;
-use paid_train::policy_file::{LICENSE, POLICY_FILE};
+use paid_train::policy_file::{LICENSE, POLICY_FILE, is_onnx};
 use paid_train::policy_weights::{load_mean, load_weights, write_weights};
 use serde::Serialize;
 
@@ -16,7 +16,7 @@ use crate::failure::Failure;
 /// Arguments of `paid export`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Policy to export: a run folder (the mean of its last checkpoints) or a checkpoint.
+    /// Policy to export: a run folder (the mean of its last checkpoints), a checkpoint or a policy file.
     run: PathBuf,
     /// The file to write.
     #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]
@@ -58,11 +58,16 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         return Err(Failure::input(format!("--checkpoint: expected another file than --out, found {found}")));
     }
     let weights = match args.average {
-        Some(count) => load_mean(&args.run, count),
-        None => load_weights(&args.run),
+        Some(count) => Some(load_mean(&args.run, count)),
+        None if is_onnx(&args.run) && args.checkpoint.is_none() => None,
+        None => Some(load_weights(&args.run)),
+    };
+    let weights = weights.transpose().map_err(Failure::input)?;
+    let trained = match &weights {
+        Some(weights) => TrainedPolicy::of(weights),
+        None => TrainedPolicy::load(&args.run),
     }
     .map_err(Failure::input)?;
-    let trained = TrainedPolicy::of(&weights).map_err(Failure::input)?;
     writable_file("--out", &args.out)?;
     if let Some(path) = &args.checkpoint {
         writable_file("--checkpoint", path)?;
@@ -77,8 +82,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         }
     };
     // Nothing is written before all of the input is read.
-    if let Some(path) = &args.checkpoint {
-        write_weights(&weights, path).map_err(Failure::input)?;
+    if let (Some(path), Some(weights)) = (&args.checkpoint, &weights) {
+        write_weights(weights, path).map_err(Failure::input)?;
     }
     trained.write_onnx(&args.out, &args.license, clip.as_ref()).map_err(Failure::input)?;
     let policy = OnnxPolicy::load(&args.out).map_err(Failure::input)?;

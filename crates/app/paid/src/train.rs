@@ -22,7 +22,7 @@ use paid_robot_program::{STOPPED, flag};
 use paid_task::TaskPreset;
 use paid_train::folder::{PRESET_FILE, forget_unsaved};
 use paid_train::meeting::meet;
-use paid_train::policy_weights::WEIGHTS_FILE;
+use paid_train::policy_file::POLICY_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
 };
@@ -365,7 +365,7 @@ fn run_stage(
         match contacts::keep_of_run(&job.out, threads, stop)? {
             Some(report) if !printer.quiet && !printer.json => println!("{}", report.summary()),
             None if stop.load(Ordering::SeqCst) => {
-                let policy = job.out.join(WEIGHTS_FILE);
+                let policy = job.out.join(POLICY_FILE);
                 eprintln!(
                     "the contacts were not measured; `paid eval contacts --policy {} --keep` does it",
                     policy.display()

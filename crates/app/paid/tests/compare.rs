@@ -121,7 +121,7 @@ fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
     fs::create_dir_all(&to).expect("made");
     let copy = |name: &str| fs::copy(from.join(name), to.join(name)).expect("copied");
     copy("metrics.jsonl");
-    copy("policy.safetensors");
+    copy("policy.onnx");
     let error = refuses(&paid(path, &line("here", "Two stages")));
     assert!(error.contains("preset.toml: expected the preset of the run"), "{error}");
     copy("preset.toml");

@@ -74,10 +74,9 @@ fn what_is_no_policy_or_no_folder_of_motions_is_named_for_what_it_is() {
     let error = tracking(&["--policy", "run/preset.toml"]);
     assert!(error.contains("found a text file"), "{error}");
     fs::create_dir(folder.path().join("demo")).expect("a folder");
-    fs::copy(folder.path().join("run/policy.safetensors"), folder.path().join("demo/kick.safetensors"))
-        .expect("copies");
+    fs::copy(folder.path().join("run/policy.onnx"), folder.path().join("demo/kick.onnx")).expect("copies");
     let error = tracking(&["--policy", "demo"]);
-    assert!(error.contains("found kick.safetensors; name one of them"), "{error}");
+    assert!(error.contains("found kick.onnx; name one of them"), "{error}");
     let error = tracking(&["--policy", "run", "--motions", "motions/swing_left.npz"]);
     assert!(error.contains("--motions: expected a folder of motion files, found the file"), "{error}");
     let error = refuses(&paid(folder.path(), &["eval", "match", "--policy", "run", "--film", "a.mp4"]));

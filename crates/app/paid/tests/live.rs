@@ -85,7 +85,7 @@ fn a_training_that_is_watched_is_the_same() {
     let plain = paid(folder.path(), &[&RUN[..], &["plain"]].concat());
     succeeds(&plain);
     let read = |run: &str, file: &str| fs::read(folder.path().join(run).join(file)).expect(file);
-    for file in ["policy.safetensors", "policy.onnx", "preset.toml"] {
+    for file in ["policy.onnx", "preset.toml"] {
         assert!(read("watched", file) == read("plain", file), "{file}");
     }
     assert_eq!(text(&plain).lines().count(), 3);
@@ -108,7 +108,7 @@ fn a_page_that_cannot_be_served_is_said_and_does_not_stop_the_training() {
 fn a_match_of_the_virtual_robot_can_be_watched_and_stopped() {
     let test = "a_match_of_the_virtual_robot_can_be_watched_and_stopped";
     let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
-    let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/stage2.safetensors");
+    let policy = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/policy.onnx");
     let mut child = Command::new(env!("CARGO_BIN_EXE_paid"))
         .args(["robot", "sim", "--lockstep", "--live", "--port", "0", "--policy", policy])
         .stdout(Stdio::piped())

@@ -73,7 +73,7 @@ fn two_processes_train_what_one_trains() {
     for (a, b) in found.iter().flatten().zip(expected.iter().flatten()) {
         assert!((a - b).abs() <= 1e-4 * b.abs(), "{a}, alone {b}");
     }
-    for name in ["model_2.safetensors", "policy.onnx", "policy.safetensors"] {
+    for name in ["model_2.safetensors", "policy.onnx"] {
         assert!(folder.path().join("two").join(name).is_file(), "{name}");
     }
     // One process goes on where two have stopped.
@@ -118,7 +118,7 @@ fn two_processes_share_the_entries_of_a_plan_out() {
     let test = "two_processes_share_the_entries_of_a_plan_out";
     let Some(_) = paid_testing::mujoco(test, paid_mujoco::Library::get()) else { return };
     let folder = tempfile::tempdir().expect("folder");
-    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/stage2.safetensors");
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/policy.onnx");
     std::fs::write(folder.path().join("plan.toml"), PLAN.replace("DEMO", demo)).expect("writes");
     let line = ["compare", "plan.toml", "--threads", "1", "--out"];
     let two: Vec<&str> =
@@ -145,7 +145,7 @@ fn two_processes_share_the_entries_of_a_plan_out() {
 fn two_processes_share_the_trials_of_an_evaluation_out() {
     let test = "two_processes_share_the_trials_of_an_evaluation_out";
     let folder = tempfile::tempdir().expect("folder");
-    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/stage2.safetensors");
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/policy.onnx");
     // Two batches of 64.
     let shoot = ["eval", "shooting", "--policy", demo, "--effective", "--trials", "2", "--limit", "0.4"];
     let of = |more: &[&'static str]| -> Vec<&str> { shoot.iter().chain(more).copied().collect() };

@@ -33,20 +33,9 @@ fn goals(policy: &str, motions: Option<&Path>) -> [u64; 2] {
 #[test]
 fn the_demo_scores_in_mujoco() {
     let Some(_) = paid_testing::mujoco("the_demo_scores_in_mujoco", Library::get()) else { return };
-    let [at_rest, rolling] = goals("demo/stage2.safetensors", None);
+    let [at_rest, rolling] = goals("demo/policy.onnx", None);
     assert!(at_rest >= 59, "{at_rest} goals of 63; 99.7% of 630 are on the policy's page");
     assert!(rolling >= 48, "{rolling} goals of 63; 92.4% of 630 are on the policy's page");
-}
-
-#[test]
-fn the_natural_demo_scores_in_mujoco_on_the_kicks_that_it_learned() {
-    let test = "the_natural_demo_scores_in_mujoco_on_the_kicks_that_it_learned";
-    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
-    let folder = tempfile::tempdir().expect("a folder");
-    succeeds(&paid(folder.path(), &["motion", "generate", "--look", "natural", "--out", "natural"]));
-    let [at_rest, rolling] = goals("demo_natural/stage2.safetensors", Some(&folder.path().join("natural")));
-    assert!(at_rest >= 58, "{at_rest} goals of 63; 98.3% of 630 are on the policy's page");
-    assert!(rolling >= 47, "{rolling} goals of 63; 90.8% of 630 are on the policy's page");
 }
 
 /// Fails unless a policy of the paper's clips makes so many goals of 63: balls at rest, rolling balls.
@@ -59,25 +48,11 @@ fn scores(test: &str, policy: &str, least: [u64; 2]) {
 }
 
 #[test]
-fn paid13_fast_scores_in_mujoco_by_its_own_eyes() {
-    // Its page: 98.6 and 91.3% of 630.
-    scores("paid13_fast_scores_in_mujoco_by_its_own_eyes", "paid13_fast/stage2.safetensors", [57, 48]);
-}
-
-#[test]
-fn paid13_hour_scores_in_mujoco_by_its_own_eyes() {
-    // Its page: 97.5 and 89.4% of 630.
-    scores("paid13_hour_scores_in_mujoco_by_its_own_eyes", "paid13_hour/stage2.safetensors", [56, 46]);
-}
-
-#[test]
-fn paid13_eyes_scores_in_mujoco_by_its_own_eyes() {
-    // Its page: 96.8 and 89.8% of 630.
-    scores("paid13_eyes_scores_in_mujoco_by_its_own_eyes", "paid13_eyes/stage2.safetensors", [54, 46]);
-}
-
-#[test]
-fn paid13_scores_in_mujoco() {
-    // Its page: 89.0 and 83.8% of 630.
-    scores("paid13_scores_in_mujoco", "paid13/stage2.safetensors", [46, 42]);
+fn paid13_scores_in_mujoco_by_its_own_eyes() {
+    let test = "paid13_scores_in_mujoco_by_its_own_eyes";
+    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
+    let Some(motions) = paid_testing::shared_data(test, "data/motions/paid") else { return };
+    let [at_rest, rolling] = goals("paid13/policy.onnx", Some(&motions));
+    assert!(at_rest >= 57, "{at_rest} goals of 63; 98.6% of 630 are on the policy's page");
+    assert!(rolling >= 48, "{rolling} goals of 63; 91.3% of 630 are on the policy's page");
 }

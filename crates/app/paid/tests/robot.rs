@@ -23,7 +23,7 @@ use paid_world::{Message, Recorded, Recording};
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn policy() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx")
 }
 
 /// A domain whose ports the system does not hand to others.

@@ -21,7 +21,7 @@ use serde_json::Value;
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn policy() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx")
 }
 
 /// A domain whose ports the system does not hand to others.
@@ -248,7 +248,10 @@ fn bad_input_is_refused_before_anybody_is_asked_to_release_the_robot() {
     let folder = tempfile::tempdir().expect("a folder");
     let here = folder.path();
     let (domain, policy) = (domain(2).to_string(), policy());
-    let (stage1, policy) = (policy.with_file_name("stage1.safetensors"), policy.to_str().expect("a path"));
+    let (stage1, policy) = (
+        policy.with_file_name("../../crates/skill/train/tests/samples/stage1.safetensors"),
+        policy.to_str().expect("a path"),
+    );
     std::fs::write(here.join("eyes.toml"), "colour = 1\n").expect("write");
     std::fs::write(
         here.join("nobodys.toml"),

@@ -12,8 +12,8 @@ use paid_plot::{Table, number};
 use paid_policy::PlayContract;
 use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
-use paid_train::policy_file::{LICENSE, POLICY_FILE};
-use paid_train::policy_weights::{WEIGHTS_FILE, write_play};
+use paid_train::policy_file::POLICY_FILE;
+use paid_train::policy_weights::write_play;
 use paid_train::{RunPreset, TrainedPolicy};
 use serde::Serialize;
 
@@ -125,8 +125,7 @@ pub fn matter_to(task: &TaskPreset) -> bool {
     task.predicts_ball() && task.scene.ball
 }
 
-/// Measures the contacts of a run's policy, in the built-in engine and with `truth`, and writes them into both of its policy files, the
-/// checkpoint and the ONNX file. `None` where its task has no strike or does not predict the ball, and
+/// Measures the contacts of a run's policy, in the built-in engine and with `truth`, and writes them into its policy file. `None` where its task has no strike or does not predict the ball, and
 /// where `stop` was set before the end: nothing is written then.
 ///
 /// # Errors
@@ -149,7 +148,6 @@ pub fn keep_of_run(
         return Ok(None);
     }
     let play = PlayContract { contact_s: report.times(), ..task.play() };
-    write_play(&run.join(WEIGHTS_FILE), play)?;
-    TrainedPolicy::load(run)?.write_onnx(&run.join(POLICY_FILE), LICENSE, None)?;
+    write_play(&run.join(POLICY_FILE), play)?;
     Ok(Some(report))
 }

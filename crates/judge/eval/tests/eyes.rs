@@ -19,7 +19,7 @@ const ODOMETRY_ERROR_M: f64 = 0.05;
 /// The demo in MuJoCo, or `None` (the test is skipped) without it.
 fn demo(test: &str, threads: usize) -> Option<Subject> {
     paid_testing::mujoco(test, Library::get())?;
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
     let spec = SubjectSpec { engines: Engines::Mujoco, threads, ..SubjectSpec::new(policy) };
     Some(Subject::load(&spec).expect("the demo"))
 }

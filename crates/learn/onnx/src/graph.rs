@@ -1,10 +1,17 @@
 //! From weights to an ONNX graph.
 
+use paid_policy::Mirror;
+
 use crate::proto::{
     ATTRIBUTE_FLOAT, ATTRIBUTE_INT, Attribute, GraphProto, INT64, NodeProto, TensorProto, ValueInfo,
 };
 use crate::reference::Reference;
 use crate::weights::{LstmLayer, PolicyWeights};
+
+/// Name of the input `[1, 1]` that is 1 where the policy acts in the mirror, and 0 elsewhere.
+pub(crate) const MIRROR: &str = "mirror";
+/// Whether it does.
+const IS_MIRRORED: &str = "is_mirrored";
 
 /// Builds the graph; `joints` and `bodies` are the reference's sizes.
 pub(crate) fn build(
@@ -18,6 +25,12 @@ pub(crate) fn build(
     g.graph.input.push(ValueInfo::float("obs", &[1, weights.observations()]));
     g.graph.output.push(ValueInfo::float("actions", &[1, weights.actions()]));
     let mut x = "obs".to_owned();
+    if let Some(mirror) = &weights.mirror {
+        g.graph.input.push(ValueInfo::float(MIRROR, &[1, 1]));
+        let half = g.float("mirror.half", &[], &[0.5]);
+        g.node("Greater", &[MIRROR, &half], IS_MIRRORED);
+        x = g.mirrored("observation", &mirror.observation, &x, "obs_shown");
+    }
     if let Some(n) = &weights.normalizer {
         let size = n.mean.len();
         let mean = g.float("normalizer.mean", &[1, size], &n.mean);
@@ -34,16 +47,20 @@ pub(crate) fn build(
         x = g.lstm(&weights.lstm, first.hidden, x);
     }
     let last = weights.layers.len() - 1;
+    let actions = if weights.mirror.is_some() { "actions_shown" } else { "actions" };
     for (i, layer) in weights.layers.iter().enumerate() {
         let w = g.float(&format!("actor.{i}.weight"), &[layer.outputs, layer.inputs], &layer.w);
         let b = g.float(&format!("actor.{i}.bias"), &[layer.outputs], &layer.b);
-        let out = if i == last { "actions".to_owned() } else { format!("linear_{i}") };
+        let out = if i == last { actions.to_owned() } else { format!("linear_{i}") };
         x = g.node("Gemm", &[&x, &w, &b], &out);
         g.attribute(int("transB", 1));
         if i != last {
             x = g.node("Elu", &[&x], &format!("elu_{i}"));
             g.attribute(float("alpha", 1.0));
         }
+    }
+    if let Some(mirror) = &weights.mirror {
+        g.mirrored("action", &mirror.action, &x, "actions");
     }
     g.graph.input.push(ValueInfo::float("time_step", &[1, 1]));
     if let Some(r) = reference {
@@ -88,6 +105,18 @@ impl Builder {
         if let Some(n) = self.graph.node.last_mut() {
             n.attribute.push(a);
         }
+    }
+
+    /// `out` is `x` `[1, n]`, or its image where the policy acts in the mirror. The products are exact: the factors are 1 and -1.
+    fn mirrored(&mut self, name: &str, mirror: &Mirror, x: &str, out: &str) -> String {
+        let (from, signs): (Vec<i64>, Vec<f32>) =
+            mirror.signs().map(|(from, sign)| (from as i64, sign)).unzip();
+        let from = self.int64(&format!("mirror.{name}.from"), &from);
+        let signs = self.float(&format!("mirror.{name}.sign"), &[1, signs.len()], &signs);
+        let image = self.node("Gather", &[x, &from], &format!("{name}_swapped"));
+        self.attribute(int("axis", 1));
+        let image = self.node("Mul", &[&image, &signs], &format!("{name}_mirrored"));
+        self.node("Where", &[IS_MIRRORED, &image, x], out)
     }
 
     /// The LSTM stack from `x` `[1, inputs]`; returns the last layer's output `[1, hidden]`.
@@ -162,6 +191,12 @@ impl Builder {
             self.graph.output.push(ValueInfo::float(name, &out));
         }
     }
+}
+
+/// The reverse of [`gates_iofc`].
+pub(crate) fn gates_ifco(values: &[f32], hidden: usize, columns: usize) -> Vec<f32> {
+    let block = hidden * columns;
+    [0, 2, 3, 1].iter().flat_map(|&g| values[g * block..(g + 1) * block].iter().copied()).collect()
 }
 
 /// Rows of a gate-stacked matrix from our order (input, forget, cell, output) to ONNX's (input, output, forget, cell).

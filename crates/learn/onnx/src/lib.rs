@@ -7,8 +7,14 @@
 //! | input | shape | output | shape |
 //! |---|---|---|---|
 //! | `obs` | `[1, observation]` | `actions` | `[1, joints]` |
+//! | `mirror` (only if left-footed kicks are played in the mirror) | `[1, 1]` | | |
 //! | `h_in`, `c_in` (recurrent only) | `[layers, 1, hidden]` | `h_out`, `c_out` | `[layers, 1, hidden]` |
 //! | `time_step` (frame of the embedded reference) | `[1, 1]` | `joint_pos`, ... (only with a reference) | `[1, ...]` |
+//!
+//! With `mirror` = 1 the policy acts as in a mirrored world, for kicks of the left foot; with 0 as it was trained.
+//!
+//! A trained policy's file also holds its run's resolved preset ([`Training`]) and is read back to the same numbers without a runtime
+//! ([`OnnxFile::stored`]): it is the policy, its ONNX graph and its contract in one.
 //!
 //! A reference motion is embedded only on request ([`Reference`]), because a file that carries one inherits the motion's license.
 //!
@@ -50,9 +56,9 @@
 //!     play: None,
 //! };
 //! let layer = DenseLayer { inputs: 1, outputs: 1, w: vec![-2.0], b: vec![0.5] };
-//! let weights = PolicyWeights { normalizer: None, lstm: vec![], layers: vec![layer] };
+//! let weights = PolicyWeights { normalizer: None, lstm: vec![], layers: vec![layer], mirror: None };
 //!
-//! let bytes = encode(&weights, &contract, None, "example")?;
+//! let bytes = encode(&weights, &contract, None, "example", None)?;
 //! let policy = OnnxPolicy::from_bytes(&bytes, "example".as_ref())?;
 //! let mut state = policy.initial_state();
 //! assert_eq!(policy.act(&[0.25], &mut state)?, [0.0]);
@@ -67,6 +73,7 @@ mod read;
 mod reference;
 mod released;
 mod sizes;
+mod stored;
 mod weights;
 mod write;
 
@@ -79,11 +86,18 @@ pub use raw::{OnnxFile, RawModel};
 pub use read::{OnnxPolicy, OnnxState};
 pub use reference::Reference;
 pub use released::{load_released, released_policy};
+pub use stored::{StoredPolicy, Training};
 pub use weights::{DenseLayer, LstmLayer, NormalizerWeights, PolicyWeights};
 pub use write::{encode, write};
 
 /// Metadata key of the self-describing contract.
 pub const CONTRACT_KEY: &str = "paid_contract";
+/// Metadata key of the run's resolved preset, as TOML.
+pub const PRESET_KEY: &str = "paid_preset";
+/// Metadata key of the standard deviation of each action at the end of training, as JSON.
+pub const STD_KEY: &str = "paid_action_std";
+/// Metadata key of the name of the run, one of the released ones.
+pub const RUN_KEY: &str = "run_path";
 /// ONNX operator set that files are written in and read back from.
 pub const OPSET: i64 = 17;
 /// ONNX intermediate representation version that files are written in.
@@ -100,5 +114,5 @@ pub const RELEASED_KEYS: [&str; 10] = [
     "command_names",
     "anchor_body_name",
     "body_names",
-    "run_path",
+    RUN_KEY,
 ];

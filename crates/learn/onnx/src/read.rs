@@ -6,6 +6,7 @@ use paid_policy::Contract;
 use paid_policy::contract::FORMAT;
 
 use crate::error::OnnxError;
+use crate::graph::MIRROR;
 use crate::proto::{FLOAT, GraphProto, INT64, ModelProto, ValueInfo};
 use crate::raw::{OnnxFile, RawModel};
 use crate::reference::Reference;
@@ -112,6 +113,27 @@ impl OnnxPolicy {
     /// [`OnnxError::Input`] if the observation or the state has the wrong size or the observation is not finite;
     /// [`OnnxError::Graph`] if the runtime fails.
     pub fn act(&self, obs: &[f32], state: &mut OnnxState) -> Result<Vec<f32>, OnnxError> {
+        self.act_with(obs, 0.0, state)
+    }
+
+    /// [`Self::act`] in the mirror, of a policy without memory whose graph has that input: observation and actions are those of the world.
+    ///
+    /// # Errors
+    /// As [`Self::act`], and [`OnnxError::Input`] if the graph has no such input.
+    pub fn act_in_mirror(&self, obs: &[f32]) -> Result<Vec<f32>, OnnxError> {
+        if !self.has_mirror() {
+            let (expected, found) = ("a policy that is played in it".to_owned(), "another".to_owned());
+            return Err(OnnxError::Input { what: MIRROR, expected, found });
+        }
+        self.act_with(obs, 1.0, &mut self.initial_state())
+    }
+
+    fn has_mirror(&self) -> bool {
+        self.raw.shape(MIRROR).is_some()
+    }
+
+    fn act_with(&self, obs: &[f32], mirror: f32, state: &mut OnnxState) -> Result<Vec<f32>, OnnxError> {
+        let mirror = [mirror];
         let size = self.contract.observation_size();
         let wrong = |what, expected: usize, found: usize| OnnxError::Input {
             what,
@@ -136,6 +158,9 @@ impl OnnxPolicy {
         }
         let mut inputs = vec![("obs", vec![1, size], obs)];
         let mut outputs = vec![("actions", self.contract.joints.len())];
+        if self.has_mirror() {
+            inputs.push((MIRROR, vec![1, 1], &mirror));
+        }
         if let Some(r) = self.contract.recurrent {
             let shape = vec![r.layers, 1, r.hidden];
             inputs.extend([("h_in", shape.clone(), &state.h[..]), ("c_in", shape, &state.c[..])]);
@@ -178,7 +203,7 @@ fn reference_shapes(contract: &Contract) -> impl Iterator<Item = (&'static str, 
     Reference::shapes(joints, bodies).into_iter().map(|(name, shape)| (name, [vec![1], shape].concat()))
 }
 
-fn check_opset(model: &ModelProto, path: &Path) -> Result<(), OnnxError> {
+pub(crate) fn check_opset(model: &ModelProto, path: &Path) -> Result<(), OnnxError> {
     let found: Vec<String> = (model.opset_import.iter())
         .map(|o| format!("{}{}", o.domain.as_deref().unwrap_or_default(), o.version.unwrap_or(0)))
         .collect();
@@ -224,7 +249,7 @@ pub(crate) fn check_metadata(model: &ModelProto, path: &Path) -> Result<Contract
 }
 
 /// Every constant holds as many bytes as its shape says, and every float is finite.
-fn check_tensors(graph: &GraphProto, path: &Path) -> Result<(), OnnxError> {
+pub(crate) fn check_tensors(graph: &GraphProto, path: &Path) -> Result<(), OnnxError> {
     for t in &graph.initializer {
         let what = format!("tensor '{}'", t.name.as_deref().unwrap_or_default());
         let bytes = t.raw_data.as_deref().unwrap_or_default();
@@ -263,6 +288,10 @@ fn check_interface(graph: &GraphProto, contract: &Contract, path: &Path) -> Resu
     if let Some(state) = state {
         inputs.extend([("h_in", state.clone()), ("c_in", state.clone())]);
         outputs.extend([("h_out", state.clone()), ("c_out", state)]);
+    }
+    // Files of the first format left the mirror to the player.
+    if contract.format > 1 && contract.play.as_ref().is_some_and(|play| play.mirror_left_kicks) {
+        inputs.push((MIRROR, vec![1, 1]));
     }
     inputs.push(("time_step", vec![1, 1]));
     if contract.reference.is_some() {

@@ -1,5 +1,7 @@
 //! A policy's numbers as plain arrays, independent of how they were learned.
 
+use paid_policy::Mirrors;
+
 /// Observation normalization: `clamp((obs - mean) * scale, -clip, clip)` per feature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalizerWeights {
@@ -48,6 +50,8 @@ pub struct PolicyWeights {
     pub lstm: Vec<LstmLayer>,
     /// Dense layers from input to output; at least one.
     pub layers: Vec<DenseLayer>,
+    /// How observation and actions read in a mirrored world, of a policy that is played in the mirror too.
+    pub mirror: Option<Mirrors>,
 }
 
 impl PolicyWeights {
@@ -100,6 +104,13 @@ impl PolicyWeights {
             check(&format!("layer {i} weights"), &l.w, l.outputs * l.inputs)?;
             check(&format!("layer {i} bias"), &l.b, l.outputs)?;
             width = l.outputs;
+        }
+        if let Some(mirror) = &self.mirror {
+            let (expected, found) =
+                ((self.observations(), width), (mirror.observation.len(), mirror.action.len()));
+            if expected != found {
+                return Err(format!("mirror of {found:?} observations and actions, expected {expected:?}"));
+            }
         }
         if width == 0 || self.observations() == 0 {
             return Err("no inputs or no outputs".to_owned());

@@ -11,11 +11,12 @@ use crate::error::OnnxError;
 use crate::proto::{ModelProto, OperatorSetId, StringStringEntry};
 use crate::reference::Reference;
 use crate::released::released_metadata;
+use crate::stored::Training;
 use crate::weights::PolicyWeights;
-use crate::{CONTRACT_KEY, IR_VERSION, OPSET, graph};
+use crate::{CONTRACT_KEY, IR_VERSION, OPSET, PRESET_KEY, RUN_KEY, STD_KEY, graph};
 
 /// The bytes of an ONNX file. The same arguments give the same bytes. `run` is a plain name: it goes into the metadata as `run_path`,
-/// a key of the released interface, and a path would tell about the machine.
+/// a key of the released interface, and a path would tell about the machine. With `training` the file can be read back as a trained policy.
 ///
 /// # Errors
 /// [`OnnxError::Weights`] if weights, contract and reference do not fit together, or `run` has a path separator.
@@ -24,6 +25,7 @@ pub fn encode(
     contract: &Contract,
     reference: Option<&Reference>,
     run: &str,
+    training: Option<&Training>,
 ) -> Result<Vec<u8>, OnnxError> {
     let (joints, bodies) = (contract.joints.len(), contract.bodies.len());
     if run.contains(['/', '\\']) {
@@ -38,11 +40,13 @@ pub fn encode(
     }
     let state = contract.recurrent.map(|r| (r.layers, r.hidden));
     let own_state = weights.lstm.first().map(|l| (weights.lstm.len(), l.hidden));
+    let mirrors = contract.play.as_ref().is_some_and(|play| play.mirror_left_kicks);
     for (what, expected, found) in [
         ("contract format", FORMAT.to_string(), contract.format.to_string()),
         ("observations", contract.observation_size().to_string(), weights.observations().to_string()),
         ("actions", joints.to_string(), weights.actions().to_string()),
         ("recurrent state", format!("{state:?}"), format!("{own_state:?}")),
+        ("mirror", mirrors.to_string(), weights.mirror.is_some().to_string()),
         ("reference", format!("{:?}", contract.reference), format!("{:?}", reference.map(|r| &r.name))),
     ] {
         if expected != found {
@@ -50,9 +54,13 @@ pub fn encode(
         }
     }
     let mut metadata = released_metadata(contract);
-    metadata.push(("run_path", run.to_owned()));
-    let json = serde_json::to_string(contract).map_err(|e| OnnxError::Weights(e.to_string()))?;
-    metadata.push((CONTRACT_KEY, json));
+    metadata.push((RUN_KEY, run.to_owned()));
+    let fail = |e: serde_json::Error| OnnxError::Weights(e.to_string());
+    metadata.push((CONTRACT_KEY, serde_json::to_string(contract).map_err(fail)?));
+    if let Some(training) = training {
+        metadata.push((PRESET_KEY, training.preset.clone()));
+        metadata.push((STD_KEY, serde_json::to_string(&training.std).map_err(fail)?));
+    }
     let model = ModelProto {
         ir_version: Some(IR_VERSION),
         producer_name: Some("paid".to_owned()),
@@ -78,8 +86,9 @@ pub fn write(
     contract: &Contract,
     reference: Option<&Reference>,
     run: &str,
+    training: Option<&Training>,
 ) -> Result<(), OnnxError> {
-    let bytes = encode(weights, contract, reference, run)?;
+    let bytes = encode(weights, contract, reference, run, training)?;
     paid_files::write_atomically(path, &bytes)
         .map_err(|source| OnnxError::Io { path: path.to_owned(), source })
 }

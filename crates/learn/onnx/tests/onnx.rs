@@ -90,7 +90,7 @@ fn weights(seed: u64, lstm: Option<(usize, usize)>, hidden: &[usize], clip: Opti
         layers.push(DenseLayer { inputs: width, outputs, w, b: r.many(outputs, 0.5) });
         width = outputs;
     }
-    PolicyWeights { normalizer, lstm: cells, layers }
+    PolicyWeights { normalizer, lstm: cells, layers, mirror: None }
 }
 
 fn affine(w: &[f32], x: &[f64]) -> Vec<f64> {
@@ -140,7 +140,7 @@ fn forward(p: &PolicyWeights, obs: &[f32], h: &mut [Vec<f64>], c: &mut [Vec<f64>
 fn assert_acts_the_same(p: &PolicyWeights, contract: &Contract, seed: u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("policy.onnx");
-    write(&path, p, contract, None, "test").unwrap();
+    write(&path, p, contract, None, "test", None).unwrap();
     let policy = OnnxPolicy::load_expecting(&path, contract).unwrap();
     let mut state = policy.initial_state();
     let hidden = p.lstm.first().map_or(0, |l| l.hidden);
@@ -209,7 +209,8 @@ fn embedded_reference_is_read_out_by_frame_and_held_at_its_end() {
         body_ang_vel_w: r.many(frames * bodies * 3, 1.0),
     };
     let contract = Contract { reference: Some("wave".to_owned()), ..contract(Some((1, 4))) };
-    let bytes = encode(&weights(5, Some((1, 4)), &[8], None), &contract, Some(&reference), "run").unwrap();
+    let bytes =
+        encode(&weights(5, Some((1, 4)), &[8], None), &contract, Some(&reference), "run", None).unwrap();
     let policy = OnnxPolicy::from_bytes(&bytes, Path::new("memory")).unwrap();
     let arrays = [
         ("joint_pos", &reference.joint_pos, JOINTS),
@@ -237,7 +238,8 @@ fn load(bytes: &[u8]) -> Result<OnnxPolicy, OnnxError> {
 }
 
 fn model() -> ModelProto {
-    let bytes = encode(&weights(6, Some((2, 4)), &[8], None), &contract(Some((2, 4))), None, "a").unwrap();
+    let bytes =
+        encode(&weights(6, Some((2, 4)), &[8], None), &contract(Some((2, 4))), None, "a", None).unwrap();
     ModelProto::decode(&bytes[..]).unwrap()
 }
 
@@ -269,7 +271,8 @@ fn metadata_has_the_released_keys_in_the_released_form() {
 #[test]
 fn a_run_name_with_a_path_is_refused() {
     for run in ["/home/someone/runs/a", "runs/a", "C:\\runs\\a"] {
-        let error = encode(&weights(6, None, &[8], None), &contract(None), None, run).expect_err("a path");
+        let error =
+            encode(&weights(6, None, &[8], None), &contract(None), None, run, None).expect_err("a path");
         assert!(error.to_string().contains("path separator"), "{error}");
     }
 }
@@ -323,9 +326,9 @@ fn a_newer_or_unreadable_contract_is_refused() {
         })
     };
     let good = serde_json::to_string(&contract(Some((2, 4)))).unwrap();
-    let newer = good.replace("\"format\":1", "\"format\":9,\"wings\":2");
+    let newer = good.replace("\"format\":2", "\"format\":9,\"wings\":2");
     let e = set(newer).to_string();
-    let start = "policy.onnx: it has format 9, which is newer than this program's format 1, and cannot be read (unknown field `wings`";
+    let start = "policy.onnx: it has format 9, which is newer than this program's format 2, and cannot be read (unknown field `wings`";
     assert!(e.starts_with(start), "{e}");
     for bad in [
         "{".to_owned(),
@@ -371,7 +374,7 @@ fn wrong_sizes_and_numbers_are_refused() {
 fn a_differing_contract_is_refused_with_every_difference() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.onnx");
-    write(&path, &weights(6, None, &[8], None), &contract(None), None, "").unwrap();
+    write(&path, &weights(6, None, &[8], None), &contract(None), None, "", None).unwrap();
     let mut expected = contract(None);
     expected.robot = "leg".to_owned();
     expected.control_period_s = 0.01;
@@ -401,7 +404,7 @@ fn a_differing_contract_is_refused_with_every_difference() {
 #[test]
 fn weights_that_do_not_fit_are_not_written() {
     let good = weights(6, None, &[8], None);
-    let refused = |p: &PolicyWeights, c: &Contract| match encode(p, c, None, "") {
+    let refused = |p: &PolicyWeights, c: &Contract| match encode(p, c, None, "", None) {
         Err(OnnxError::Weights(reason)) => reason,
         other => panic!("{other:?}"),
     };
@@ -422,13 +425,16 @@ fn a_failed_write_leaves_the_earlier_file_whole() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.onnx");
     let (p, c) = (weights(6, None, &[8], None), contract(None));
-    write(&path, &p, &c, None, "first").unwrap();
+    write(&path, &p, &c, None, "first", None).unwrap();
     let before = std::fs::read(&path).unwrap();
     // A write that does not fit leaves it, and so does one where a folder stands in the file's place.
-    assert!(matches!(write(&path, &p, &contract(Some((1, 4))), None, "second"), Err(OnnxError::Weights(_))));
+    assert!(matches!(
+        write(&path, &p, &contract(Some((1, 4))), None, "second", None),
+        Err(OnnxError::Weights(_))
+    ));
     let taken = folder.path().join("taken.onnx");
     std::fs::create_dir(&taken).unwrap();
-    let error = write(&taken, &p, &c, None, "second").expect_err("a folder is in the way");
+    let error = write(&taken, &p, &c, None, "second", None).expect_err("a folder is in the way");
     assert!(matches!(&error, OnnxError::Io { path, .. } if *path == taken), "{error}");
     assert_eq!(std::fs::read(&path).unwrap(), before);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2, "no temporary file stays");

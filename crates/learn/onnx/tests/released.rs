@@ -54,12 +54,13 @@ fn weights() -> PolicyWeights {
             bias: numbers(12),
         }],
         layers: vec![DenseLayer { inputs: 3, outputs: 2, w: numbers(6), b: numbers(2) }],
+        mirror: None,
     }
 }
 
 /// The file as somebody else would write it: no contract, and whatever `change` does.
 fn foreign(folder: &Path, change: impl FnOnce(&mut ModelProto)) -> PathBuf {
-    let bytes = encode(&weights(), &contract(), None, "run").expect("encodes");
+    let bytes = encode(&weights(), &contract(), None, "run", None).expect("encodes");
     let mut model = ModelProto::decode(&bytes[..]).expect("decodes");
     model.metadata_props.retain(|e| e.key.as_deref() != Some(CONTRACT_KEY));
     change(&mut model);
@@ -76,7 +77,7 @@ fn entry<'a>(model: &'a mut ModelProto, key: &str) -> &'a mut String {
 #[test]
 fn a_policy_without_our_contract_acts_as_the_same_policy_with_it() {
     let folder = tempfile::tempdir().expect("folder");
-    let bytes = encode(&weights(), &contract(), None, "run").expect("encodes");
+    let bytes = encode(&weights(), &contract(), None, "run", None).expect("encodes");
     let own = OnnxPolicy::from_bytes(&bytes, Path::new("own.onnx")).expect("reads");
     let path = foreign(folder.path(), |_| ());
     assert!(matches!(OnnxPolicy::load(&path), Err(OnnxError::MissingMetadata { key: CONTRACT_KEY, .. })));

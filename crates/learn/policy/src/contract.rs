@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-/// Version of the contract format written by this program.
-pub const FORMAT: u32 = 1;
+/// Version of the contract format written by this program. Of the second one on, a policy that is played in the mirror has it in its
+/// graph, as an input.
+pub const FORMAT: u32 = 2;
 
 /// Relative difference of two numbers that counts as none (they pass through decimal text).
 const TOLERANCE: f64 = 1e-9;
@@ -53,7 +54,7 @@ pub struct PlayContract {
     #[serde(default)]
     pub contact_s: BTreeMap<String, f64>,
     /// Whether kicks of the left foot are played as the mirror image of kicks of the right foot: the observation is mirrored before the
-    /// network, the action after it.
+    /// network, the action after it, in the file's graph where its input `mirror` is 1.
     #[serde(default)]
     pub mirror_left_kicks: bool,
     /// The ball is shown where it lay once it is struck; without it, wherever it flies.

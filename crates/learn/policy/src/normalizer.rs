@@ -116,6 +116,18 @@ impl Normalizer {
         normalizer
     }
 
+    /// A normalizer that applies these numbers, without the statistics that they come from: those of one sample with this mean and deviation
+    /// stand in for them.
+    pub fn frozen(mean: Vec<f32>, inv_std: Vec<f32>) -> Self {
+        let square = |&factor: &f32| (1.0 / f64::from(factor) - EPSILON).powi(2);
+        let moments = Moments {
+            count: 1.0,
+            mean: mean.iter().map(|&x| f64::from(x)).collect(),
+            m2: inv_std.iter().map(square).collect(),
+        };
+        Self { moments, mean, inv_std }
+    }
+
     /// The statistics.
     pub fn moments(&self) -> &Moments {
         &self.moments

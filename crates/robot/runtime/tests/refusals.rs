@@ -11,7 +11,7 @@ use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};
 
 fn policy() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx")
 }
 
 /// A healthy state of a robot that stands upright, without its checksum.
@@ -138,8 +138,11 @@ fn a_robot_file_of_another_order_is_refused() {
 
 #[test]
 fn a_policy_that_was_trained_without_a_ball_is_refused() {
-    let spec =
-        PlayerSpec { policy: policy().with_file_name("stage1.safetensors"), motions: None, sets: Vec::new() };
+    let spec = PlayerSpec {
+        policy: policy().with_file_name("../../crates/skill/train/tests/samples/stage1.safetensors"),
+        motions: None,
+        sets: Vec::new(),
+    };
     let Err(DeployError::Policy(message)) = Player::load(&spec) else { panic!("a player without a ball") };
     assert!(message.contains("stage1.safetensors: expected a policy of a task with a ball"), "{message}");
     assert!(message.contains("found the task '") && message.ends_with("without one"), "{message}");

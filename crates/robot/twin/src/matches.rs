@@ -232,8 +232,8 @@ mod tests {
         if paid_testing::mujoco(test, paid_mujoco::Library::get()).is_none() {
             return;
         }
-        let policy = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../../../policies/demo/stage2.safetensors");
+        let policy =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
         let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
         let step = Lockstep::new(&Arc::new(player), &LockstepOptions::default()).expect("MuJoCo");
         // From a step ahead of the toes to twice as far as the camera sees: 0.5 to 2.4 m.

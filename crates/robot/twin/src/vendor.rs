@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn commands_from_the_network_do_nothing_before_the_release() {
-        let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+        let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
         let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
         let (robot, mut runtime) = ChannelLink::pair();
         // A round of receiving is two looks while the vendor commands: its command, then nothing.

@@ -13,7 +13,7 @@ use paid_runtime::{Limits, Packet, Player, PlayerSpec, Runtime, State, Writer};
 use paid_twin::{Fault, Lockstep, LockstepOptions, MatchOptions, VirtualG1, draw_course, drill, play_match};
 
 fn spec() -> PlayerSpec {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
     PlayerSpec { policy, motions: None, sets: Vec::new() }
 }
 

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use paid_files::write_atomically;
 
 use crate::events::EVENTS;
-use crate::policy_weights::WEIGHTS_FILE;
+use crate::policy_file::POLICY_FILE;
 use crate::record::Record;
 use crate::{EventWriter, RunPreset, TrainError};
 
@@ -114,7 +114,7 @@ impl RunFolder {
 /// If the folder cannot be read, or a file cannot be removed.
 pub fn forget_unsaved(folder: &Path) -> Result<bool, TrainError> {
     if !folder.join(PRESET_FILE).exists()
-        || folder.join(WEIGHTS_FILE).exists()
+        || folder.join(POLICY_FILE).exists()
         || !checkpoints(folder)?.is_empty()
     {
         return Ok(false);
@@ -280,7 +280,7 @@ mod tests {
         fs::remove_file(dir.path().join(PRESET_FILE)).expect("removed");
         fs::remove_file(dir.path().join(METRICS_FILE)).expect("removed");
         begin(2);
-        for kept in [checkpoint_name(2), WEIGHTS_FILE.to_owned()] {
+        for kept in [checkpoint_name(2), POLICY_FILE.to_owned()] {
             let file = dir.path().join(kept);
             fs::write(&file, "weights").expect("writes");
             assert!(!forget_unsaved(dir.path()).expect("leaves it"));

@@ -1,23 +1,24 @@
-//! Trained policies as files for deployment: from a checkpoint to weights, contract and, on request, a reference.
+//! Trained policies as files: weights, contract, preset and, on request, a reference in one ONNX file, which is read back to the same policy.
 
 use std::path::{Path, PathBuf};
 
 use paid_motion::Clip;
 use paid_onnx::{
-    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, PlayContract, PolicyWeights,
-    RecurrentContract, Reference,
+    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, OnnxError, OnnxFile,
+    PlayContract, PolicyWeights, RecurrentContract, Reference, StoredPolicy, Training,
 };
 use paid_policy::observation::ObservationId;
 use paid_policy::{Checkpoint, Dimensions, ObservationTerms, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
+use crate::folder::PRESET_FILE;
 use crate::policy_weights::load_weights;
 use crate::setup::load_robot;
 use crate::{RunPreset, TrainError};
 
 /// What an action means, in the contract's words.
 pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
-/// Name of the ONNX file in a run folder.
+/// Name of the policy in a run folder.
 pub const POLICY_FILE: &str = "policy.onnx";
 /// Terms of a policy if nobody states others.
 pub const LICENSE: &str = "the terms of the motions that the policy was trained on";
@@ -63,11 +64,18 @@ pub fn task_contract(
     })
 }
 
+/// True if the name is that of an ONNX file.
+pub fn is_onnx(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx"))
+}
+
 /// A policy and everything that its file says about it.
 #[derive(Clone, Debug)]
 pub struct TrainedPolicy {
-    /// The checkpoint.
+    /// The checkpoint or policy file.
     pub checkpoint: PathBuf,
+    /// Stage and checkpoint that it comes from, without the folder, which is this machine's business.
+    pub run: String,
     /// The run's resolved preset.
     pub preset: RunPreset,
     /// Tree, limits.
@@ -79,12 +87,33 @@ pub struct TrainedPolicy {
 }
 
 impl TrainedPolicy {
-    /// Reads a checkpoint, or the policy of a run folder ([`load_weights`]).
+    /// Reads a policy file, a checkpoint, or the policy of a run folder ([`load_weights`]).
     ///
     /// # Errors
     /// If there is none, it is damaged, holds no preset, or its sizes are not those of its preset's robot.
-    pub fn load(run: &Path) -> Result<Self, TrainError> {
-        Self::of(&load_weights(run)?)
+    pub fn load(path: &Path) -> Result<Self, TrainError> {
+        if !is_onnx(path) {
+            return Self::of(&load_weights(path)?);
+        }
+        Self::stored(&OnnxFile::read(path).map_err(unread)?)?.ok_or_else(|| TrainError::Checkpoint {
+            path: path.to_owned(),
+            message: "expected a policy with its preset, found an ONNX file without; take the checkpoint that it comes from"
+                .to_owned(),
+        })
+    }
+
+    /// The policy in an ONNX file; `None` if it holds no preset: another program's file, or one of this program's first format.
+    ///
+    /// # Errors
+    /// If it is damaged, its preset turns on what this program does not have, or its sizes are not those of its preset's robot.
+    pub fn stored(file: &OnnxFile) -> Result<Option<Self>, TrainError> {
+        let Some(StoredPolicy { preset, run, policy, .. }) = file.stored().map_err(unread)? else {
+            return Ok(None);
+        };
+        let path = file.path().to_owned();
+        let preset = RunPreset::from_resolved(PRESET_FILE, &preset, &[])
+            .map_err(|error| TrainError::Checkpoint { path: path.clone(), message: error.to_string() })?;
+        Self::new(path, run, preset, policy).map(Some)
     }
 
     /// The policy in a checkpoint.
@@ -92,21 +121,25 @@ impl TrainedPolicy {
     /// # Errors
     /// If it holds no preset, or its sizes are not those of its preset's robot.
     pub fn of(checkpoint: &Checkpoint) -> Result<Self, TrainError> {
-        let path = checkpoint.path().to_owned();
-        let fail = |message: String| TrainError::Checkpoint { path: path.clone(), message };
         let preset = RunPreset::of_checkpoint(checkpoint)?;
+        let path = checkpoint.path().to_owned();
+        let run = run_name(&preset, &path);
+        Self::new(path, run, preset, checkpoint.policy()?)
+    }
+
+    fn new(path: PathBuf, run: String, preset: RunPreset, policy: Policy) -> Result<Self, TrainError> {
         let (model, spec) = load_robot(&preset.robot)?;
-        let policy = checkpoint.policy()?;
         let terms = ObservationTerms::new(&preset.task.observations.policy, Dimensions::of(&spec));
         let expected = (terms.dim(), spec.policy_joint_order.len());
         let found = (policy.obs_dim(), policy.action_dim());
         if expected != found {
-            return Err(fail(format!(
+            let message = format!(
                 "expected {} observations and {} actions (robot '{}'), found {} and {}",
                 expected.0, expected.1, spec.name, found.0, found.1
-            )));
+            );
+            return Err(TrainError::Checkpoint { path, message });
         }
-        Ok(Self { checkpoint: path, preset, model, spec, policy })
+        Ok(Self { checkpoint: path, run, preset, model, spec, policy })
     }
 
     /// The contract of the policy's file; `license` are the terms of the motions that it was trained on.
@@ -124,7 +157,8 @@ impl TrainedPolicy {
         })
     }
 
-    /// Writes the policy as ONNX, with `clip` inside if given. The clip must be at the control rate.
+    /// Writes the policy file: graph, contract and preset, with `clip` inside if given. The clip must be at the control rate. Nothing
+    /// else in the file comes from the motions; of their folder it names the last part only, because a path is of no use on another machine.
     ///
     /// # Errors
     /// If the file cannot be written, or something does not fit; an earlier file stays whole.
@@ -132,14 +166,16 @@ impl TrainedPolicy {
         let mut contract = self.contract(license)?;
         let reference = clip.map(|clip| self.reference(clip)).transpose()?;
         contract.reference = reference.as_ref().map(|r| r.name.clone());
-        paid_onnx::write(path, &weights(&self.policy), &contract, reference.as_ref(), &self.run_name())
-            .map_err(|error| TrainError::Setup(error.to_string()))
-    }
-
-    /// What the file says about where it comes from: stage and checkpoint, without the folder, which is this machine's business.
-    fn run_name(&self) -> String {
-        let stem = self.checkpoint.file_stem().unwrap_or_default().to_string_lossy();
-        format!("{} {stem}", self.preset.stage).replace(['/', '\\'], "-")
+        let mut weights = weights(&self.policy);
+        let task = &self.preset.task;
+        if task.mirror_left_kicks {
+            let mirrors = paid_play::policy_mirrors(&self.model, &self.spec, &task.observations.policy);
+            weights.mirror = Some(mirrors.map_err(TrainError::Setup)?);
+        }
+        let preset = self.preset.without_paths().to_toml()?;
+        let training = Training { preset, std: self.policy.std.clone() };
+        paid_onnx::write(path, &weights, &contract, reference.as_ref(), &self.run, Some(&training))
+            .map_err(unread)
     }
 
     /// A clip (model order) in the file's orders: policy joints, tracked bodies.
@@ -175,6 +211,17 @@ impl TrainedPolicy {
     }
 }
 
+/// Where a policy comes from: stage and checkpoint.
+pub(crate) fn run_name(preset: &RunPreset, checkpoint: &Path) -> String {
+    let stem = checkpoint.file_stem().unwrap_or_default().to_string_lossy();
+    format!("{} {stem}", preset.stage).replace(['/', '\\'], "-")
+}
+
+/// An error that names its file.
+pub(crate) fn unread(error: OnnxError) -> TrainError {
+    TrainError::Setup(error.to_string())
+}
+
 /// Chosen bodies of every frame, flattened.
 fn over_bodies<const N: usize>(rows: &[[f64; N]], per_frame: usize, chosen: &[usize]) -> Vec<f32> {
     let frames = rows.chunks(per_frame);
@@ -203,11 +250,12 @@ pub fn weights(policy: &Policy) -> PolicyWeights {
         layers: (policy.net.mlp.iter())
             .map(|l| DenseLayer { inputs: l.input, outputs: l.output, w: part(&l.weight), b: part(&l.bias) })
             .collect(),
+        mirror: None,
     }
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use paid_lanes::rng::Rng;
     use paid_onnx::OnnxPolicy;
     use paid_play::ShownAfterStrike;
@@ -218,7 +266,7 @@ mod tests {
     use super::*;
 
     /// A policy with random weights and statistics for the built-in robot.
-    fn trained(kind: NetworkKind) -> TrainedPolicy {
+    pub(crate) fn trained(kind: NetworkKind) -> TrainedPolicy {
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
         let mut rng = Rng::new(5, 0, 0);
         let preset = RunPreset::resolve("stage1", &[]).expect("built in");
@@ -236,13 +284,8 @@ mod tests {
         let params = net.initialize(&mut Rng::new(6, 0, 0));
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
-        TrainedPolicy {
-            checkpoint: "/home/someone/runs/x/model_10.safetensors".into(),
-            preset,
-            model,
-            spec,
-            policy,
-        }
+        let checkpoint = PathBuf::from("/home/someone/runs/x/model_10.safetensors");
+        TrainedPolicy { run: run_name(&preset, &checkpoint), checkpoint, preset, model, spec, policy }
     }
 
     #[test]
@@ -271,6 +314,59 @@ mod tests {
             // No path of this machine leaves with the policy.
             assert_eq!(file.metadata("run_path"), Some("stage1 model_10"));
         }
+    }
+
+    #[test]
+    fn a_policy_file_is_read_back_to_the_same_numbers() {
+        let folder = tempfile::tempdir().expect("folder");
+        for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+            let mut trained = trained(kind);
+            trained.preset.run.motions = "/home/someone/kicks".to_owned();
+            trained.policy.std[3] = 0.123_456_79;
+            let path = folder.path().join("policy.onnx");
+            trained.write_onnx(&path, "none", None).expect("writes");
+            let read = TrainedPolicy::load(&path).expect("reads");
+            assert_eq!((&read.checkpoint, &read.run), (&path, &trained.run));
+            assert_eq!(read.preset, trained.preset.without_paths());
+            assert_eq!(read.preset.run.motions, "kicks");
+            let numbers = |policy: &Policy| {
+                let normalizer = [policy.normalizer.mean(), policy.normalizer.inv_std()].concat();
+                [&policy.params, &normalizer, &policy.std]
+                    .map(|x| x.iter().map(|x| x.to_bits()).collect::<Vec<_>>())
+            };
+            assert_eq!(numbers(&read.policy), numbers(&trained.policy), "{kind:?}");
+            assert_eq!(read.policy.net.layout(), trained.policy.net.layout());
+            // Written again it is the same file.
+            let bytes = std::fs::read(&path).expect("reads");
+            read.write_onnx(&path, "none", None).expect("writes");
+            assert!(std::fs::read(&path).expect("reads") == bytes, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn the_graph_plays_in_the_mirror_where_it_is_told_to() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = folder.path().join("policy.onnx");
+        let mut trained = trained(NetworkKind::Mlp);
+        trained.write_onnx(&path, "none", None).expect("writes");
+        let error =
+            OnnxPolicy::load(&path).expect("reads").act_in_mirror(&[]).expect_err("no mirror").to_string();
+        assert!(error.contains("mirror: expected a policy that is played in it"), "{error}");
+        trained.preset.task.mirror_left_kicks = true;
+        trained.write_onnx(&path, "none", None).expect("writes");
+        let file = OnnxPolicy::load(&path).expect("reads");
+        let mut rng = Rng::new(7, 0, 0);
+        let obs: Vec<f32> = (0..trained.policy.obs_dim()).map(|_| 2.0 * rng.normal() as f32).collect();
+        let plain = file.act(&obs, &mut file.initial_state()).expect("acts");
+        let terms = &trained.preset.task.observations.policy;
+        let mirrors = paid_play::policy_mirrors(&trained.model, &trained.spec, terms).expect("has two sides");
+        let (mut seen, mut room) = (obs.clone(), Vec::new());
+        mirrors.observation.apply_to_marked(&mut seen, &[true], &mut room);
+        let mut expected = file.act(&seen, &mut file.initial_state()).expect("acts");
+        mirrors.action.apply_to_marked(&mut expected, &[true], &mut room);
+        let found = file.act_in_mirror(&obs).expect("acts");
+        assert_eq!(found, expected);
+        assert_ne!(found, plain);
     }
 
     #[test]

@@ -5,18 +5,22 @@ use std::path::Path;
 use paid_learn::Checkpoint;
 use paid_policy::PlayContract;
 
-use crate::folder::{Numbered, PRESET_FILE, newest_and_earlier};
-use crate::{RunPreset, TrainError};
+use paid_onnx::OnnxFile;
 
-/// Name of a run's policy in its folder, as a small checkpoint.
-pub const WEIGHTS_FILE: &str = "policy.safetensors";
+use crate::folder::{Numbered, PRESET_FILE, newest_and_earlier};
+use crate::policy_file::{POLICY_FILE, TrainedPolicy, is_onnx, run_name, unread};
+use crate::{RunPreset, TrainError};
 
 /// A checkpoint file as it is, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks
 /// ([`crate::RunConfig::average_last`]), played as its policy file says ([`write_play`]).
 ///
 /// # Errors
-/// If there is none, or one is damaged or of other networks than the others.
+/// If there is none, one is damaged or of other networks than the others, or `run` is a policy file, which holds no critic.
 pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
+    if is_onnx(run) {
+        let message = "a policy file holds no critic, with which training goes on; expected a run folder or a checkpoint (.safetensors)";
+        return Err(TrainError::Checkpoint { path: run.to_owned(), message: message.to_owned() });
+    }
     if run.is_file() {
         return Ok(Checkpoint::load(run)?);
     }
@@ -25,11 +29,12 @@ pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
 
 /// `weights` of the run's end, played as its policy file says, if it has one of the same end: another met the ball at other times.
 fn as_its_policy_plays(run: &Path, mut weights: Checkpoint) -> Result<Checkpoint, TrainError> {
-    let file = run.join(WEIGHTS_FILE);
+    let file = run.join(POLICY_FILE);
     if file.is_file() {
-        let policy = Checkpoint::load(&file)?;
-        if policy.meta().iteration == weights.meta().iteration {
-            set_play(&mut weights, RunPreset::of_checkpoint(&policy)?.task.play())?;
+        let file = OnnxFile::read(&file).map_err(unread)?;
+        let end = run_name(&RunPreset::of_checkpoint(&weights)?, weights.path());
+        if file.metadata(paid_onnx::RUN_KEY) == Some(end.as_str()) {
+            set_play(&mut weights, file.contract().map_err(unread)?.play.unwrap_or_default())?;
         }
     }
     Ok(weights)
@@ -81,17 +86,28 @@ fn mean(newest: &Path, others: &[Numbered]) -> Result<Checkpoint, TrainError> {
 /// # Errors
 /// If `weights` has no preset, or the file cannot be written; an earlier file stays whole.
 pub fn write_weights(weights: &Checkpoint, path: &Path) -> Result<(), TrainError> {
-    let mut preset = RunPreset::of_checkpoint(weights)?;
-    preset.run.motions = folder_name(&preset.run.motions);
+    let preset = RunPreset::of_checkpoint(weights)?.without_paths();
     weights.save_weights(path, &[(PRESET_FILE, preset.to_toml()?.as_bytes())])?;
     Ok(())
 }
 
-/// Writes into a policy file how it is played. All else stays: the weights and, in a full checkpoint, what it takes to resume it.
+/// Writes into a policy file or a checkpoint how it is played. All else stays: the weights and, in a full checkpoint, what it takes to
+/// resume it.
 ///
 /// # Errors
-/// If it is no checkpoint with a preset, has a memory and is to play in the mirror, or cannot be written; the file stays whole then.
+/// If it holds no preset, embeds a reference, has a memory and is to play in the mirror, or cannot be written; the file stays whole then.
 pub fn write_play(path: &Path, play: PlayContract) -> Result<(), TrainError> {
+    if is_onnx(path) {
+        let contract = OnnxFile::read(path).and_then(|file| file.contract()).map_err(unread)?;
+        if let Some(clip) = contract.reference {
+            let message =
+                format!("expected a file without a reference, found '{clip}' in it; export the policy again");
+            return Err(TrainError::Checkpoint { path: path.to_owned(), message });
+        }
+        let mut trained = TrainedPolicy::load(path)?;
+        trained.preset.play_as(play)?;
+        return trained.write_onnx(path, &contract.license, None);
+    }
     let mut checkpoint = Checkpoint::load(path)?;
     set_play(&mut checkpoint, play)?;
     Ok(checkpoint.save()?)
@@ -99,10 +115,24 @@ pub fn write_play(path: &Path, play: PlayContract) -> Result<(), TrainError> {
 
 fn set_play(weights: &mut Checkpoint, play: PlayContract) -> Result<(), TrainError> {
     let mut preset = RunPreset::of_checkpoint(weights)?;
-    preset.task.set_play(play);
-    preset.validate().map_err(|message| TrainError::Preset { place: preset.stage.clone(), message })?;
+    preset.play_as(play)?;
     weights.set_blob(PRESET_FILE, preset.to_toml()?.as_bytes());
     Ok(())
+}
+
+impl RunPreset {
+    /// Changes how its policy is played.
+    fn play_as(&mut self, play: PlayContract) -> Result<(), TrainError> {
+        self.task.set_play(play);
+        self.validate().map_err(|message| TrainError::Preset { place: self.stage.clone(), message })
+    }
+
+    /// With the name of the motions' folder in place of its path, for another machine.
+    pub(crate) fn without_paths(&self) -> Self {
+        let mut preset = self.clone();
+        preset.run.motions = folder_name(&preset.run.motions);
+        preset
+    }
 }
 
 /// The last part of a path; empty for an empty path.

@@ -6,10 +6,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use paid_learn::{Alone, Checkpoint};
-use paid_policy::PlayContract;
+use paid_policy::{NetworkKind, PlayContract};
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
-use crate::policy_weights::{WEIGHTS_FILE, load_mean, load_weights, write_play, write_weights};
+use crate::policy_file::tests::trained;
+use crate::policy_file::{POLICY_FILE, TrainedPolicy, run_name};
+use crate::policy_weights::{load_mean, load_weights, write_play, write_weights};
 use crate::stage::run_stage;
 use crate::toy::Toy;
 use crate::{End, Judge, Limits, Named, Outcome, Phase, RunPreset, StageJob, Start, Trainer};
@@ -316,20 +318,28 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     let out = folder.path().join("run");
     run(&out, &Toy::preset(&[]), false, 4);
     let weights = load_weights(&out).expect("a policy");
-    let file = out.join(WEIGHTS_FILE);
-    write_weights(&weights, &file).expect("writes");
+    // The toy is no robot, so that the file of a robot's policy stands in for the run's own.
+    let mut trained = trained(NetworkKind::Mlp);
+    trained.run = run_name(&RunPreset::of_checkpoint(&weights).expect("a preset"), weights.path());
+    let file = out.join(POLICY_FILE);
+    trained.write_onnx(&file, "none", None).expect("writes");
     let contacts = [("kick".to_owned(), 1.25)];
     let play = PlayContract { contact_s: contacts.into(), mirror_left_kicks: true, where_it_lay: None };
     write_play(&file, play.clone()).expect("writes");
+    let read = TrainedPolicy::load(&file).expect("reads");
+    assert_eq!((read.preset.task.play(), &read.policy.params), (play.clone(), &trained.policy.params));
     let plays = |weights: &Checkpoint| RunPreset::of_checkpoint(weights).expect("a preset").task.play();
     let of = |path: &Path| plays(&load_weights(path).expect("a policy"));
-    assert_eq!(of(&file), play);
     assert_eq!(of(&out), play);
     assert_eq!(plays(&load_mean(&out, 2).expect("two checkpoints")), play, "export --average");
+    let small = folder.path().join("small.safetensors");
+    write_weights(&weights, &small).expect("writes");
     assert_eq!(
-        Checkpoint::load(&file).expect("reads").policy().expect("policy").params,
+        Checkpoint::load(&small).expect("reads").policy().expect("policy").params,
         weights.policy().expect("policy").params
     );
+    let error = load_weights(&file).expect_err("no critic").to_string();
+    assert!(error.contains("policy.onnx: a policy file holds no critic"), "{error}");
     // Trained further, it meets the ball at other times.
     run(&out, &Toy::preset(&[]), true, u64::MAX);
     assert_eq!(of(&out), PlayContract::default());

@@ -171,11 +171,12 @@ mod tests {
             let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
             RunPreset::resolve(name, &sets).expect(name)
         };
-        let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies");
-        let demo = policies.join("demo/stage1.safetensors");
+        let stage1 = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/samples/stage1.safetensors");
+        // As small as its networks.
+        let small = preset("stage2", &["learn.actor.hidden=[1]", "learn.critic.hidden=[1]"]);
         let [one, two] = [preset("stage1", &[]), preset("stage2", &[])];
         check_starts(&[one.clone(), two.clone()], None).expect("the usual two stages");
-        check_starts(std::slice::from_ref(&two), Some(&demo)).expect("the demo's first stage");
+        check_starts(std::slice::from_ref(&small), Some(&stage1)).expect("a first stage");
         check_starts(&[preset("amp", &[])], None).expect("a style reward");
 
         let refused = |stages: &[RunPreset], from: Option<&Path>| {
@@ -183,7 +184,10 @@ mod tests {
         };
         let error = refused(&[one, preset("stage2", &["learn.actor.hidden=[64]"])], None);
         assert!(error.contains("expected the networks of the stage before"), "{error}");
-        let error = refused(&[preset("stage2", &["learn.critic.hidden=[64]"])], Some(&demo));
+        let error = refused(
+            &[preset("stage2", &["learn.actor.hidden=[1]", "learn.critic.hidden=[2]"])],
+            Some(&stage1),
+        );
         assert!(error.contains("stage1.safetensors") && error.contains("critic"), "{error}");
         let error = refused(&[two], Some(Path::new(env!("CARGO_MANIFEST_PATH"))));
         assert!(error.contains("Cargo.toml"), "{error}");

@@ -12,7 +12,7 @@ use paid_task::TrainShard;
 use crate::folder::{self, PRESET_FILE, RunFolder};
 use crate::meeting::{hosts, meet};
 use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
-use crate::policy_weights::{WEIGHTS_FILE, load_weights, mean_of_run, write_weights};
+use crate::policy_weights::{load_weights, mean_of_run};
 use crate::trainer::progress_of;
 use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};
 
@@ -121,11 +121,9 @@ pub fn train_judged_stage(
     Ok(outcome)
 }
 
-/// The policy as ONNX and as a small checkpoint.
+/// The policy's file.
 fn write_policy(job: &StageJob) -> Result<(), TrainError> {
-    let weights = mean_of_run(&job.out)?;
-    write_weights(&weights, &job.out.join(WEIGHTS_FILE))?;
-    TrainedPolicy::of(&weights)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)
+    TrainedPolicy::of(&mean_of_run(&job.out)?)?.write_onnx(&job.out.join(POLICY_FILE), LICENSE, None)
 }
 
 /// Refuses ranks that would not train the same thing: another program, instruction set, preset, start, robot, or other motions.

@@ -75,15 +75,18 @@ mod tests {
     const PLAN: &str = r#"
         title = "ours and another"
         samples = 100000
+        sets = ["learn.actor.hidden=[1]", "learn.critic.hidden=[1]"]
 
         [judge]
         knowledge = ["truth", "perceived"]
 
         [[entry]]
         name = "ours"
-        from = "demo/stage1.safetensors"
+        from = "../crates/skill/train/tests/samples/stage1.safetensors"
         stages = [{ preset = "stage2" }]
     "#;
+
+    const FROM: &str = "from = \"../crates/skill/train/tests/samples/stage1.safetensors\"";
 
     fn policies() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies")
@@ -103,8 +106,11 @@ mod tests {
     #[test]
     fn a_policy_to_begin_with_has_the_networks_of_its_stage() {
         checked(PLAN, None).expect("fits");
-        let error =
-            checked(&PLAN.replace("demo/stage1.safetensors", "demo/README.md"), None).expect_err("no policy");
+        let error = checked(
+            &PLAN.replace("../crates/skill/train/tests/samples/stage1.safetensors", "demo/README.md"),
+            None,
+        )
+        .expect_err("no policy");
         assert!(error.contains("README.md"), "{error}");
         let other = PLAN.replace("[{ preset = \"stage2\" }]", "[{ preset = \"stage2_lstm\" }]");
         let error = checked(&other, None).expect_err("another network");
@@ -121,7 +127,7 @@ mod tests {
         assert!(refused(PLAN).contains("kick.csv"));
         // It follows none, but is compared with them.
         let free = PLAN
-            .replace("from = \"demo/stage1.safetensors\"", "")
+            .replace(FROM, "")
             .replace("\"stage2\"", "\"pure_rl\"")
             .replace("[judge]", "[judge]\nlikeness_trials = 1");
         assert!(refused(&free).contains("kick.csv"));
@@ -132,11 +138,11 @@ mod tests {
         let test = "a_policy_as_it_is_must_be_one_that_can_be_judged";
         let Some(_) = paid_testing::mujoco(test, paid_mujoco::Library::get()) else { return };
         let with = |policy: &str| format!("{PLAN}\n[[entry]]\nname = \"another\"\npolicy = \"{policy}\"\n");
-        checked(&with("demo/stage2.safetensors"), None).expect("fits");
         checked(&with("demo/policy.onnx"), None).expect("fits");
         let error = checked(&with("demo/README.md"), None).expect_err("no policy");
         assert!(error.contains("README.md"), "{error}");
-        let error = checked(&with("demo/stage1.safetensors"), None).expect_err("no ball");
+        let error = checked(&with("../crates/skill/train/tests/samples/stage1.safetensors"), None)
+            .expect_err("no ball");
         assert!(error.contains("expected one with a physical ball"), "{error}");
 
         // The same robot under another name is another one.
@@ -147,9 +153,7 @@ mod tests {
             .expect("copies");
         let robot =
             format!("sets = ['robot={:?}']\n[judge]", folder.path().join("twin.toml").display().to_string());
-        let twin = with("demo/stage2.safetensors")
-            .replace("[judge]", &robot)
-            .replace("from = \"demo/stage1.safetensors\"", "");
+        let twin = with("demo/policy.onnx").replace("[judge]", &robot).replace(FROM, "");
         let error = checked(&twin, None).expect_err("another robot");
         assert!(
             error.contains("entry.policy: expected a policy of robot") && error.contains("twin.toml"),

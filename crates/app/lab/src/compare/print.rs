@@ -8,7 +8,7 @@ use paid_eval::EvalError;
 use paid_eval::subject::PolicySource;
 use paid_motion::motion_files;
 use paid_train::folder::latest_checkpoint;
-use paid_train::policy_weights::WEIGHTS_FILE;
+use paid_train::policy_file::POLICY_FILE;
 
 use super::contender::Contender;
 
@@ -88,7 +88,7 @@ pub(super) fn print_of_clips(clips: &Path) -> Result<String, EvalError> {
 
 /// Of a run folder the newest checkpoint and the policy file, which says how it is played; each where it is.
 pub(super) fn print_of_policy(path: &Path) -> Result<Print, EvalError> {
-    let file = path.join(WEIGHTS_FILE);
+    let file = path.join(POLICY_FILE);
     let mut print = Print::EMPTY;
     match latest_checkpoint(path) {
         Ok(checkpoint) => print = print.with_file(&checkpoint)?,

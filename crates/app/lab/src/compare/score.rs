@@ -327,12 +327,12 @@ mod tests {
     #[test]
     fn kicks_are_compared_with_the_clips_of_the_shots() {
         let policies = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies");
-        let spec = SubjectSpec::new(policies.join("demo/stage2.safetensors"));
+        let spec = SubjectSpec::new(policies.join("demo/policy.onnx"));
         let asked = SubjectSpec { motions: Some("asked".into()), ..spec.clone() };
         assert_eq!(clips_folder(&asked).expect("asked"), PathBuf::from("asked"));
         assert_eq!(clips_folder(&spec).expect("its own: the built-in kicks"), PathBuf::new());
         // Clips that its shots need and that are not here are not replaced by others.
-        let other = SubjectSpec::new(policies.join("paid13_eyes/stage2.safetensors"));
+        let other = SubjectSpec::new(policies.join("paid13/policy.onnx"));
         let error = clips_folder(&other).expect_err("not here").to_string();
         assert!(error.contains("expected their folder, found none"), "{error}");
     }

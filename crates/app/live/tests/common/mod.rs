@@ -117,7 +117,7 @@ impl Page {
 
 /// The demo's policy.
 pub fn demo() -> SubjectSpec {
-    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
     SubjectSpec { threads: 1, ..SubjectSpec::new(policy) }
 }
 

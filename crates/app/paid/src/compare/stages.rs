@@ -9,7 +9,7 @@ use paid_eval::curves::Curves;
 use paid_lab::compare::Contender;
 use paid_lab::compare::{difference, has_run};
 use paid_train::folder::{METRICS_FILE, PRESET_FILE, checkpoints, forget_unsaved};
-use paid_train::policy_weights::WEIGHTS_FILE;
+use paid_train::policy_file::POLICY_FILE;
 use paid_train::{Alone, End, Limits, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;
@@ -32,7 +32,7 @@ pub fn refuse_another(folder: &Path, preset: &RunPreset) -> Result<(), Failure> 
             ))),
         };
     }
-    match [METRICS_FILE, WEIGHTS_FILE].into_iter().find(|name| folder.join(name).exists()) {
+    match [METRICS_FILE, POLICY_FILE].into_iter().find(|name| folder.join(name).exists()) {
         None => Ok(()),
         Some(name) => Err(Failure::input(format!(
             "{}: expected the preset of the run whose {name} lies there, found none; copy it too, or use another --out",
@@ -66,7 +66,7 @@ pub fn trained(out: &Path, contender: &Contender) -> Option<Vec<u64>> {
 /// Policy file and samples of a stage that was trained to its end elsewhere, and came without its checkpoints. Beside checkpoints a policy
 /// file may be that of an earlier end.
 fn carried(folder: &Path, preset: &RunPreset) -> Result<Option<(PathBuf, u64)>, Failure> {
-    let file = folder.join(WEIGHTS_FILE);
+    let file = folder.join(POLICY_FILE);
     match samples(folder, preset) {
         Some(samples) if file.is_file() && checkpoints(folder)?.is_empty() => Ok(Some((file, samples))),
         _ => Ok(None),
@@ -148,7 +148,7 @@ mod tests {
         let folder = run();
         let found = |iterations| carried(folder.path(), &preset(iterations)).expect("reads");
         assert_eq!(found(2), None, "no policy");
-        let file = folder.path().join(WEIGHTS_FILE);
+        let file = folder.path().join(POLICY_FILE);
         fs::write(&file, "weights").expect("writes");
         assert_eq!(found(2), Some((file, 3072)));
         assert_eq!(found(3), None, "not at its end");

@@ -17,7 +17,7 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Write the times into the policy's file (a checkpoint), so that rolling balls are predicted until then, and whether left-footed kicks
+    /// Write the times into the policy's file, so that rolling balls are predicted until then, and whether left-footed kicks
     /// are played in the mirror (--set mirror_left_kicks=true). All else in the file stays: a run's checkpoint can be resumed as before.
     #[arg(long)]
     keep: bool,
@@ -30,11 +30,10 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.common.setting.one_engine()?;
     let spec = args.common.spec("paper_stage2")?;
-    let is_file = spec.policy.is_file() && spec.policy.extension().is_none_or(|e| e != "onnx");
-    if args.keep && !is_file {
+    if args.keep && !spec.policy.is_file() {
         let found = spec.policy.display();
         return Err(Failure::input(format!(
-            "--keep: expected --policy to be a checkpoint file, such as a run's policy.safetensors, found {found}"
+            "--keep: expected --policy to be a file, such as a run's policy.onnx, found {found}"
         )));
     }
     let mut subject = Subject::load(&spec)?;

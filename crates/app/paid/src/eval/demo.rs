@@ -12,7 +12,7 @@ use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
 use paid_plot::{Animation, Film, film_frame, film_strip};
 use paid_task::InitialState;
-use paid_train::policy_weights::WEIGHTS_FILE;
+use paid_train::policy_file::POLICY_FILE;
 
 use super::engine::count;
 use super::out::writable;
@@ -26,7 +26,7 @@ use crate::threads::thread_count;
 use crate::train::motion_folder;
 
 /// The policy that plays when none is given.
-const POLICY: &[u8] = include_bytes!("../../../../../policies/demo/stage2.safetensors");
+const POLICY: &[u8] = include_bytes!("../../../../../policies/demo/policy.onnx");
 
 /// Frame rate of the recording [Hz].
 const RATE_HZ: f64 = 12.5;
@@ -132,7 +132,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// Writes the program's own policy into `out`, to be played with further; its place.
 fn own_policy(out: &Path) -> Result<PathBuf, Failure> {
-    let path = out.join(WEIGHTS_FILE);
+    let path = out.join(POLICY_FILE);
     write_whole(&path, POLICY)?;
     Ok(path)
 }

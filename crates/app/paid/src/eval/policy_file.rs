@@ -5,16 +5,12 @@ use std::io::Read;
 use std::path::Path;
 
 use paid_train::folder::checkpoints;
+use paid_train::policy_file::is_onnx;
 
 use crate::failure::Failure;
 
 /// How a ZIP archive begins, and with it an NPZ file.
 const ZIP: &[u8] = b"PK\x03\x04";
-
-/// True if the name is that of an ONNX file.
-pub fn is_onnx(policy: &Path) -> bool {
-    policy.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx"))
-}
 
 /// Refuses a file of another kind, and a folder without a run, in words that help. All else its reader judges.
 pub fn check(policy: &Path) -> Result<(), Failure> {
@@ -84,8 +80,8 @@ mod tests {
         check(&place("absent")).expect("the reader says so");
         fs::create_dir(place("demo")).expect("folder");
         check(&place("demo")).expect("the reader says that it is empty");
-        fs::write(place("demo/stage2.safetensors"), b"x").expect("written");
-        assert!(error("demo").ends_with("found stage2.safetensors; name one of them"), "{}", error("demo"));
+        fs::write(place("demo/policy.onnx"), b"x").expect("written");
+        assert!(error("demo").ends_with("found policy.onnx; name one of them"), "{}", error("demo"));
         fs::write(place("demo/model_5.safetensors"), b"x").expect("written");
         check(&place("demo")).expect("a run");
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use paid_eval::subject::SubjectSpec;
 use paid_task::preset::KnowledgeMode;
+use paid_train::policy_file::is_onnx;
 
 use super::engine::{EngineArgs, EngineName, positive};
 use super::policy_file;
@@ -139,7 +140,7 @@ impl Setting {
     fn spec_in_any_engine(&self, policy: &Path, fallback_task: &str) -> Result<SubjectSpec, Failure> {
         policy_file::check(policy)?;
         self.motions.as_deref().map_or(Ok(()), motion_folder)?;
-        if let Some(robot) = self.robot.as_ref().filter(|_| !policy_file::is_onnx(policy)) {
+        if let Some(robot) = self.robot.as_ref().filter(|_| !is_onnx(policy)) {
             let file = policy.display();
             return Err(Failure::input(format!(
                 "--robot {robot}: expected an ONNX file as --policy, found {file}, which knows its robot"

@@ -85,7 +85,7 @@ fn a_rank_that_would_judge_something_else_is_refused_by_its_number_and_machine()
     let test = "a_rank_that_would_judge_something_else_is_refused_by_its_number_and_machine";
     let folder = tempfile::tempdir().expect("folder");
     let (path, host) = (folder.path(), host());
-    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/stage2.safetensors");
+    let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/policy.onnx");
     let shoot = [
         env!("CARGO_BIN_EXE_paid"),
         "eval",

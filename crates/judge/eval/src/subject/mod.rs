@@ -30,7 +30,7 @@ pub use source::PolicySource;
 /// use paid_eval::shooting::{self, ShootingOptions};
 /// use paid_eval::subject::{Subject, SubjectSpec};
 ///
-/// let subject = Subject::load(&SubjectSpec::new("policies/demo/stage2.safetensors"))?;
+/// let subject = Subject::load(&SubjectSpec::new("policies/demo/policy.onnx"))?;
 /// let report = shooting::evaluate(&subject.setup, &*subject.maker, &ShootingOptions::default())?;
 /// println!("{}", report.table());
 /// # Ok::<(), paid_eval::EvalError>(())

@@ -9,7 +9,7 @@ use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::TaskPreset;
 use paid_train::TrainedPolicy;
-use paid_train::policy_file::task_contract;
+use paid_train::policy_file::{is_onnx, task_contract};
 
 use crate::EvalError;
 use crate::policy::{Driver, DriverMaker, Gains, NetworkDriver, OnnxDriver, Twist2};
@@ -18,9 +18,9 @@ use crate::scene::ScenePreset;
 /// A policy file that has been read.
 #[derive(Debug)]
 pub enum PolicySource {
-    /// A checkpoint, or a run folder's policy. It knows its robot, task and motions.
+    /// A policy file, a checkpoint, or a run folder's policy. It knows its robot, task and motions.
     Network(Box<TrainedPolicy>),
-    /// An ONNX file of this project: it has a contract, but names neither task nor motions.
+    /// An ONNX file of this project's first format: it has a contract, but names neither task nor motions.
     Onnx(Box<OnnxFile>),
     /// An ONNX file with the interface of PAiD's release.
     Released(Box<OnnxFile>),
@@ -34,12 +34,14 @@ impl PolicySource {
     /// # Errors
     /// If the file is missing or damaged.
     pub fn read(path: &Path) -> Result<Self, EvalError> {
-        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("onnx")) {
+        if !is_onnx(path) {
             return Ok(Self::Network(Box::new(TrainedPolicy::load(path)?)));
         }
         let file = Box::new(OnnxFile::read(path)?);
         Ok(if Twist2::fits(&file) {
             Self::Twist2(file)
+        } else if let Some(trained) = TrainedPolicy::stored(&file)? {
+            Self::Network(Box::new(trained))
         } else if file.metadata(CONTRACT_KEY).is_some() {
             Self::Onnx(file)
         } else {

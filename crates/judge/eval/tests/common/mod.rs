@@ -14,7 +14,7 @@ use paid_play::{ReferenceLibrary, ShownAfterStrike};
 use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
 use paid_task::TaskPreset;
-use paid_train::policy_weights::load_weights;
+use paid_train::TrainedPolicy;
 
 /// Two seconds in which the robot stands and swings a leg to the front and back in the first of them.
 fn swing(kick_leg: KickLeg) -> Clip {
@@ -83,8 +83,8 @@ pub fn setup(task: &str) -> EvalSetup {
 
 /// The demo policy on the kicks that it was trained on, in the paper's task with the ball shown where it will be.
 pub fn demo() -> (EvalSetup, PlainNetwork) {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
-    let network = load_weights(&file).and_then(|weights| Ok(weights.policy()?)).expect("the demo");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
+    let network = TrainedPolicy::load(&file).expect("the demo").policy;
     let mut setup = EvalSetup { seed: 3, ..setup("paper_stage2") };
     let motions = MotionLibrary::builtin(&setup.robot, &setup.spec, 50.0).expect("kicks");
     let library = ReferenceLibrary::from_motions(&motions, &setup.robot, &setup.spec).expect("fits");

@@ -284,7 +284,7 @@ mod tests {
 
     #[test]
     fn from_a_new_frame_of_odometry_to_the_next_kick_the_policy_is_shown_what_it_was_shown_last() {
-        let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+        let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
         let player = Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy");
         let mut runtime = Runtime::new(Arc::new(player), Limits::default());
         let last = SceneView::new(Vec3([1.0, 0.2, -0.6]), Vec3([4.0, 0.3, -0.6]));

@@ -11,8 +11,7 @@ use crate::player::about_z;
 const FAR_AHEAD: KickTimes = KickTimes { to_strike_s: f64::INFINITY, to_contact_s: f64::INFINITY };
 
 fn player() -> Player {
-    let policy =
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/stage2.safetensors");
+    let policy = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
     Player::load(&PlayerSpec { policy, motions: None, sets: Vec::new() }).expect("policy")
 }
 
