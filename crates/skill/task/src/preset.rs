@@ -95,11 +95,23 @@ pub enum ReferenceSource {
     None,
 }
 
-/// The paper's run presets, whose task is built in: name, file and TOML text.
-const BUILTIN: [(&str, &str, &str); 2] = [
-    ("paper_stage1", "paper_stage1.toml", include_str!("../../../../configs/presets/paper_stage1.toml")),
-    ("paper_stage2", "paper_stage2.toml", include_str!("../../../../configs/presets/paper_stage2.toml")),
-];
+/// A run preset that the binary carries: name, file and TOML text.
+pub type BuiltinPreset = (&'static str, &'static str, &'static str);
+
+/// Built-in run presets by name, from the files of these names in `configs/presets`.
+#[macro_export]
+macro_rules! builtin_presets {
+    ($($name:literal),+ $(,)?) => {
+        [$((
+            $name,
+            concat!($name, ".toml"),
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../configs/presets/", $name, ".toml")),
+        )),+]
+    };
+}
+
+/// The paper's run presets, which have every key of the task.
+pub const PAPER: [BuiltinPreset; 2] = builtin_presets!["paper_stage1", "paper_stage2"];
 
 impl TaskPreset {
     /// The task of the paper's run preset (`paper_stage1`, `paper_stage2`).
@@ -116,8 +128,8 @@ impl TaskPreset {
     /// If there is none of this name, an override does not apply, or a value is out of range.
     pub fn builtin_with(name: &str, overrides: &[String]) -> Result<Self, TaskError> {
         let fail = |message: String| TaskError::Preset { name: name.to_owned(), message };
-        let (_, file, text) = BUILTIN.iter().find(|(builtin, ..)| *builtin == name).ok_or_else(|| {
-            fail(format!("not a built-in task; there are {}", BUILTIN.map(|(name, ..)| name).join(", ")))
+        let (_, file, text) = PAPER.iter().find(|(builtin, ..)| *builtin == name).ok_or_else(|| {
+            fail(format!("not a built-in task; there are {}", PAPER.map(|(name, ..)| name).join(", ")))
         })?;
         let task = Tree::parse(file, text).map_err(|error| fail(error.to_string()))?.take("task");
         Self::of_tree(name, task.unwrap_or_default(), overrides)
@@ -297,7 +309,7 @@ mod tests {
 
     #[test]
     fn builtin_presets_parse_and_survive_a_round_trip() {
-        for (name, ..) in BUILTIN {
+        for (name, ..) in PAPER {
             let preset = TaskPreset::builtin(name).expect("valid");
             let text = toml::to_string(&preset).expect("writes");
             assert_eq!(TaskPreset::parse(name, &text, &[]).expect("reads"), preset);

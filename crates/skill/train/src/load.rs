@@ -4,46 +4,32 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use paid_learn::Checkpoint;
-use paid_task::TaskPreset;
 use paid_task::layers::{LayerError, Tree};
+use paid_task::preset::{BuiltinPreset, PAPER};
+use paid_task::{TaskPreset, builtin_presets};
 use toml::Value;
 
 use crate::folder::PRESET_FILE;
 use crate::written::known_part;
 use crate::{RunPreset, TrainError};
 
-/// Run presets that the binary carries: name, file and TOML text.
-pub const BUILTIN: [(&str, &str, &str); 17] = [
-    ("paper_stage1", "paper_stage1.toml", include_str!("../../../../configs/presets/paper_stage1.toml")),
-    ("paper_stage2", "paper_stage2.toml", include_str!("../../../../configs/presets/paper_stage2.toml")),
-    ("stage1", "stage1.toml", include_str!("../../../../configs/presets/stage1.toml")),
-    ("stage2", "stage2.toml", include_str!("../../../../configs/presets/stage2.toml")),
-    ("stage1_hour", "stage1_hour.toml", include_str!("../../../../configs/presets/stage1_hour.toml")),
-    ("stage2_hour", "stage2_hour.toml", include_str!("../../../../configs/presets/stage2_hour.toml")),
-    ("stage1_fast", "stage1_fast.toml", include_str!("../../../../configs/presets/stage1_fast.toml")),
-    ("stage2_fast", "stage2_fast.toml", include_str!("../../../../configs/presets/stage2_fast.toml")),
-    ("stage1_lstm", "stage1_lstm.toml", include_str!("../../../../configs/presets/stage1_lstm.toml")),
-    ("stage2_lstm", "stage2_lstm.toml", include_str!("../../../../configs/presets/stage2_lstm.toml")),
-    ("stage3", "stage3.toml", include_str!("../../../../configs/presets/stage3.toml")),
-    (
-        "stage3_no_sysid",
-        "stage3_no_sysid.toml",
-        include_str!("../../../../configs/presets/stage3_no_sysid.toml"),
-    ),
-    (
-        "stage3_no_noise",
-        "stage3_no_noise.toml",
-        include_str!("../../../../configs/presets/stage3_no_noise.toml"),
-    ),
-    ("pure_rl", "pure_rl.toml", include_str!("../../../../configs/presets/pure_rl.toml")),
-    (
-        "pure_rl_scattered",
-        "pure_rl_scattered.toml",
-        include_str!("../../../../configs/presets/pure_rl_scattered.toml"),
-    ),
-    ("amp", "amp.toml", include_str!("../../../../configs/presets/amp.toml")),
-    ("single_stage", "single_stage.toml", include_str!("../../../../configs/presets/single_stage.toml")),
+/// Run presets that the binary carries beside the paper's.
+const OURS: [BuiltinPreset; 9] = builtin_presets![
+    "stage1",
+    "stage2",
+    "stage1_lstm",
+    "stage2_lstm",
+    "stage3",
+    "pure_rl",
+    "pure_rl_scattered",
+    "amp",
+    "single_stage",
 ];
+
+/// Run presets that the binary carries.
+pub fn builtin() -> impl Iterator<Item = BuiltinPreset> {
+    PAPER.into_iter().chain(OURS)
+}
 
 /// A resolved preset and where each of its values comes from.
 #[derive(Clone, Debug)]
@@ -171,13 +157,13 @@ impl Resolved {
 
 /// Reads a preset and lays it over its bases; `files` gets their names.
 fn read(name: &str, folder: &Path, files: &mut Vec<String>) -> Result<Tree, TrainError> {
-    let (file, text, folder) = match BUILTIN.iter().find(|(builtin, ..)| *builtin == name) {
-        Some((_, file, text)) => ((*file).to_owned(), (*text).to_owned(), PathBuf::new()),
+    let (file, text, folder) = match builtin().find(|(builtin, ..)| *builtin == name) {
+        Some((_, file, text)) => (file.to_owned(), text.to_owned(), PathBuf::new()),
         None => {
             let path = folder.join(name);
             // A path has an ending; a built-in name has none.
             if path.extension().is_none_or(|e| e != "toml") {
-                let names = BUILTIN.map(|(name, ..)| name).join(", ");
+                let names = builtin().map(|(name, ..)| name).collect::<Vec<_>>().join(", ");
                 return Err(TrainError::Preset {
                     place: files.last().map_or(name, String::as_str).to_owned(),
                     message: format!(

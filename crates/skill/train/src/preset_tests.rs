@@ -8,7 +8,7 @@ use paid_task::TaskPreset;
 use paid_task::layers::{Origin, Tree};
 use toml::Value;
 
-use crate::load::BUILTIN;
+use crate::load::builtin;
 use crate::{Resolved, RunPreset};
 
 fn resolved(name: &str) -> Resolved {
@@ -43,7 +43,7 @@ fn in_another_kind(tree: &Tree, key: &str) -> bool {
 
 #[test]
 fn builtin_presets_resolve_and_survive_a_round_trip() {
-    for (name, ..) in BUILTIN {
+    for (name, ..) in builtin() {
         let preset = resolved(name).preset;
         assert_eq!(preset.task.name, preset.stage);
         let text = preset.to_toml().expect("writes");
@@ -53,7 +53,7 @@ fn builtin_presets_resolve_and_survive_a_round_trip() {
 
 #[test]
 fn a_preset_differs_from_its_base_only_where_its_own_file_says_so() {
-    for (name, file, text) in BUILTIN {
+    for (name, file, text) in builtin() {
         let (tree, Some(base)) = own(file, text) else { continue };
         let (mine, below) = (values(&resolved(name)), values(&resolved(&base)));
         for (key, value) in &mine {
@@ -74,7 +74,7 @@ fn a_preset_differs_from_its_base_only_where_its_own_file_says_so() {
 
 #[test]
 fn a_preset_names_nothing_that_its_base_says_already() {
-    for (name, file, text) in BUILTIN {
+    for (name, file, text) in builtin() {
         let (tree, Some(base)) = own(file, text) else { continue };
         let below = values(&resolved(&base));
         for (key, value, _) in tree.leaves() {
@@ -90,7 +90,7 @@ fn a_preset_names_nothing_that_its_base_says_already() {
 
 #[test]
 fn a_phase_names_nothing_that_holds_already() {
-    for (name, ..) in BUILTIN {
+    for (name, ..) in builtin() {
         let preset = resolved(name).preset;
         for (k, phase) in preset.phases.iter().enumerate() {
             let before = Tree::of(&preset.in_phase(k).expect("valid")).expect("writes");
@@ -103,7 +103,7 @@ fn a_phase_names_nothing_that_holds_already() {
 
 #[test]
 fn the_papers_presets_are_complete_and_a_chain_has_three_files_at_most() {
-    for (name, ..) in BUILTIN {
+    for (name, ..) in builtin() {
         let resolved = resolved(name);
         assert!(resolved.files.len() <= 3, "{name}: {:?}", resolved.files);
         assert!(resolved.files.last().expect("a file").starts_with("paper_stage"), "{name}");
