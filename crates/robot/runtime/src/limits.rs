@@ -27,7 +27,7 @@ pub struct Limits {
     /// about the vendor's 10 rad/s.
     pub standing: Envelope,
     /// During a kick, and until the robot has settled after it. Default: the highest values of some 300 kicks in simulation that ended on both feet, 0.74 rad, 10.1
-    /// rad/s and 1.48 of a joint's limit (`policies/paid13_eyes`, matches of 11), with a margin of a third, a half and a quarter.
+    /// rad/s and 1.48 of a joint's limit (an earlier policy, matches of 11), with a margin of a third, a half and a quarter.
     pub kicking: Envelope,
     /// A joint may be so far beyond its range `[rad]`. Default 0.3: in simulated kicks ankles go 0.1 to 0.2 beyond their stops.
     pub range_margin_rad: f64,
@@ -85,7 +85,7 @@ pub struct Limits {
     /// A target of the policy may lie so far beyond the joint's soft range, as a share of the angle at which the motor gives all its torque
     /// (effort over stiffness); what is farther out is brought back. Default 2: training clamps nothing, its joints are soft, and a policy
     /// presses the ground with targets far outside of an ankle's range, where torque and the stop limit what comes of it. In 8 matches of 11
-    /// in lockstep (`policies/demo` seeds 0 to 4, `policies/paid13_eyes` 0 to 2) targets lay 1.46 beyond at most (ankles; up to 2.6 rad), 1.71
+    /// in lockstep (`policies/demo` seeds 0 to 4, an earlier policy 0 to 2) targets lay 1.46 beyond at most (ankles; up to 2.6 rad), 1.71
     /// in a kick that failed.
     pub target_beyond: f64,
     /// A target of the policy may move so much from one policy step to the next, in the same unit. Default 2.5: in these matches they moved
