@@ -5,7 +5,7 @@ use paid_eval::shooting::Grid;
 use paid_eval::subject::Subject;
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
-use paid_task::REWARD_NAMES;
+use paid_task::reward_names;
 use paid_track::EyesPreset;
 use serde::Serialize;
 
@@ -242,7 +242,7 @@ impl Scene {
             clips,
             engines: vec![Engine { name: engine, surfaces: String::new() }],
             surfaces: PANEL.iter().map(|ball| [ball.name, ball.what]).collect(),
-            rewards: REWARD_NAMES.to_vec(),
+            rewards: reward_names().to_vec(),
             grid: Grid::EFFECTIVE,
             cells: size(&Grid::EFFECTIVE),
             kicks: None,

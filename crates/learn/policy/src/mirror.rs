@@ -77,11 +77,13 @@ impl Mirror {
                 images.iter().flat_map(of_block).collect()
             };
             let vector = if info.axial { &AXIAL } else { &POLAR };
+            let scalar = if info.axial { -1.0 } else { 1.0 };
             rows.extend(match info.shape {
                 Shape::Joints => {
                     let shifted = |row: Row| Row { from: first + row.from, ..row };
                     Self::of_joints(sides).rows.into_iter().map(shifted).collect()
                 }
+                Shape::Scalar => blocks(&[0], &[scalar]),
                 Shape::Vector => blocks(&[0], vector),
                 Shape::ThreeVectors => blocks(&[0, 1, 2], vector),
                 Shape::Rotation => blocks(&[0], &ROTATION),
@@ -296,7 +298,7 @@ mod tests {
                 goal: polar(scene[2]),
             }),
         };
-        for id in ObservationId::ALL {
+        for id in ObservationId::BUILTIN {
             let (mut seen, mut seen_there) = (Vec::new(), Vec::new());
             observe(&[id], &views, &mut seen);
             observe(&[id], &image, &mut seen_there);

@@ -145,7 +145,7 @@ pub struct EnvSample {
     pub heading: f64,
     /// The first kick of the episode.
     pub kick: Option<KickEvent>,
-    /// Term x weight x control period of the last step, order of [`crate::REWARD_NAMES`]; their sum is the step's reward. Empty unless
+    /// Term x weight x control period of the last step, order of [`crate::reward_names`]; their sum is the step's reward. Empty unless
     /// [`EpisodeRules::reward_terms`] keeps them.
     pub rewards: Vec<f64>,
 }

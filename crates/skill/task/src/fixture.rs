@@ -10,8 +10,7 @@ use crate::TaskPreset;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kick::KickStep;
-use crate::rewards::RewardInput;
-use crate::terminations::TerminationInput;
+use crate::terms::TermInput;
 use crate::tracking::TrackingErrors;
 
 /// What a term reads. A test sets what its term measures; all else is zero and upright.
@@ -57,18 +56,14 @@ impl Fixture {
         }
     }
 
-    pub(crate) fn input(&self) -> RewardInput<'_, f64> {
-        RewardInput {
+    pub(crate) fn input(&self) -> TermInput<'_, f64> {
+        TermInput {
             config: &self.config,
             state: &self.state,
             group: &self.group,
             tracking: &self.tracking,
             kick: self.kick,
         }
-    }
-
-    pub(crate) fn termination_input(&self) -> TerminationInput<'_, f64> {
-        TerminationInput { config: &self.config, state: &self.state, reference: &self.group.reference }
     }
 
     pub(crate) fn anchor(&mut self) -> &mut BodyState<f64> {

@@ -5,7 +5,6 @@ use paid_play::SceneMemory;
 use paid_policy::observation::ObservationId;
 use paid_track::Eyes;
 
-use crate::REWARD_TERMS;
 use crate::anchoring::LaneAnchoring;
 use crate::camera::CameraState;
 use crate::config::TaskConfig;
@@ -59,8 +58,8 @@ pub(crate) struct GroupTask<V> {
     pub foot_peak: V,
     /// The same of the reference.
     pub reference_peak: V,
-    /// Reward terms of the last step, order of [`crate::REWARD_NAMES`]; kept only where an evaluation asks for them.
-    pub terms: Option<Box<[V; REWARD_TERMS]>>,
+    /// Reward terms of the last step, order of [`crate::reward_names`]; kept only where an evaluation asks for them.
+    pub terms: Option<Vec<V>>,
 }
 
 impl<V: Real> GroupTask<V> {

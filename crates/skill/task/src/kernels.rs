@@ -6,7 +6,7 @@ use paid_play::ReferenceLibrary;
 
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
-use crate::score::{Score, Sums, score};
+use crate::score::{OwnScore, Score, Sums, score};
 use crate::tracking::TrackingErrors;
 
 /// Loads every lane's reference frame.
@@ -37,6 +37,7 @@ pub(crate) struct ScoreGroup<'a, V> {
     pub group: &'a mut GroupTask<V>,
     pub tracking: &'a mut TrackingErrors<V>,
     pub sums: &'a mut Sums<V>,
+    pub own: &'a mut OwnScore<V>,
     pub reward: &'a mut [f32],
 }
 
@@ -44,7 +45,7 @@ impl<V: Real> Kernel for ScoreGroup<'_, V> {
     type Output = Score<V>;
     #[inline(always)]
     fn run(self) -> Score<V> {
-        let result = score(self.config, self.state, self.group, self.tracking, self.sums);
+        let result = score(self.config, self.state, self.group, self.tracking, self.sums, self.own);
         store_f32(result.reward, self.reward);
         result
     }

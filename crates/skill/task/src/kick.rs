@@ -42,7 +42,7 @@ pub(crate) struct KickState<V> {
 
 /// What a control step added.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct KickStep<V: Real> {
+pub struct KickStep<V: Real> {
     /// First contact of the episode.
     pub first: V::Mask,
     /// The first contact, by the labeled foot.

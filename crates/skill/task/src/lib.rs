@@ -34,7 +34,7 @@ mod metrics;
 mod next_kick;
 mod observation_preset;
 mod observe;
-mod parameters;
+pub mod parameters;
 mod perception_preset;
 mod placement;
 pub mod preset;
@@ -53,6 +53,7 @@ mod stance;
 mod starts;
 mod task;
 mod terminations;
+mod terms;
 mod terms_table;
 mod tracking;
 
@@ -68,15 +69,16 @@ pub use eval_control::{
     BelievedBall, BodySample, EnvSample, EvalControl, InitialState, KickEvent, NextKick, Shown,
 };
 pub use eyes::first_look;
+pub use kick::KickStep;
 pub use metrics::{KickStatistics, TRACKING_NAMES, TaskMetrics};
-pub use parameters::{ParameterInfo, Requirement};
+pub use paid_policy::observation::TermSetError;
+pub use parameters::{ParameterInfo, Parameters, Requirement};
 pub use preset::TaskPreset;
-pub use rewards::{BodyKernel, KickPreset, ProximityPoint, REWARD_NAMES, REWARD_TERMS, RewardPreset};
+pub use rewards::{BodyKernel, KickPreset, ProximityPoint, RewardPreset, RewardTerm, Weighted, reward_names};
 pub use rolling::roll_decay;
 pub use sampler::SamplerState;
 pub use shard::{ShardSetup, TaskSetup, TaskShard, TrainShard, build_engine, build_shard};
 pub use task::Task;
-pub use terminations::{
-    END_CAUSES, END_NAMES, EndCause, TERMINATION_NAMES, TERMINATION_TERMS, TerminationPreset,
-};
+pub use terminations::{EndCause, TerminationPreset, TerminationTerm, end_names};
+pub use terms::{OwnRewards, OwnTerminations, TermInput, TermSet};
 pub use terms_table::{TermInfo, terms_table};

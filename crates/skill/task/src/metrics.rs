@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{END_CAUSES, END_NAMES, REWARD_NAMES, REWARD_TERMS};
+use crate::{EndCause, end_names, reward_names};
 
 /// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position `[m]` and orientation `[rad]`,
 /// mean body position `[m]` and orientation `[rad]` (yaw-aligned), mean body linear `[m/s]` and angular `[rad/s]` velocity,
@@ -43,9 +43,8 @@ pub struct KickStatistics {
 pub struct TaskMetrics {
     /// Environment steps.
     pub steps: u64,
-    /// Sum over steps of each term times weight times control period, order of [`REWARD_NAMES`].
-    #[serde(with = "crate::codec::array")]
-    pub reward_terms: [f64; REWARD_TERMS],
+    /// Sum over steps of each term times weight times control period, order of [`reward_names`].
+    pub reward_terms: Vec<f64>,
     /// Sums over steps of the tracking errors, order of [`TRACKING_NAMES`].
     #[serde(with = "crate::codec::array")]
     pub tracking: [f64; TRACKING_NAMES.len()],
@@ -59,9 +58,8 @@ pub struct TaskMetrics {
     pub episode_steps: u64,
     /// Their returns (undiscounted).
     pub episode_return_sum: f64,
-    /// How they ended, order of [`END_NAMES`].
-    #[serde(with = "crate::codec::array")]
-    pub ends: [u64; END_CAUSES],
+    /// How they ended, order of [`end_names`].
+    pub ends: Vec<u64>,
     /// The ball.
     pub kick: KickStatistics,
 }
@@ -70,14 +68,14 @@ impl Default for TaskMetrics {
     fn default() -> Self {
         Self {
             steps: 0,
-            reward_terms: [0.0; REWARD_TERMS],
+            reward_terms: vec![0.0; reward_names().len()],
             tracking: [0.0; TRACKING_NAMES.len()],
             kick_foot_peak_sum: 0.0,
             reference_foot_peak_sum: 0.0,
             episodes: 0,
             episode_steps: 0,
             episode_return_sum: 0.0,
-            ends: [0; END_CAUSES],
+            ends: vec![0; end_names().len()],
             kick: KickStatistics::default(),
         }
     }
@@ -98,7 +96,7 @@ impl TaskMetrics {
     /// Adds another shard's or another iteration's sums. Merge in a fixed order for repeatable rounding.
     pub fn merge(&mut self, other: &Self) {
         self.steps += other.steps;
-        for (a, b) in self.reward_terms.iter_mut().zip(other.reward_terms) {
+        for (a, b) in self.reward_terms.iter_mut().zip(&other.reward_terms) {
             *a += b;
         }
         for (a, b) in self.tracking.iter_mut().zip(other.tracking) {
@@ -109,7 +107,7 @@ impl TaskMetrics {
         self.episodes += other.episodes;
         self.episode_steps += other.episode_steps;
         self.episode_return_sum += other.episode_return_sum;
-        for (a, b) in self.ends.iter_mut().zip(other.ends) {
+        for (a, b) in self.ends.iter_mut().zip(&other.ends) {
             *a += b;
         }
         self.kick.episodes += other.kick.episodes;
@@ -121,13 +119,18 @@ impl TaskMetrics {
         self.kick.on_target += other.kick.on_target;
     }
 
+    /// Episodes that ended for a cause.
+    pub fn ended(&self, cause: EndCause) -> u64 {
+        self.ends[cause.index()]
+    }
+
     /// Every figure by name, ready for a log: `reward/<term>` and `tracking/<error>` are means per step, `episode/*` means per
     /// ended episode, `end/<cause>` shares of the ended episodes, `kick/*` shares of episodes or means per contact. A
     /// mean over nothing is 0.
     pub fn summary(&self) -> Vec<(String, f64)> {
         let mut out = Vec::new();
-        for (name, sum) in REWARD_NAMES.iter().zip(self.reward_terms) {
-            out.push((format!("reward/{name}"), ratio(sum, self.steps)));
+        for (name, sum) in reward_names().iter().zip(&self.reward_terms) {
+            out.push((format!("reward/{name}"), ratio(*sum, self.steps)));
         }
         out.push(("reward/total".into(), ratio(self.reward_terms.iter().sum(), self.steps)));
         for (name, sum) in TRACKING_NAMES.iter().zip(self.tracking) {
@@ -141,8 +144,8 @@ impl TaskMetrics {
             "episode/kick_foot_peak_reference".into(),
             ratio(self.reference_foot_peak_sum, self.episodes),
         ));
-        for (name, count) in END_NAMES.iter().zip(self.ends) {
-            out.push((format!("end/{name}"), ratio(count as f64, self.episodes)));
+        for (name, count) in end_names().iter().zip(&self.ends) {
+            out.push((format!("end/{name}"), ratio(*count as f64, self.episodes)));
         }
         let kick = &self.kick;
         out.push(("kick/contact".into(), ratio(kick.contacts as f64, kick.episodes)));
@@ -158,7 +161,6 @@ impl TaskMetrics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::EndCause;
 
     #[test]
     fn merged_metrics_average_over_all_steps() {
@@ -166,7 +168,7 @@ mod tests {
         a.reward_terms[0] = 5.0;
         let mut b = TaskMetrics { steps: 30, episodes: 2, episode_steps: 100, ..TaskMetrics::default() };
         b.reward_terms[0] = 3.0;
-        b.ends[EndCause::MotionEnd as usize] = 1;
+        b.ends[EndCause::MotionEnd.index()] = 1;
         a.merge(&b);
         let summary = a.summary();
         let get = |name: &str| summary.iter().find(|(n, _)| n == name).expect("present").1;

@@ -74,7 +74,7 @@ impl ObservationPreset {
                 return Err(value_error("observations.style", expected, found));
             }
         }
-        for id in ObservationId::ALL {
+        for id in ObservationId::all() {
             let limits = ([0.0, 1000.0], "0 to 1000");
             check("observations.noise", &[(id.name(), self.noise.half_width(id).into(), limits)])?;
         }

@@ -1,8 +1,9 @@
-//! Typed parameters of a reward or termination term: default, unit, range and reason stand in one place.
+//! Typed parameters of a reward or termination term: default, unit, range and reason stand in one place, [`parameters!`](crate::parameters).
 
 use core::fmt;
 
 use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 use crate::TaskError;
 use crate::preset::value_error;
@@ -41,7 +42,7 @@ pub struct ParameterInfo {
 }
 
 /// Parameters that a preset may set, each with a default.
-pub(crate) trait Parameters: Default + Serialize {
+pub trait Parameters: Default + fmt::Debug + Serialize + DeserializeOwned + Send + Sync + 'static {
     /// What the term measures, in one sentence.
     const SUMMARY: &'static str;
 
@@ -58,7 +59,8 @@ pub(crate) trait Parameters: Default + Serialize {
 /// Declares a term's parameters: `key: type = default, unit, range, reason;`. The range is a function of [`range`].
 ///
 /// It makes the struct (every key may be left out, unknown ones are refused), its defaults, its validation and its rows in the
-/// table of terms.
+/// table of terms. The crate that uses it needs `serde` with the feature `derive`.
+#[macro_export]
 macro_rules! parameters {
     (
         $(#[doc = $summary:literal])+
@@ -99,10 +101,11 @@ macro_rules! parameters {
         }
     };
 }
-pub(crate) use parameters;
-
 /// Table rows of `(key, summary, unit, reason)`; defaults are read from the serialized `term`.
-pub(crate) fn rows<T: Serialize>(
+///
+/// # Panics
+/// If a parameter is no plain value.
+pub fn rows<T: Serialize>(
     term: &T,
     rows: &[(&'static str, &str, &'static str, &'static str)],
 ) -> Vec<ParameterInfo> {
@@ -120,7 +123,10 @@ pub(crate) fn rows<T: Serialize>(
 }
 
 /// Refuses a value outside its range.
-pub(crate) fn check<T: std::fmt::Debug>(
+///
+/// # Errors
+/// Key, expected and found.
+pub fn check<T: std::fmt::Debug>(
     term: &str,
     key: &str,
     value: &T,
@@ -135,7 +141,7 @@ pub(crate) fn check<T: std::fmt::Debug>(
 
 /// Ranges of parameters: whether a value is inside, and how the range reads in an error.
 #[allow(non_upper_case_globals)]
-pub(crate) mod range {
+pub mod range {
     /// A range and its name.
     pub type Range = (fn(&f64) -> bool, &'static str);
     /// Above zero.

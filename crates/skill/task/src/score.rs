@@ -6,21 +6,51 @@ use paid_physics::GroupState;
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
 use crate::kick::KickStep;
-use crate::rewards::RewardInput;
-use crate::terminations::TerminationInput;
+use crate::rewards::REWARD_TERMS;
+use crate::terminations::TERMINATION_TERMS;
+use crate::terms::TermInput;
 use crate::tracking::TrackingErrors;
-use crate::{REWARD_TERMS, TERMINATION_TERMS, TRACKING_NAMES};
+use crate::{TRACKING_NAMES, TaskPreset};
 
 /// Sums over steps and groups, one number per lane.
 #[derive(Clone, Debug)]
 pub(crate) struct Sums<V> {
     pub terms: [V; REWARD_TERMS],
+    /// The terms of other crates.
+    pub own: Vec<V>,
     pub tracking: [V; TRACKING_NAMES.len()],
 }
 
 impl<V: Real> Sums<V> {
-    pub(crate) fn new() -> Self {
-        Self { terms: [V::zero(); REWARD_TERMS], tracking: [V::zero(); TRACKING_NAMES.len()] }
+    pub(crate) fn new(preset: &TaskPreset) -> Self {
+        Self {
+            terms: [V::zero(); REWARD_TERMS],
+            own: vec![V::zero(); preset.rewards.own.len()],
+            tracking: [V::zero(); TRACKING_NAMES.len()],
+        }
+    }
+
+    /// The sums of the reward terms, then those of the tracking errors.
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut V> {
+        self.terms.iter_mut().chain(&mut self.own).chain(&mut self.tracking)
+    }
+}
+
+/// What the terms of other crates say of a group's last step.
+#[derive(Clone, Debug)]
+pub(crate) struct OwnScore<V> {
+    /// Value x weight x control period of each reward term.
+    pub rewards: Vec<V>,
+    /// Failures by each termination term, one bit per lane.
+    pub failed: Vec<u32>,
+}
+
+impl<V: Real> OwnScore<V> {
+    pub(crate) fn new(preset: &TaskPreset) -> Self {
+        Self {
+            rewards: vec![V::zero(); preset.rewards.own.len()],
+            failed: vec![0; preset.terminations.own.len()],
+        }
     }
 }
 
@@ -29,7 +59,7 @@ impl<V: Real> Sums<V> {
 pub(crate) struct Score<V> {
     /// Reward: the sum of term x weight x control period; 0 in lanes that are not finite.
     pub reward: V,
-    /// Failures, in the order of [`crate::TERMINATION_NAMES`].
+    /// Failures, in the order of the built-in terms.
     pub failed: [u32; TERMINATION_TERMS],
     /// A number of the state or the reward is not finite.
     pub not_finite: u32,
@@ -49,6 +79,7 @@ pub(crate) fn score<V: Real>(
     group: &mut GroupTask<V>,
     tracking: &mut TrackingErrors<V>,
     sums: &mut Sums<V>,
+    own: &mut OwnScore<V>,
 ) -> Score<V> {
     let preset = &config.preset.rewards;
     let mut errors = [V::zero(); TRACKING_NAMES.len()];
@@ -65,28 +96,39 @@ pub(crate) fn score<V: Real>(
         KickStep::none()
     };
     let mut terms = [V::zero(); REWARD_TERMS];
-    let total = preset.evaluate(&RewardInput { config, state, group, tracking, kick }, &mut terms);
+    let mut total = preset.evaluate(&TermInput { config, state, group, tracking, kick }, &mut terms);
+    if !own.rewards.is_empty() {
+        total += preset.own.evaluate(&TermInput { config, state, group, tracking, kick }, &mut own.rewards);
+    }
     if config.preset.scene.ball {
         let half_width = 0.5 * config.preset.goal.width_m;
         let (goal, heading) = (group.goal, group.heading);
         group.kick.observe_outcome(&state.ball, goal, heading, preset.kick.window_steps, half_width);
     }
     if let Some(kept) = &mut group.terms {
-        **kept = terms;
+        kept.clear();
+        kept.extend_from_slice(&terms);
+        kept.extend_from_slice(&own.rewards);
     }
     let finite = finite(state).and(total.is_finite());
     for (sum, term) in sums.terms.iter_mut().zip(terms) {
         *sum += V::select(finite, term, V::zero());
+    }
+    for (sum, term) in sums.own.iter_mut().zip(&own.rewards) {
+        *sum += V::select(finite, *term, V::zero());
     }
     for (sum, error) in sums.tracking.iter_mut().zip(errors) {
         *sum += V::select(finite, error, V::zero());
     }
     let reward = V::select(finite, total, V::zero());
     group.episode_return += reward;
-    let input = TerminationInput { config, state, reference: &group.reference };
+    let terminations = &config.preset.terminations;
+    if !own.failed.is_empty() {
+        terminations.own.evaluate(&TermInput { config, state, group, tracking, kick }, &mut own.failed);
+    }
     Score {
         reward,
-        failed: config.preset.terminations.evaluate(&input),
+        failed: terminations.evaluate(&TermInput { config, state, group, tracking, kick }),
         not_finite: finite.not().bits(),
         first_contact: kick.first.bits(),
         correct: kick.correct.bits(),

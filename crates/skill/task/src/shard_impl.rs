@@ -13,8 +13,8 @@ use crate::stance::heading_of;
 use crate::task::EnvTask;
 use crate::{
     BallCurriculum, BelievedBall, BodySample, Disturbance, EnvSample, EpisodeRules, EvalControl,
-    InitialState, NextKick, REWARD_TERMS, RewardTermsInSamples, SamplerState, Shown, TRACKING_NAMES, Task,
-    TaskError, TaskMetrics, TaskShard, TrainShard,
+    InitialState, NextKick, RewardTermsInSamples, SamplerState, Shown, Task, TaskError, TaskMetrics,
+    TaskShard, TrainShard, reward_names,
 };
 
 impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
@@ -100,13 +100,13 @@ impl<V: Real, S: Simulator<V>> TaskShard for Task<V, S> {
 impl<V: Real, S: Simulator<V>> Task<V, S> {
     /// Moves the lanes' sums into the metrics.
     fn fold_sums(&mut self) {
-        let sums = std::mem::replace(&mut self.sums, Sums::new());
+        let sums = std::mem::replace(&mut self.sums, Sums::new(&self.config.preset));
         for lane in 0..V::LANES {
-            for k in 0..REWARD_TERMS {
-                self.metrics.reward_terms[k] += sums.terms[k].lane(lane);
+            for (total, sum) in self.metrics.reward_terms.iter_mut().zip(sums.terms.iter().chain(&sums.own)) {
+                *total += sum.lane(lane);
             }
-            for k in 0..TRACKING_NAMES.len() {
-                self.metrics.tracking[k] += sums.tracking[k].lane(lane);
+            for (total, sum) in self.metrics.tracking.iter_mut().zip(&sums.tracking) {
+                *total += sum.lane(lane);
             }
         }
     }
@@ -136,7 +136,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
         self.rules = rules;
         let keep = rules.reward_terms == RewardTermsInSamples::Kept;
         for group in &mut self.groups {
-            group.terms = keep.then(|| Box::new([V::zero(); REWARD_TERMS]));
+            group.terms = keep.then(|| vec![V::zero(); reward_names().len()]);
         }
         for env in &mut self.envs {
             env.ended = None;
@@ -208,7 +208,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
         let (state, task, info) = (self.sim.state(group), &self.groups[group], &self.envs[env]);
         let facts = &self.library.facts()[info.motion];
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
-        let terms = task.terms.iter().flat_map(|terms| terms.iter());
+        let terms = task.terms.iter().flatten();
         let numbers = |values: &[V]| values.iter().map(|v| v.lane(lane)).collect::<Vec<_>>();
         let bodies = state.bodies.iter().map(|b| BodySample {
             pos: b.pos.lane(lane),

@@ -9,7 +9,10 @@ use crate::anchoring::Anchoring;
 use crate::codec::{Reader, append, expect};
 use crate::stance::EndStates;
 use crate::task::EnvTask;
-use crate::{BallCurriculum, EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics};
+use crate::{
+    BallCurriculum, EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics, end_names,
+    reward_names,
+};
 
 /// First bytes of a snapshot; the last is the version.
 const MAGIC: &[u8; 8] = b"paidtsk\x07";
@@ -153,7 +156,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             failures: self.failures.clone(),
             end_states: self.end_states.clone(),
             metrics: self.metrics.clone(),
-            sums: widen(self.sums.terms.iter().chain(&self.sums.tracking)),
+            sums: widen(self.sums.clone().all_mut().map(|sum| &*sum)),
             groups: self.groups.iter().map(group).collect(),
         };
         let state = |index: usize| self.sim.save_lane(index / V::LANES, index % V::LANES);
@@ -187,8 +190,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         expect("failures of the sampler", pairs, shard.sampler.failures.len())?;
         expect("probabilities of the sampler", pairs, shard.sampler.probabilities.len())?;
         expect("groups", self.groups.len(), shard.groups.len())?;
-        let sums = self.sums.terms.iter_mut().chain(&mut self.sums.tracking).collect();
-        narrow("sums", sums, &shard.sums)?;
+        narrow("sums", self.sums.all_mut().collect(), &shard.sums)?;
+        expect("reward terms", reward_names().len(), shard.metrics.reward_terms.len())?;
+        expect("causes of an end", end_names().len(), shard.metrics.ends.len())?;
         (self.observations, self.sampler, self.failures) =
             (shard.observations, shard.sampler, shard.failures);
         if !shard.end_states.fit(self.config.joints()) {

@@ -62,7 +62,7 @@ impl TermInfo {
 /// Every observation, reward and termination term.
 pub fn terms_table() -> Vec<TermInfo> {
     let mut table: Vec<TermInfo> =
-        ObservationId::ALL.iter().map(|id| TermInfo::of_observation(&id.info())).collect();
+        ObservationId::all().map(|id| TermInfo::of_observation(&id.info())).collect();
     table.extend(RewardPreset::table());
     table.extend(TerminationPreset::table());
     table
@@ -71,13 +71,14 @@ pub fn terms_table() -> Vec<TermInfo> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{REWARD_NAMES, TERMINATION_NAMES};
+    use crate::rewards::REWARD_NAMES;
+    use crate::terminations::TERMINATION_NAMES;
 
     #[test]
     fn every_term_has_a_row_with_its_summary_and_parameters() {
         let table = terms_table();
         let names = |kind| table.iter().filter(|t| t.kind == kind).map(|t| t.name).collect::<Vec<_>>();
-        assert_eq!(names("observation"), ObservationId::ALL.map(|id| id.name()));
+        assert_eq!(names("observation"), ObservationId::BUILTIN.map(|id| id.name()));
         assert_eq!(names("reward"), REWARD_NAMES);
         assert_eq!(names("termination"), TERMINATION_NAMES);
         assert!(table.iter().all(|t| t.summary.ends_with('.') && !t.frame.is_empty()), "{table:?}");

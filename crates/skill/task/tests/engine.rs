@@ -62,7 +62,7 @@ fn zero_and_random_agents_run_every_preset() {
             assert_eq!(metrics.steps, 150 * 32);
             assert!(metrics.episodes > 10, "{name} {agent:?}: {}", metrics.episodes);
             assert_eq!(
-                metrics.ends[EndCause::NotFinite as usize],
+                metrics.ends[EndCause::NotFinite.index()],
                 0,
                 "{name} {agent:?}: states that are not finite"
             );
@@ -351,9 +351,9 @@ fn every_option_at_once_stays_finite() {
         return;
     };
     let metrics = run_agent(real.as_mut(), Agent::Random, 200, 2).expect("finite");
-    assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
+    assert_eq!(metrics.ends[EndCause::NotFinite.index()], 0);
     let metrics = run_agent(shard.as_mut(), Agent::Random, 200, 2).expect("finite");
-    assert_eq!(metrics.ends[EndCause::NotFinite as usize], 0);
+    assert_eq!(metrics.ends[EndCause::NotFinite.index()], 0);
     for name in ["kick_foot_vel", "feet_vel", "kick_foot_pos", "hand_pos"] {
         assert!(get(&metrics, &format!("reward/{name}")) > 0.0, "{name}");
     }

@@ -51,7 +51,7 @@ fn shard(more: &[&str]) -> Box<dyn TaskShard> {
 }
 
 fn end(metrics: &TaskMetrics, cause: EndCause) -> u64 {
-    metrics.ends[cause as usize]
+    metrics.ends[cause.index()]
 }
 
 #[test]

@@ -53,6 +53,6 @@ pub use preset::{RunConfig, RunPreset};
 pub use progress::Progress;
 pub use record::{LossRecord, Named, Record};
 pub use setup::Scene;
-pub use stage::{End, Limits, Outcome, StageJob, Start, train_judged_stage, train_stage};
+pub use stage::{End, Limits, Outcome, StageJob, Start, train_in, train_judged_stage, train_stage};
 pub use style::AmpPreset;
 pub use trainer::Trainer;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use paid_task::{END_NAMES, TaskMetrics};
+use paid_task::{EndCause, TaskMetrics};
 use serde::{Deserialize, Serialize};
 
 use crate::record::{Named, Record};
@@ -73,26 +73,14 @@ pub fn describe(metrics: &TaskMetrics, control_dt_s: f64, record: &mut Record) {
         }
     }
     record.episodes = metrics.episodes;
-    record.nan_resets = not_finite(metrics);
+    record.nan_resets = metrics.ended(EndCause::NotFinite);
     record.rewards = rewards;
     record.terminations = ends;
     record.metrics = others;
 }
 
-/// Environments that were reset because a number was not finite.
-fn not_finite(metrics: &TaskMetrics) -> u64 {
-    END_NAMES
-        .iter()
-        .zip(metrics.ends)
-        .filter(|(name, _)| **name == "not_finite")
-        .map(|(_, count)| count)
-        .sum()
-}
-
 #[cfg(test)]
 mod tests {
-    use paid_task::EndCause;
-
     use super::*;
 
     fn episodes(count: u64, steps: u64, returns: f64) -> TaskMetrics {
@@ -120,12 +108,12 @@ mod tests {
         let mut metrics = episodes(4, 40, 1.0);
         metrics.steps = 10;
         metrics.reward_terms[0] = 0.4;
-        metrics.ends[EndCause::NotFinite as usize] = 2;
+        metrics.ends[EndCause::NotFinite.index()] = 2;
         metrics.ends[1] = 1;
-        metrics.ends[EndCause::MotionEnd as usize] = 1;
+        metrics.ends[EndCause::MotionEnd.index()] = 1;
         let mut record = Record::default();
         describe(&metrics, 0.02, &mut record);
-        let first = paid_task::REWARD_NAMES[0];
+        let first = paid_task::reward_names()[0];
         assert_eq!(record.rewards.get(first), Some(0.4 / 10.0 / 0.02));
         assert_eq!(record.terminations.get("not_finite"), Some(0.5));
         assert_eq!(record.nan_resets, 2);

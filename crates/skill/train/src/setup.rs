@@ -75,6 +75,16 @@ impl Scene {
         Ok(Self { model, spec, library: Arc::new(library) })
     }
 
+    /// The preset's robot with motions that are made in memory: generated, or read from a format of one's own. Each clip has the frame
+    /// rate of the task's control period.
+    ///
+    /// # Errors
+    /// If the robot cannot be loaded.
+    pub fn with_library(preset: &RunPreset, library: ReferenceLibrary) -> Result<Self, TrainError> {
+        let (model, spec) = load_robot(&preset.robot)?;
+        Ok(Self { model, spec, library: Arc::new(library) })
+    }
+
     /// Names of the motions in order.
     pub fn motion_names(&self) -> Vec<String> {
         self.library.facts().iter().map(|fact| fact.name.clone()).collect()

@@ -101,9 +101,22 @@ pub fn train_judged_stage(
     report: &mut dyn FnMut(&Record),
     judge: Option<&mut dyn Judge>,
 ) -> Result<Outcome, TrainError> {
+    train_in(&Scene::load(&job.preset)?, job, stop, report, judge)
+}
+
+/// [`train_judged_stage`] with a scene of one's own, [`Scene::with_library`] say, instead of what the preset's files hold.
+///
+/// # Errors
+/// As [`train_stage`].
+pub fn train_in(
+    scene: &Scene,
+    job: &StageJob,
+    stop: &AtomicBool,
+    report: &mut dyn FnMut(&Record),
+    judge: Option<&mut dyn Judge>,
+) -> Result<Outcome, TrainError> {
     let ranks = &job.ranks;
-    let scene = Scene::load(&job.preset)?;
-    meet_for(job, &scene)?;
+    meet_for(job, scene)?;
     let build = |preset: &RunPreset| {
         let trainer = Trainer::new(preset, scene.shards_of(preset, &**ranks)?, scene.motion_names())?;
         let trainer = trainer.with_ranks(Arc::clone(ranks));

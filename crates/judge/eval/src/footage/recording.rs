@@ -53,7 +53,7 @@ pub struct Frame {
     pub joint_vel: Vec<f64>,
     /// Actuator torques `[N m]`.
     pub joint_torque: Vec<f64>,
-    /// Reward terms of the step, weighted, order of [`paid_task::REWARD_NAMES`].
+    /// Reward terms of the step, weighted, order of [`paid_task::reward_names`].
     pub rewards: Vec<f64>,
 }
 

@@ -1,8 +1,11 @@
 //! Observation terms: one item per file, all of them in the list below.
 //!
-//! To add a term, write its file, add it to the list, and name it in a preset.
+//! To add a built-in term, write its file, add it to the list, and name it in a preset. Another crate adds its own with
+//! [`ObservationSet`].
 
 mod list;
+mod noise;
+mod own;
 mod sink;
 mod term;
 
@@ -27,9 +30,15 @@ mod reference_anchor_ang_vel;
 mod reference_joint_pos;
 mod reference_joint_vel;
 
+use std::sync::OnceLock;
+
 use paid_lanes::Real;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use thiserror::Error;
 
+pub use noise::ObservationNoise;
+pub use own::{ObservationSet, OwnObservation, TermSetError, no_such_term};
 pub use sink::Sink;
 pub use term::{Need, Noise, Observation, ObservationInfo, Shape};
 
@@ -53,6 +62,38 @@ list::observations! {
     body_pos: BodyPos,
     body_ori: BodyOri,
     base_lin_vel: BaseLinVel,
+}
+
+impl ObservationId {
+    /// Every term: the built-in ones, then those that other crates have installed.
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::BUILTIN.into_iter().chain(own::installed().map(Self::Own))
+    }
+
+    /// The names of [`ObservationId::all`].
+    pub fn names() -> &'static [&'static str] {
+        static NAMES: OnceLock<Vec<&str>> = OnceLock::new();
+        NAMES.get_or_init(|| Self::all().map(|id| id.name()).collect())
+    }
+
+    /// The term of a name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|id| id.name() == name)
+    }
+}
+
+impl Serialize for ObservationId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
+    }
+}
+
+impl<'de> Deserialize<'de> for ObservationId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        Self::from_name(&name)
+            .ok_or_else(|| D::Error::custom(no_such_term("observation", &name, Self::names())))
+    }
 }
 
 /// Writes the terms of a list one after another.
@@ -118,7 +159,7 @@ mod tests {
     #[test]
     fn every_term_writes_as_many_numbers_as_it_says() {
         let fixture = fixture::Fixture::new();
-        for id in ObservationId::ALL {
+        for id in ObservationId::BUILTIN {
             let mut out = Vec::new();
             id.write(&fixture.views(), &mut out);
             let info = id.info();
@@ -131,7 +172,7 @@ mod tests {
     fn what_a_robot_senses_needs_nothing_else() {
         let fixture = fixture::Fixture::new();
         let robot = Views::of_robot(fixture.views().robot);
-        let sensed: Vec<_> = ObservationId::ALL.into_iter().filter(|id| id.info().sensed).collect();
+        let sensed: Vec<_> = ObservationId::BUILTIN.into_iter().filter(|id| id.info().sensed).collect();
         assert_eq!(
             sensed.iter().map(ObservationId::name).collect::<Vec<_>>(),
             ["projected_gravity", "base_ang_vel", "joint_pos_rel", "joint_vel"]
@@ -158,7 +199,7 @@ mod tests {
 
     #[test]
     fn presets_name_terms_as_their_files_are_called() {
-        for id in ObservationId::ALL {
+        for id in ObservationId::BUILTIN {
             let text = serde_json::to_string(&id).expect("a name");
             assert_eq!(text, format!("\"{}\"", id.name()));
             assert_eq!(ObservationId::from_name(id.name()), Some(id));
@@ -172,7 +213,7 @@ mod tests {
     #[test]
     fn the_standard_noise_is_on_what_is_sensed_and_on_the_references_turning() {
         let noise = ObservationNoise::standard();
-        let noisy: Vec<_> = ObservationId::ALL
+        let noisy: Vec<_> = ObservationId::BUILTIN
             .into_iter()
             .filter(|id| noise.half_width(*id) > 0.0)
             .map(|id| (id.name(), noise.half_width(id)))
@@ -185,7 +226,7 @@ mod tests {
             ("joint_vel", 0.5),
         ];
         assert_eq!(noisy, expected);
-        assert!(ObservationId::ALL.iter().all(|id| {
+        assert!(ObservationId::BUILTIN.iter().all(|id| {
             let noise = id.info().noise;
             noise.half_width == 0.0 || !noise.reason.is_empty()
         }));

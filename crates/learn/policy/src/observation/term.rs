@@ -19,7 +19,7 @@ pub trait Observation {
     const SHAPE: Shape;
     /// What it needs beside the robot's sensors.
     const NEEDS: &'static [Need] = &[];
-    /// True for vectors that turn the other way in a mirror, as angular velocities do.
+    /// True for vectors that turn the other way in a mirror, as angular velocities do, and for a scalar that changes its sign.
     const AXIAL: bool = false;
     /// True for a sensor's reading, which comes late where a preset has a delay of observations.
     const SENSED: bool = false;
@@ -59,6 +59,8 @@ impl fmt::Display for Need {
 pub enum Shape {
     /// One per joint, in the policy's joint order.
     Joints,
+    /// One number.
+    Scalar,
     /// x, y, z.
     Vector,
     /// x, y, z of each of three moments, the latest first.
@@ -76,6 +78,7 @@ impl Shape {
     pub fn size(self, dimensions: Dimensions) -> usize {
         match self {
             Self::Joints => dimensions.joints,
+            Self::Scalar => 1,
             Self::Vector => 3,
             Self::ThreeVectors => 9,
             Self::Rotation => 6,
@@ -88,6 +91,7 @@ impl Shape {
     pub fn order(self) -> &'static str {
         match self {
             Self::Joints => "joints",
+            Self::Scalar => "one number",
             Self::Vector => "x,y,z",
             Self::ThreeVectors => "three moments, the latest first; x,y,z",
             Self::Rotation => "first two columns of the rotation, row by row",

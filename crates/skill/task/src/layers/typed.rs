@@ -102,10 +102,17 @@ fn key_error(error: &toml::de::Error) -> KeyError {
         (message.starts_with("unknown field"), quoted.split_first())
     {
         let best = nearest(name, expected).map(|best| join(&key, best));
+        let table = key.rsplit('.').next().unwrap_or_default();
+        let of_terms = ["rewards", "terminations", "noise"].contains(&table);
+        let note = if of_terms {
+            " If another crate adds this term, build the program with that crate."
+        } else {
+            ""
+        };
         key = join(&key, name);
         let list = if expected.is_empty() { "none".to_owned() } else { expected.join(", ") };
         let hint = best.map_or_else(|| ".".to_owned(), |best| did_you_mean(Some(&best)));
-        format!("{UNKNOWN}{hint} Known here: {list}")
+        format!("{UNKNOWN}{hint}{note} Known here: {list}")
     } else if let (true, Some(name)) = (message.starts_with("missing field"), quoted.first()) {
         key = join(&key, name);
         "expected a value, found none".to_owned()

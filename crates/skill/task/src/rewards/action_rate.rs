@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Squared change of the action since the last step, summed over joints.
@@ -16,10 +15,9 @@ reward_term! {
 impl RewardTerm for ActionRate {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "joint";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let joints = 0..input.config.joints();
         squared_change(joints, &input.group.action, &input.group.previous).min(V::c(self.clip))
     }

@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::gaussian;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Orientation of the anchor against the reference's, as the angle between them: `exp(-e^2 / sigma^2)`.
@@ -20,7 +19,7 @@ impl RewardTerm for AnchorOri {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let angle = input.tracking.anchor_angle;
         gaussian(angle * angle, self.sigma)
     }

@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::gaussian;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Position of the anchor against the reference's: `exp(-e^2 / sigma^2)`.
@@ -20,7 +19,7 @@ impl RewardTerm for AnchorPos {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         gaussian(input.tracking.anchor_pos2, self.sigma)
     }
 }

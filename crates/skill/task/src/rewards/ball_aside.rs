@@ -2,8 +2,7 @@
 
 use paid_lanes::{Real, Vec3};
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Speed of the ball across the way from where it lay to the goal, within the window after a correct contact; for a penalty. This
@@ -17,7 +16,7 @@ impl RewardTerm for BallAside {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let aside = speed_aside(input.state.ball.vel, input.group.goal - input.ball_before());
         V::select(input.kick.window, aside, V::zero())
     }

@@ -4,9 +4,8 @@ use paid_lanes::Real;
 use serde::{Deserialize, Serialize};
 
 use super::kernel::gaussian;
-use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::{horizontal2, is_set};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 /// Which point of the robot a distance is measured from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -36,7 +35,7 @@ impl RewardTerm for BallProx {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let kick = &input.group.kick;
         let (k, point) = match self.from {
             ProximityPoint::Anchor => (0, input.anchor().pos),

@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::over_bodies;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Orientations of the tracked bodies against the yaw-aligned reference: kernel over the bodies.
@@ -20,7 +19,7 @@ impl RewardTerm for BodyOri {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let errors2 = input.tracking.tracked().iter().map(|body| body.angle * body.angle);
         over_bodies(errors2, input.config.preset.rewards.body_kernel, self.sigma)
     }

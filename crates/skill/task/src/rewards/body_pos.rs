@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::over_bodies;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Positions of the tracked bodies against the yaw-aligned reference: kernel over the bodies.
@@ -22,7 +21,7 @@ impl RewardTerm for BodyPos {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let config = input.config;
         let bodies = input.tracking.tracked().iter().enumerate();
         let counted = bodies.filter(|(i, _)| !(self.exclude_feet && config.feet.contains(i)));

@@ -2,9 +2,8 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::flag;
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// 1 in the step of the episode's first contact with the ball, if it is with the labeled foot.
@@ -17,7 +16,7 @@ impl RewardTerm for Contact {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         flag(input.kick.paid)
     }
 }

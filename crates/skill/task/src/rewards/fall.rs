@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// 1 in the step in which the robot has fallen by the limits of the termination `fallen`, which ends the episode; 0 in a task without
@@ -14,10 +13,9 @@ reward_term! {
 impl RewardTerm for Fall {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "world, vertical";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let fallen = input.config.preset.terminations.fallen.is_down(&input.state.bodies[0]);
         V::select(fallen, V::one(), V::zero())
     }

@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::over_bodies;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Velocities of both feet's centers of mass against the reference's: kernel over the feet. This project's own.
@@ -20,7 +19,7 @@ impl RewardTerm for FeetVel {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let errors2 = input.config.feet.iter().map(|&foot| input.tracking.bodies[foot].lin2);
         over_bodies(errors2, input.config.preset.rewards.body_kernel, self.sigma)
     }

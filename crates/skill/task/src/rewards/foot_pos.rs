@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::over_bodies;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Positions of both feet against the yaw-aligned reference: kernel over the feet.
@@ -20,7 +19,7 @@ impl RewardTerm for FootPos {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let errors2 = input.config.feet.iter().map(|&foot| input.tracking.bodies[foot].pos2);
         over_bodies(errors2, input.config.preset.rewards.body_kernel, self.sigma)
     }

@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Distance between the feet: 1 from `distance_m`, below it `exp(-(d / distance_m - 1)^2 / sigma^2)`.
@@ -18,10 +17,9 @@ reward_term! {
 impl RewardTerm for FootSep {
     const UNIT: &'static str = "m";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let apart = (input.foot(0).pos - input.foot(1).pos).norm();
         let lack = (apart * V::c(1.0 / self.distance_m) - V::one()).min(V::zero());
         (lack * lack * V::c(-1.0 / (self.sigma * self.sigma))).exp()

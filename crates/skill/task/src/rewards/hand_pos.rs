@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::over_bodies;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Positions of the end effectors that are not feet against the yaw-aligned reference: kernel over them. This project's own.
@@ -20,7 +19,7 @@ impl RewardTerm for HandPos {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let config = input.config;
         let hands = config.end_effectors.iter().filter(|i| !config.feet.contains(i));
         let errors2 = hands.map(|&hand| input.tracking.bodies[hand].pos2);

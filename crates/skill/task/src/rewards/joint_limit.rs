@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Distance of the joints outside their soft limits, summed.
@@ -13,10 +12,9 @@ reward_term! {
 impl RewardTerm for JointLimit {
     const UNIT: &'static str = "rad";
     const FRAME: &'static str = "joint";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let mut sum = V::zero();
         for (&angle, &[lo, hi]) in input.state.joint_pos.iter().zip(&input.config.control.soft_range) {
             sum += (V::c(lo) - angle).max(V::zero()) + (angle - V::c(hi)).max(V::zero());

@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::kernel::around_strike;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Position of the labeled kicking foot against the yaw-aligned reference: kernel. This project's own.
@@ -22,7 +21,7 @@ impl RewardTerm for KickFootPos {
     const NEEDS: &'static [Requirement] = &[Requirement::Reference];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let [left, right] = input.config.feet.map(|foot| input.tracking.bodies[foot].pos2);
         let error2 = V::select(input.group.kick.label.gt(V::zero()), right, left);
         around_strike(error2, input.group.to_strike_s, self.sigma, self.around_s)

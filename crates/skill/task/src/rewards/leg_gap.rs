@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// What the gap between the legs lacks: 0 from `margin_m` on, 1 where they touch, more where they overlap. The foot and the next shape
@@ -17,10 +16,9 @@ reward_term! {
 impl RewardTerm for LegGap {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "world";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let gap = input.config.lower_legs.gap(input.state);
         (V::one() - gap * V::c(1.0 / self.margin_m)).max(V::zero())
     }

@@ -2,7 +2,8 @@
 //!
 //! A term is a struct of typed parameters and an inlined function over lanes. The list below makes from the terms the preset
 //! (`rewards.<name> = { weight = 1.0, ... }`), names, weights, validation, the sums in the log and the table of terms.
-//! To add one: write its file, add it to the list, give it a weight in a preset. `tests/new_term.rs` shows it.
+//! To add one to this crate: write its file, add it to the list, give it a weight in a preset. Another crate adds its own with
+//! [`crate::TermSet`].
 
 mod kernel;
 mod kick_preset;
@@ -36,8 +37,9 @@ mod vel_align;
 mod waist_rate;
 mod z_speed;
 
-use paid_lanes::{Real, Vec3};
-use paid_physics::{BodyState, GroupState};
+use std::sync::OnceLock;
+
+use paid_lanes::Real;
 use serde::{Deserialize, Serialize};
 
 pub use ball_prox::ProximityPoint;
@@ -46,63 +48,46 @@ pub use kick_preset::KickPreset;
 
 use crate::TaskError;
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
-use crate::kick::KickStep;
-use crate::parameters::{Parameters, Requirement, parameters};
+use crate::parameters::{Parameters, Requirement};
+use crate::terms::{OwnRewards, TermInput, own_reward_names, own_reward_table};
 use crate::terms_table::TermInfo;
-use crate::tracking::TrackingErrors;
 
-/// What a reward term reads after a control step.
-pub(crate) struct RewardInput<'a, V: Real> {
-    /// Indices and limits of the robot, and the preset.
-    pub config: &'a TaskConfig,
-    /// Robot and ball.
-    pub state: &'a GroupState<V>,
-    /// Actions, reference, goal and kick, this step's contact taken in.
-    pub group: &'a GroupTask<V>,
-    /// Differences between robot and reference; zeros in a task without a reference.
-    pub tracking: &'a TrackingErrors<V>,
-    /// What the step added to the kick; nothing in a scene without a ball.
-    pub kick: KickStep<V>,
-}
-
-impl<'a, V: Real> RewardInput<'a, V> {
-    /// The left (0) or right (1) foot.
-    #[inline(always)]
-    pub(crate) fn foot(&self, side: usize) -> &'a BodyState<V> {
-        self.config.foot(self.state, side)
-    }
-
-    /// The robot's anchor body.
-    #[inline(always)]
-    pub(crate) fn anchor(&self) -> &'a BodyState<V> {
-        &self.state.bodies[self.config.followed[self.config.anchor]]
-    }
-
-    /// Where the ball was before the robot touched it, world `[m]`.
-    #[inline(always)]
-    pub(crate) fn ball_before(&self) -> Vec3<V> {
-        self.group.kick.before
-    }
-}
-
-/// A reward term: its parameters with a weight, and its value over lanes.
-pub(crate) trait RewardTerm: Parameters {
+/// A reward term: its parameters with a weight, and its value over lanes. [`reward_term!`](crate::reward_term) declares the parameters.
+pub trait RewardTerm: Weighted {
     /// SI unit of what the term measures; empty for pure numbers.
     const UNIT: &'static str;
     /// Frame in which it measures.
     const FRAME: &'static str;
     /// What it needs.
-    const NEEDS: &'static [Requirement];
+    const NEEDS: &'static [Requirement] = &[];
 
-    /// The value before weight and control period.
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V;
+    /// The value before weight and control period. Mark it `#[inline(always)]`: it is compiled for each lane type and instruction set.
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V;
 }
 
-/// Declares a reward term's parameters: those of [`parameters!`] and a weight of 0.
+/// Parameters with a weight.
+pub trait Weighted: Parameters {
+    /// Factor on the value, per second; a term of weight 0 is not computed.
+    fn weight(&self) -> f64;
+}
+
+/// Declares a reward term's parameters: those of [`parameters!`](crate::parameters) and a weight of 0.
+///
+/// ```
+/// paid_task::reward_term! {
+///     /// Height of the base above `least_m`.
+///     pub struct Height {
+///         /// Height from which the term pays.
+///         least_m: f64 = 0.6, "m", positive, "below it the robot has fallen";
+///     }
+/// }
+///
+/// assert_eq!(Height::default(), Height { weight: 0.0, least_m: 0.6 });
+/// ```
+#[macro_export]
 macro_rules! reward_term {
     ($(#[doc = $summary:literal])+ pub struct $Term:ident { $($rest:tt)* }) => {
-        $crate::rewards::parameters! {
+        $crate::parameters! {
             $(#[doc = $summary])+
             pub struct $Term {
                 /// Factor on the value, per second; negative for a penalty. At 0 the term is not computed.
@@ -110,9 +95,14 @@ macro_rules! reward_term {
                 $($rest)*
             }
         }
+
+        impl $crate::Weighted for $Term {
+            fn weight(&self) -> f64 {
+                self.weight
+            }
+        }
     };
 }
-use reward_term;
 
 /// As in the paper.
 fn aligned() -> bool {
@@ -126,7 +116,6 @@ macro_rules! reward_terms {
 
         /// All reward terms. A term that a preset leaves out has weight 0 and its default parameters.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-        #[serde(deny_unknown_fields)]
         pub struct RewardPreset {
             /// Form of the kernels over bodies.
             pub body_kernel: BodyKernel,
@@ -141,39 +130,39 @@ macro_rules! reward_terms {
                 #[serde(default)]
                 pub $name: $Term,
             )+
+            /// The terms of other crates, under their names; unknown keys are refused here.
+            #[serde(flatten)]
+            pub own: OwnRewards,
         }
 
-        /// Names of the reward terms: the keys under `rewards`, in the order in which they are added up.
-        pub const REWARD_NAMES: [&str; REWARD_TERMS] = [$(stringify!($name)),+];
+        /// Names of the built-in terms.
+        pub(crate) const REWARD_NAMES: [&str; REWARD_TERMS] = [$(stringify!($name)),+];
 
-        /// Number of reward terms.
-        pub const REWARD_TERMS: usize = [$(stringify!($name)),+].len();
+        /// Number of built-in terms.
+        pub(crate) const REWARD_TERMS: usize = [$(stringify!($name)),+].len();
 
         impl RewardPreset {
-            /// The weights in the order of [`REWARD_NAMES`].
-            pub fn weights(&self) -> [f64; REWARD_TERMS] {
-                [$(self.$name.weight),+]
-            }
-
             pub(crate) fn validate(&self) -> Result<(), TaskError> {
                 $(self.$name.validate(concat!("rewards.", stringify!($name)))?;)+
-                Ok(())
+                self.own.validate()
             }
 
             /// Each term that pays, with what it needs.
             pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Requirement])> {
                 let terms = [$((stringify!($name), self.$name.weight, $Term::NEEDS)),+];
-                terms.into_iter().filter(|(_, weight, _)| *weight != 0.0).map(|(name, _, needs)| (name, needs))
+                let active = terms.into_iter().filter(|(_, weight, _)| *weight != 0.0);
+                active.map(|(name, _, needs)| (name, needs)).chain(self.own.active())
             }
 
             /// Rows of the table of terms.
             pub(crate) fn table() -> Vec<TermInfo> {
-                vec![$(TermInfo::new::<$Term>("reward", stringify!($name), [$Term::UNIT, $Term::FRAME], $Term::NEEDS)),+]
+                let builtin = [$(TermInfo::new::<$Term>("reward", stringify!($name), [$Term::UNIT, $Term::FRAME], $Term::NEEDS)),+];
+                builtin.into_iter().chain(own_reward_table()).collect()
             }
 
-            /// Writes value x weight x control period of every term that pays, and returns their sum.
+            /// Writes value x weight x control period of every built-in term, 0 where it pays nothing, and returns their sum.
             #[inline(always)]
-            pub(crate) fn evaluate<V: Real>(&self, input: &RewardInput<'_, V>, terms: &mut [V; REWARD_TERMS]) -> V {
+            pub(crate) fn evaluate<V: Real>(&self, input: &TermInput<'_, V>, terms: &mut [V; REWARD_TERMS]) -> V {
                 let mut total = V::zero();
                 let mut places = terms.iter_mut();
                 $(
@@ -221,6 +210,19 @@ reward_terms! {
     ball_aside: BallAside,
 }
 
+/// Names of the reward terms: the keys under `rewards`, in the order in which they are added up.
+pub fn reward_names() -> &'static [&'static str] {
+    static NAMES: OnceLock<Vec<&str>> = OnceLock::new();
+    NAMES.get_or_init(|| REWARD_NAMES.into_iter().chain(own_reward_names()).collect())
+}
+
+/// Every key under `rewards`.
+pub(crate) fn keys() -> &'static [&'static str] {
+    static KEYS: OnceLock<Vec<&str>> = OnceLock::new();
+    let others = ["body_kernel", "align_yaw", "kick"];
+    KEYS.get_or_init(|| others.into_iter().chain(reward_names().iter().copied()).collect())
+}
+
 /// False for a term of weight 0, and for one about the ball in a scene without it.
 #[inline(always)]
 fn pays(weight: f64, needs: &[Requirement], config: &TaskConfig) -> bool {
@@ -261,7 +263,7 @@ mod tests {
         let kick = toml::Value::try_from(&preset.kick).expect("writes");
         let text = format!("body_kernel = 'exp_of_mean'\nkick = {kick}\n");
         let bare: RewardPreset = toml::from_str(&text).expect("valid");
-        assert_eq!(bare.weights(), [0.0; REWARD_TERMS]);
+        assert_eq!(bare.active().count(), 0);
         assert_eq!((bare.hand_pos.sigma, bare.foot_sep.distance_m), (0.1, 0.24));
         let error = toml::from_str::<RewardPreset>(&format!("{text}foot_pose = {{ weight = 1.0 }}"))
             .expect_err("unknown");

@@ -2,9 +2,8 @@
 
 use paid_lanes::{Mask, Real};
 
-use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::is_set;
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// 1 while the robot touches the ball again, later than `after_s` after the first contact; for a penalty. This project's own.
@@ -20,7 +19,7 @@ impl RewardTerm for SecondTouch {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let (kick, config) = (&input.group.kick, input.config);
         let least = V::c(config.preset.rewards.kick.contact_force_n);
         let touches = input.state.ball.robot_force.norm().gt(least);

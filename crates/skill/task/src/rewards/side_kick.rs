@@ -2,8 +2,7 @@
 
 use paid_lanes::{Real, Vec3};
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Share of the kicking foot's speed that swings inwards, in the step of a correct first contact.
@@ -16,7 +15,7 @@ impl RewardTerm for SideKick {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let [left, right] = [input.foot(0), input.foot(1)];
         let left = inward_share(left.rot.tr_mul_vec(left.com_vel), V::c(-1.0));
         let right = inward_share(right.rot.tr_mul_vec(right.com_vel), V::c(1.0));

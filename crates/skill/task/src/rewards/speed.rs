@@ -3,9 +3,8 @@
 use paid_lanes::{Mask, Real};
 
 use super::kernel::gaussian;
-use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::horizontal2;
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Horizontal ball speed: `1 - exp(-v^2 / sigma^2)`, within the window after a correct contact.
@@ -21,7 +20,7 @@ impl RewardTerm for Speed {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let least = input.config.preset.rewards.kick.min_ball_speed;
         let speed2 = horizontal2(input.state.ball.vel);
         let pays = input.kick.window.and(speed2.ge(V::c(least * least)));

@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Number of bodies that touch something although the robot's description does not allow it.
@@ -16,10 +15,9 @@ reward_term! {
 impl RewardTerm for UndesiredContact {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "none";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let mut count = V::zero();
         for &body in &input.config.undesired {
             let touches = input.state.contact_force[body].norm().gt(V::c(self.force_n));

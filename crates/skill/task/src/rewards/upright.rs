@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 use paid_policy::projected_gravity;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Squared horizontal part of gravity's direction in the base frame: 0 upright, 1 lying.
@@ -14,10 +13,9 @@ reward_term! {
 impl RewardTerm for Upright {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "base";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let gravity = projected_gravity(&input.state.bodies[0].rot);
         gravity.x().mul_add(gravity.x(), gravity.y() * gravity.y())
     }

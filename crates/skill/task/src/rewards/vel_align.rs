@@ -3,9 +3,8 @@
 use paid_lanes::{Mask, Real, Vec3};
 
 use super::kernel::gaussian;
-use super::{RewardInput, RewardTerm, reward_term};
 use crate::kick::horizontal2;
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Angle between the ball's horizontal velocity and the way from where it lay to the goal: `exp(-angle^2 / sigma^2)`, within
@@ -22,7 +21,7 @@ impl RewardTerm for VelAlign {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let kick = &input.config.preset.rewards.kick;
         let speed2 = horizontal2(input.state.ball.vel);
         let pays = input.kick.window.and(speed2.ge(V::c(kick.min_ball_speed * kick.min_ball_speed)));

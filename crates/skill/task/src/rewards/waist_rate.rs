@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 
 use super::action_rate::squared_change;
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Squared change of the waist joints' action since the last step, summed.
@@ -17,10 +16,9 @@ reward_term! {
 impl RewardTerm for WaistRate {
     const UNIT: &'static str = "";
     const FRAME: &'static str = "joint";
-    const NEEDS: &'static [Requirement] = &[];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let waist = input.config.waist.iter().copied();
         squared_change(waist, &input.group.action, &input.group.previous).min(V::c(self.clip))
     }

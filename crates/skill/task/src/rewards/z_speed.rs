@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{RewardInput, RewardTerm, reward_term};
-use crate::parameters::Requirement;
+use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
     /// Vertical ball speed: `tanh(|v_z| / sigma)`, within the window after the touched ball first moves.
@@ -19,7 +18,7 @@ impl RewardTerm for ZSpeed {
     const NEEDS: &'static [Requirement] = &[Requirement::Ball];
 
     #[inline(always)]
-    fn value<V: Real>(&self, input: &RewardInput<'_, V>) -> V {
+    fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let vertical = (input.state.ball.vel.z().abs() * V::c(1.0 / self.sigma)).tanh();
         V::select(input.kick.z_window, vertical, V::zero())
     }

@@ -22,7 +22,7 @@ use crate::kernels::Gather;
 use crate::observe::{RobotBuffer, base_pose, in_base};
 use crate::reset::{Start, StartContext};
 use crate::rolling::roll_decay;
-use crate::score::Sums;
+use crate::score::{OwnScore, Sums};
 use crate::stance::EndStates;
 use crate::tracking::TrackingErrors;
 use crate::{
@@ -84,6 +84,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) end_states: EndStates,
     tracking: TrackingErrors<V>,
     pub(crate) sums: Sums<V>,
+    own: OwnScore<V>,
     pub(crate) metrics: TaskMetrics,
     pub(crate) seed: u64,
     /// Observations made so far: the position in the noise streams.
@@ -151,7 +152,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             failures: vec![0.0; library.len() * library.bins()],
             end_states: EndStates::default(),
             tracking: TrackingErrors::new(&config),
-            sums: Sums::new(),
+            sums: Sums::new(preset),
+            own: OwnScore::new(preset),
             metrics: TaskMetrics::default(),
             seed,
             observations: 0,

@@ -50,6 +50,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 group: &mut self.groups[group],
                 tracking: &mut self.tracking,
                 sums: &mut self.sums,
+                own: &mut self.own,
                 reward: &mut reward[first..first + V::LANES],
             });
             self.capture(group);
@@ -95,7 +96,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             let frames = self.library.facts()[env.motion].frames;
             let scored = env.frame;
             env.frame += 1;
-            let failure = || EndCause::ALL.into_iter().zip(score.failed).find(|(_, mask)| bit(*mask));
+            let builtin = EndCause::BUILTIN.into_iter().zip(score.failed);
+            let own = (0..).map(EndCause::Own).zip(self.own.failed.iter().copied());
+            let failure = || builtin.chain(own).find(|(_, mask)| bit(*mask));
             let cause = if bit(score.not_finite) {
                 Some(EndCause::NotFinite)
             } else if let Some((cause, _)) = failure().filter(|_| end_on_failure) {
@@ -209,7 +212,7 @@ fn count_episode<V: Real>(
 ) {
     metrics.episodes += 1;
     metrics.episode_steps += u64::from(env.step);
-    metrics.ends[cause as usize] += 1;
+    metrics.ends[cause.index()] += 1;
     let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
     metrics.episode_return_sum += finite(group.episode_return.lane(lane));
     metrics.kick_foot_peak_sum += finite(group.foot_peak.lane(lane));

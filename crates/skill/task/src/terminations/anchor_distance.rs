@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Requirement, parameters};
+use crate::{Requirement, TermInput, TerminationTerm, parameters};
 
 parameters! {
     /// Horizontal distance of the anchor from the reference's.
@@ -23,8 +22,8 @@ impl TerminationTerm for AnchorDistance {
     }
 
     #[inline(always)]
-    fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask {
-        let away = input.anchor().pos - input.reference.pos(input.config.anchor);
+    fn fails<V: Real>(&self, input: &TermInput<'_, V>) -> V::Mask {
+        let away = input.anchor().pos - input.group.reference.pos(input.config.anchor);
         away.x().mul_add(away.x(), away.y() * away.y()).gt(V::c(self.limit_m * self.limit_m))
     }
 }
@@ -41,7 +40,7 @@ mod tests {
         let term = AnchorDistance { limit_m: 0.5 };
         for (place, fails) in [([0.3, 0.41, 0.0], true), ([0.3, 0.39, 9.0], false)] {
             fixture.anchor().pos = Vec3(place);
-            assert_eq!(term.fails(&fixture.termination_input()), fails, "{place:?}");
+            assert_eq!(term.fails(&fixture.input()), fails, "{place:?}");
         }
     }
 }

@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Requirement, parameters};
+use crate::{Requirement, TermInput, TerminationTerm, parameters};
 
 parameters! {
     /// Difference of the anchor's height from the reference's.
@@ -23,8 +22,8 @@ impl TerminationTerm for AnchorHeight {
     }
 
     #[inline(always)]
-    fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask {
-        let away = input.anchor().pos.z() - input.reference.pos(input.config.anchor).z();
+    fn fails<V: Real>(&self, input: &TermInput<'_, V>) -> V::Mask {
+        let away = input.anchor().pos.z() - input.group.reference.pos(input.config.anchor).z();
         away.abs().gt(V::c(self.limit_m))
     }
 }
@@ -41,7 +40,7 @@ mod tests {
         let term = AnchorHeight { limit_m: 0.25 };
         for (height, fails) in [(0.26, true), (-0.26, true), (0.24, false)] {
             fixture.anchor().pos = Vec3([9.0, 9.0, height]);
-            assert_eq!(term.fails(&fixture.termination_input()), fails, "{height}");
+            assert_eq!(term.fails(&fixture.input()), fails, "{height}");
         }
     }
 }

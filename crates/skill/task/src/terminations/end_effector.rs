@@ -2,8 +2,7 @@
 
 use paid_lanes::Real;
 
-use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Requirement, parameters};
+use crate::{Requirement, TermInput, TerminationTerm, parameters};
 
 parameters! {
     /// Largest difference of an end effector's height from the reference's.
@@ -23,11 +22,12 @@ impl TerminationTerm for EndEffector {
     }
 
     #[inline(always)]
-    fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask {
+    fn fails<V: Real>(&self, input: &TermInput<'_, V>) -> V::Mask {
         let mut largest = V::zero();
         for &i in &input.config.end_effectors {
             // Alignment is a turn about z: the aligned target's height is the reference's.
-            let lift = input.state.bodies[input.config.followed[i]].pos.z() - input.reference.pos(i).z();
+            let lift =
+                input.state.bodies[input.config.followed[i]].pos.z() - input.group.reference.pos(i).z();
             largest = largest.max(lift.abs());
         }
         largest.gt(V::c(self.limit_m))
@@ -44,9 +44,9 @@ mod tests {
     fn one_end_effector_is_enough() {
         let mut fixture = Fixture::new();
         let term = EndEffector { limit_m: 0.25 };
-        assert!(!term.fails(&fixture.termination_input()));
+        assert!(!term.fails(&fixture.input()));
         let last = *fixture.config.end_effectors.last().expect("some");
         fixture.state.bodies[fixture.config.followed[last]].pos = Vec3([0.0, 0.0, -0.26]);
-        assert!(term.fails(&fixture.termination_input()));
+        assert!(term.fails(&fixture.input()));
     }
 }

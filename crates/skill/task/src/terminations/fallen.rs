@@ -4,8 +4,7 @@ use paid_lanes::{Mask, Real};
 use paid_physics::BodyState;
 use paid_policy::projected_gravity;
 
-use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Requirement, parameters};
+use crate::{TermInput, TerminationTerm, parameters};
 
 parameters! {
     /// Base below a height or tilted beyond an angle: for tasks without a reference.
@@ -20,14 +19,13 @@ parameters! {
 impl TerminationTerm for Fallen {
     const UNIT: &'static str = "m, deg";
     const FRAME: &'static str = "world, vertical";
-    const NEEDS: &'static [Requirement] = &[];
 
     fn is_on(&self) -> bool {
         self.height_m > 0.0 || self.tilt_deg > 0.0
     }
 
     #[inline(always)]
-    fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask {
+    fn fails<V: Real>(&self, input: &TermInput<'_, V>) -> V::Mask {
         self.is_down(&input.state.bodies[0])
     }
 }
@@ -63,10 +61,10 @@ mod tests {
             base.pos = Vec3([0.0, 0.0, height]);
             base.rot = Quat::from_roll_pitch_yaw(0.0, degrees.to_radians(), 2.0).to_mat();
             let term = Fallen { height_m: 0.4, tilt_deg: 60.0 };
-            assert_eq!(term.fails(&fixture.termination_input()), fails, "{height} {degrees}");
+            assert_eq!(term.fails(&fixture.input()), fails, "{height} {degrees}");
         }
         let low_only = Fallen { height_m: 0.4, tilt_deg: 0.0 };
         fixture.state.bodies[0].rot = Quat::from_roll_pitch_yaw(3.0, 0.0, 0.0).to_mat();
-        assert!(!low_only.fails(&fixture.termination_input()) && !Fallen::default().is_on());
+        assert!(!low_only.fails(&fixture.input()) && !Fallen::default().is_on());
     }
 }

@@ -3,8 +3,7 @@
 use paid_lanes::Real;
 use paid_policy::projected_gravity;
 
-use super::{TerminationInput, TerminationTerm};
-use crate::parameters::{Requirement, parameters};
+use crate::{Requirement, TermInput, TerminationTerm, parameters};
 
 parameters! {
     /// Difference of the z component of gravity in the anchor's frame from the reference's.
@@ -24,8 +23,8 @@ impl TerminationTerm for Gravity {
     }
 
     #[inline(always)]
-    fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask {
-        let target = input.reference.rot(input.config.anchor);
+    fn fails<V: Real>(&self, input: &TermInput<'_, V>) -> V::Mask {
+        let target = input.group.reference.rot(input.config.anchor);
         let away = projected_gravity(&input.anchor().rot).z() - projected_gravity(&target).z();
         away.abs().gt(V::c(self.limit))
     }
@@ -43,7 +42,7 @@ mod tests {
         let term = Gravity { limit: 0.8 };
         for (degrees, fails) in [(80.0_f64, true), (78.0, false), (-80.0, true)] {
             fixture.anchor().rot = Quat::from_roll_pitch_yaw(degrees.to_radians(), 0.0, 1.0).to_mat();
-            assert_eq!(term.fails(&fixture.termination_input()), fails, "{degrees}");
+            assert_eq!(term.fails(&fixture.input()), fails, "{degrees}");
         }
     }
 }

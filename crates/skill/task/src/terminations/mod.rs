@@ -10,48 +10,31 @@ mod end_effector;
 mod fallen;
 mod gravity;
 
+use std::sync::OnceLock;
+
 use paid_lanes::{Mask, Real};
-use paid_physics::{BodyState, GroupState};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
-use crate::config::TaskConfig;
 use crate::parameters::{Parameters, Requirement};
-use crate::reference::Reference;
+use crate::terms::{OwnTerminations, TermInput, own_termination_names, own_termination_table};
 use crate::terms_table::TermInfo;
 
-/// What a termination term reads after a control step.
-pub(crate) struct TerminationInput<'a, V> {
-    /// Indices of the robot.
-    pub config: &'a TaskConfig,
-    /// The robot.
-    pub state: &'a GroupState<V>,
-    /// The frame that the state is scored against.
-    pub reference: &'a Reference<V>,
-}
-
-impl<'a, V> TerminationInput<'a, V> {
-    /// The robot's anchor body.
-    #[inline(always)]
-    pub(crate) fn anchor(&self) -> &'a BodyState<V> {
-        &self.state.bodies[self.config.followed[self.config.anchor]]
-    }
-}
-
-/// A termination term: its limits, and which lanes are beyond them.
-pub(crate) trait TerminationTerm: Parameters {
+/// A termination term: its limits, which [`parameters!`](crate::parameters) declares, and which lanes are beyond them.
+pub trait TerminationTerm: Parameters {
     /// SI unit of what the term measures; empty for pure numbers.
     const UNIT: &'static str;
     /// Frame in which it measures.
     const FRAME: &'static str;
     /// What it needs.
-    const NEEDS: &'static [Requirement];
+    const NEEDS: &'static [Requirement] = &[];
 
     /// True if the term can end an episode.
     fn is_on(&self) -> bool;
 
-    /// The lanes beyond the limits. Called only while the term is on.
-    fn fails<V: Real>(&self, input: &TerminationInput<'_, V>) -> V::Mask;
+    /// The lanes beyond the limits. Called only while the term is on. Mark it `#[inline(always)]`: it is compiled for each lane type and
+    /// instruction set.
+    fn fails<V: Real>(&self, input: &TermInput<'_, V>) -> V::Mask;
 }
 
 /// Makes the preset, the causes of an end and everything that runs over the terms, in the order of the list.
@@ -61,12 +44,15 @@ macro_rules! termination_terms {
 
         /// All termination terms. One that a preset leaves out is off.
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
+        #[serde(default)]
         pub struct TerminationPreset {
             $(
                 #[doc = concat!("The term `", stringify!($Term), "`.")]
                 pub $name: $Term,
             )+
+            /// The terms of other crates, under their names; unknown keys are refused here.
+            #[serde(flatten)]
+            pub own: OwnTerminations,
         }
 
         /// Why an episode ended.
@@ -83,47 +69,44 @@ macro_rules! termination_terms {
             MotionEnd,
             /// The time limit; a truncation.
             TimeOut,
+            /// Failure: the term of this number among those that other crates have installed.
+            Own(u8),
         }
 
-        /// Names of the termination terms: the keys under `terminations`.
-        pub const TERMINATION_NAMES: [&str; TERMINATION_TERMS] = [$(stringify!($name)),+];
+        /// Names of the built-in terms.
+        pub(crate) const TERMINATION_NAMES: [&str; TERMINATION_TERMS] = [$(stringify!($name)),+];
 
-        /// Number of termination terms.
-        pub const TERMINATION_TERMS: usize = [$(stringify!($name)),+].len();
-
-        /// Number of causes.
-        pub const END_CAUSES: usize = END_NAMES.len();
-
-        /// Names of the causes, in the order of [`EndCause`].
-        pub const END_NAMES: [&str; TERMINATION_TERMS + 3] =
-            [$(stringify!($name),)+ "not_finite", "motion_end", "time_out"];
+        /// Number of built-in terms.
+        pub(crate) const TERMINATION_TERMS: usize = [$(stringify!($name)),+].len();
 
         impl EndCause {
-            /// Every cause, in order.
-            pub const ALL: [Self; END_CAUSES] =
+            /// The causes that every task has, in order.
+            pub const BUILTIN: [Self; TERMINATION_TERMS + 3] =
                 [$(Self::$Term,)+ Self::NotFinite, Self::MotionEnd, Self::TimeOut];
         }
 
         impl TerminationPreset {
             pub(crate) fn validate(&self) -> Result<(), TaskError> {
                 $(self.$name.validate(concat!("terminations.", stringify!($name)))?;)+
-                Ok(())
+                self.own.validate()
             }
 
             /// Each term that is on, with what it needs.
             pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Requirement])> {
                 let terms = [$((stringify!($name), self.$name.is_on(), $Term::NEEDS)),+];
-                terms.into_iter().filter(|(_, on, _)| *on).map(|(name, _, needs)| (name, needs))
+                let active = terms.into_iter().filter(|(_, on, _)| *on);
+                active.map(|(name, _, needs)| (name, needs)).chain(self.own.active())
             }
 
             /// Rows of the table of terms.
             pub(crate) fn table() -> Vec<TermInfo> {
-                vec![$(TermInfo::new::<$Term>("termination", stringify!($name), [$Term::UNIT, $Term::FRAME], $Term::NEEDS)),+]
+                let builtin = [$(TermInfo::new::<$Term>("termination", stringify!($name), [$Term::UNIT, $Term::FRAME], $Term::NEEDS)),+];
+                builtin.into_iter().chain(own_termination_table()).collect()
             }
 
-            /// The lanes that each term fails, one bit per lane.
+            /// The lanes that each built-in term fails, one bit per lane.
             #[inline(always)]
-            pub(crate) fn evaluate<V: Real>(&self, input: &TerminationInput<'_, V>) -> [u32; TERMINATION_TERMS] {
+            pub(crate) fn evaluate<V: Real>(&self, input: &TermInput<'_, V>) -> [u32; TERMINATION_TERMS] {
                 [$(if self.$name.is_on() { self.$name.fails(input).bits() } else { 0 }),+]
             }
         }
@@ -138,15 +121,37 @@ termination_terms! {
     fallen: Fallen,
 }
 
+/// Names of the causes of an episode's end, in the order of [`EndCause::index`].
+pub fn end_names() -> &'static [&'static str] {
+    static NAMES: OnceLock<Vec<&str>> = OnceLock::new();
+    let others = ["not_finite", "motion_end", "time_out"];
+    let builtin = TERMINATION_NAMES.into_iter().chain(others);
+    NAMES.get_or_init(|| builtin.chain(own_termination_names()).collect())
+}
+
+/// Every key under `terminations`.
+pub(crate) fn keys() -> &'static [&'static str] {
+    static KEYS: OnceLock<Vec<&str>> = OnceLock::new();
+    KEYS.get_or_init(|| TERMINATION_NAMES.into_iter().chain(own_termination_names()).collect())
+}
+
 impl EndCause {
+    /// Place among [`end_names`] and in [`crate::TaskMetrics::ends`].
+    pub fn index(self) -> usize {
+        match self {
+            Self::Own(term) => Self::BUILTIN.len() + usize::from(term),
+            cause => Self::BUILTIN.iter().position(|builtin| *builtin == cause).expect("a built-in cause"),
+        }
+    }
+
     /// Name for logs.
     pub fn name(self) -> &'static str {
-        END_NAMES[self as usize]
+        end_names()[self.index()]
     }
 
     /// True for a failure, false for a truncation.
     pub fn is_failure(self) -> bool {
-        self <= Self::NotFinite
+        self <= Self::NotFinite || matches!(self, Self::Own(_))
     }
 }
 
@@ -156,10 +161,10 @@ mod tests {
 
     #[test]
     fn names_causes_and_presets_are_in_one_order() {
-        assert_eq!(EndCause::ALL.map(|c| c as usize), core::array::from_fn(|k| k));
+        assert_eq!(EndCause::BUILTIN.map(EndCause::index), core::array::from_fn(|k| k));
         assert_eq!(EndCause::AnchorDistance.name(), "anchor_distance");
         assert_eq!([EndCause::TimeOut.name(), EndCause::NotFinite.name()], ["time_out", "not_finite"]);
-        let failures = EndCause::ALL.into_iter().filter(|c| c.is_failure()).count();
+        let failures = EndCause::BUILTIN.into_iter().filter(|c| c.is_failure()).count();
         assert_eq!(failures, TERMINATION_TERMS + 1);
     }
 

@@ -7,8 +7,8 @@ use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, REWARD_NAMES,
-    RewardTermsInSamples, Task, TaskPreset, TaskShard, TimeLimit, TrainShard,
+    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, InitialState, RewardTermsInSamples, Task,
+    TaskPreset, TaskShard, TimeLimit, TrainShard, reward_names,
 };
 
 use crate::simulator::{FRAMES, Playback, SPEED, clip, playback, playback_with_height, steps, task};
@@ -19,7 +19,7 @@ fn a_state_that_is_not_finite_ends_the_episode_and_nothing_else() {
     let (reward, terminated, truncated) = steps(&mut task, 1)[0];
     assert_eq!((reward, terminated, truncated), (0.0, 1, 0));
     let metrics = task.take_metrics();
-    assert_eq!(metrics.ends[EndCause::NotFinite as usize], 1);
+    assert_eq!(metrics.ends[EndCause::NotFinite.index()], 1);
     assert!(metrics.reward_terms.iter().chain(&metrics.tracking).all(|x| *x == 0.0));
 }
 
@@ -61,7 +61,7 @@ fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked
             let (reward, ..) = steps(&mut task, 1)[0];
             let terms = task.sample(0).expect("exists").rewards;
             if reward_terms == RewardTermsInSamples::Kept {
-                assert_eq!(terms.len(), REWARD_NAMES.len());
+                assert_eq!(terms.len(), reward_names().len());
                 let sum: f64 = terms.iter().sum();
                 assert!(reward != 0.0 && (sum - f64::from(reward)).abs() < 1e-5, "{sum} of {reward}");
             } else {
@@ -184,7 +184,7 @@ fn a_miss_counts_at_the_strike_where_the_preset_asks() {
         let weight = format!("sampling.miss_sampling_weight={weight}");
         let mut task = task("stage2", &[&weight], 1, kick_at);
         steps(&mut task, FRAMES - 1);
-        assert_eq!(task.take_metrics().ends[EndCause::MotionEnd as usize], 1);
+        assert_eq!(task.take_metrics().ends[EndCause::MotionEnd.index()], 1);
         let failures = task.take_failures();
         assert_eq!(failures.iter().sum::<f32>(), expected, "{kick_at} {weight}");
         assert_eq!(failures[40 * failures.len() / FRAMES], expected, "{kick_at} {weight}");
@@ -200,7 +200,7 @@ fn an_episode_stops_after_the_kick_only_where_the_preset_asks() {
         let ends = steps(&mut task, 45);
         let ended: Vec<usize> = (0..45).filter(|t| ends[*t].2 == 1).map(|t| t + 1).collect();
         assert_eq!(ended, if expected { vec![45] } else { vec![] }, "{share}");
-        assert_eq!(task.take_metrics().ends[EndCause::TimeOut as usize], u64::from(expected));
+        assert_eq!(task.take_metrics().ends[EndCause::TimeOut.index()], u64::from(expected));
     }
 }
 

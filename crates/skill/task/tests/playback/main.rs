@@ -3,7 +3,6 @@
 mod after_strike;
 mod disturb;
 mod episodes;
-mod new_term;
 mod next_kick;
 mod rewards;
 mod simulator;

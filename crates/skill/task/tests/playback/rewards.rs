@@ -1,7 +1,7 @@
 //! What tracking and kicks are paid.
 
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EndCause, EvalControl, REWARD_NAMES, TrainShard};
+use paid_task::{EndCause, EvalControl, TrainShard, reward_names};
 
 use crate::simulator::{FRAMES, clip, playback, playback_with_height, preset, steps, task, term};
 
@@ -16,7 +16,7 @@ fn perfect_tracking_earns_every_weight_until_the_motion_ends() {
     }
     let metrics = task.take_metrics();
     assert_eq!(
-        (metrics.episodes, metrics.ends[EndCause::MotionEnd as usize], metrics.episode_steps),
+        (metrics.episodes, metrics.ends[EndCause::MotionEnd.index()], metrics.episode_steps),
         (1, 1, 59)
     );
     assert!(
@@ -43,7 +43,7 @@ fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_asks
         let set = format!("terminations.anchor_distance.limit_m={limit}");
         let mut task = playback(clip, &preset("stage1", &[&set]), usize::MAX, |sim| sim.aside = 0.6);
         assert_eq!(steps(&mut task, 1)[0].1, ends);
-        assert_eq!(task.take_metrics().ends[EndCause::AnchorDistance as usize], u64::from(ends));
+        assert_eq!(task.take_metrics().ends[EndCause::AnchorDistance.index()], u64::from(ends));
     }
 }
 
@@ -60,7 +60,7 @@ fn a_kick_with_the_labeled_foot_pays_contact_swing_and_outcome() {
     steps(&mut right, 1);
     let metrics = right.take_metrics();
     let value =
-        |name: &str| metrics.reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")];
+        |name: &str| metrics.reward_terms[reward_names().iter().position(|n| *n == name).expect("a term")];
     assert!((value("contact") - 1.0).abs() < 1e-12);
     // The foot's velocity is along its x axis: no side kick.
     assert!(value("side_kick").abs() < 1e-9);
@@ -70,7 +70,7 @@ fn a_kick_with_the_labeled_foot_pays_contact_swing_and_outcome() {
     steps(&mut right, 10);
     let later = right.take_metrics();
     let value =
-        |name: &str| later.reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")];
+        |name: &str| later.reward_terms[reward_names().iter().position(|n| *n == name).expect("a term")];
     assert_eq!(value("contact"), 0.0);
     // Four more steps of the window.
     assert!((value("speed") - 4.0 * 10.0 * 0.02 * (1.0 - (-16.0_f64 / 1.44).exp())).abs() < 1e-9);
@@ -102,7 +102,7 @@ fn a_kick_with_the_other_foot_pays_nothing() {
     steps(&mut left, 50);
     let metrics = left.take_metrics();
     for name in ["contact", "side_kick", "vel_align", "speed"] {
-        let index = REWARD_NAMES.iter().position(|n| *n == name).expect("a term");
+        let index = reward_names().iter().position(|n| *n == name).expect("a term");
         assert_eq!(metrics.reward_terms[index], 0.0, "{name}");
     }
     assert!(!left.sample(0).expect("exists").kick.expect("a kick").correct);

@@ -7,7 +7,7 @@ use paid_physics::{EnvParams, GroupState, LaneState, Simulator};
 use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{REWARD_NAMES, Task, TaskPreset, TaskSetup, TrainShard};
+use paid_task::{Task, TaskPreset, TaskSetup, TrainShard, reward_names};
 
 pub const FRAMES: usize = 60;
 pub const SPEED: f64 = 0.5;
@@ -221,7 +221,7 @@ pub fn steps(task: &mut Task<f64, Playback>, n: usize) -> Vec<(f32, u8, u8)> {
 }
 
 pub fn term(task: &mut Task<f64, Playback>, name: &str) -> f64 {
-    task.take_metrics().reward_terms[REWARD_NAMES.iter().position(|n| *n == name).expect("a term")]
+    task.take_metrics().reward_terms[reward_names().iter().position(|n| *n == name).expect("a term")]
 }
 
 pub fn playback_with_height(height: f64) -> Task<f64, Playback> {

@@ -3,8 +3,8 @@
 use paid_lanes::Quat;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
-    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, REWARD_NAMES, Task, TaskPreset, TaskShard,
-    TimeLimit, TrainShard,
+    AfterEnd, Disturbances, EndCause, EpisodeRules, EvalControl, Task, TaskPreset, TaskShard, TimeLimit,
+    TrainShard, reward_names,
 };
 
 use crate::simulator::{FRAMES, Playback, SPEED, clip, playback, preset, steps, task};
@@ -36,7 +36,7 @@ fn the_last_pose_is_held_as_long_as_the_preset_says() {
         assert!(lengths.iter().all(|n| (expected[0]..=expected[1]).contains(n)), "{hold}: {lengths:?}");
         let spread = lengths.iter().max().zip(lengths.iter().min()).expect("episodes");
         assert!(spread.0 - spread.1 >= (expected[1] - expected[0]) / 2, "{hold}: {lengths:?}");
-        assert_eq!(task.take_metrics().ends[EndCause::MotionEnd as usize], lengths.len() as u64);
+        assert_eq!(task.take_metrics().ends[EndCause::MotionEnd.index()], lengths.len() as u64);
     }
 }
 
@@ -73,7 +73,8 @@ fn episodes_after_the_strike_have_their_ball_gone_and_count_no_kick() {
     // Nearness goes on paying as at the contact, whose ball the reference had 0.19 m ahead.
     let weight = preset("stage2", &options).rewards.ball_prox.weight;
     let expected = 300.0 * 0.02 * weight * (-(0.19_f64 / 0.5).powi(2)).exp();
-    let nearness = metrics.reward_terms[REWARD_NAMES.iter().position(|n| *n == "ball_prox").expect("a term")];
+    let nearness =
+        metrics.reward_terms[reward_names().iter().position(|n| *n == "ball_prox").expect("a term")];
     assert!(expected > 0.0 && (nearness - expected).abs() < 1e-6, "{nearness}, expected {expected}");
 }
 
@@ -105,7 +106,7 @@ fn episodes_begin_in_the_states_that_held_ones_ended_in() {
     let height = |task: &Task<f64, Playback>| task.simulator().ball.base_pos[2];
     assert!((height(&task) - 0.8).abs() < 1e-9, "no episode has ended yet");
     steps(&mut task, FRAMES + 4);
-    assert_eq!(task.take_metrics().ends[EndCause::MotionEnd as usize], 1);
+    assert_eq!(task.take_metrics().ends[EndCause::MotionEnd.index()], 1);
     let state = &task.simulator().ball;
     // The simulator shows every body 5 cm higher than the reference.
     assert!((state.base_pos[2] - 0.85).abs() < 1e-9, "{state:?}");

@@ -18,7 +18,7 @@
 
 use paid_lanes::Vec3;
 use paid_plot::{Bodies, FORCE_SCALE_M_PER_N};
-use paid_task::REWARD_NAMES;
+use paid_task::reward_names;
 use rerun::blueprint::components::PanelState;
 use rerun::blueprint::{
     Blueprint, ContainerLike, Horizontal, SelectionPanel, Spatial3DView, Tabs, TextLogView, TimePanel,
@@ -231,7 +231,7 @@ fn plots(rec: &RecordingStream, footage: &Footage) -> Done {
     if footage.ball_radius_m.is_some() || !footage.episode {
         series("/plots/mark".to_owned(), |f, _| Some(f.mark_speed), 0, -1.0)?;
     }
-    for (k, term) in REWARD_NAMES.iter().enumerate() {
+    for (k, term) in reward_names().iter().enumerate() {
         series(format!("/rewards/{term}"), |f, k| f.rewards.get(k).copied(), k, 0.0)?;
     }
     Ok(())

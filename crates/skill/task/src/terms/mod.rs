@@ -1,0 +1,10 @@
+//! What reward and termination terms have in common: what they read, and how another crate adds its own.
+
+mod input;
+mod own;
+mod set;
+
+pub use input::TermInput;
+pub use own::{OwnRewards, OwnTerminations};
+pub(crate) use own::{own_reward_names, own_reward_table, own_termination_names, own_termination_table};
+pub use set::TermSet;
