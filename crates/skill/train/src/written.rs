@@ -42,7 +42,7 @@ pub(crate) fn known_part(place: &str, text: &str) -> Result<Tree, TrainError> {
             let value = stage.value(&key).map_or_else(String::new, |value| value.to_string());
             let message = format!(
                 "{key} = {value}: this program ({PROGRAM}) has no such key, and the file, written by {}, does not turn it off; use the \
-                 program that wrote the file, or train again",
+                 program that wrote the file (for a term of another crate: one that is built with that crate), or train again",
                 writer(text)
             );
             return Err(TrainError::Preset { place: place.to_owned(), message });
@@ -144,7 +144,8 @@ mod tests {
             refused(&text.replacen(PROGRAM, "paid 7.0", 1)),
             format!(
                 "preset x: task.rewards.wave = {{ hand_m = 0.3, weight = -0.5 }}: this program ({PROGRAM}) has no such key, and the \
-                 file, written by paid 7.0, does not turn it off; use the program that wrote the file, or train again"
+                 file, written by paid 7.0, does not turn it off; use the program that wrote the file (for a term of another crate: one \
+                 that is built with that crate), or train again"
             )
         );
         let unsigned = text.split_once('\n').expect("lines").1;
