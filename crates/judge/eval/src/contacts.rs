@@ -14,7 +14,7 @@ use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
 use paid_train::policy_file::POLICY_FILE;
 use paid_train::policy_weights::write_play;
-use paid_train::{RunPreset, TrainedPolicy};
+use paid_train::RunPreset;
 use serde::Serialize;
 
 use crate::EvalError;
