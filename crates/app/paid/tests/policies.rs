@@ -38,15 +38,6 @@ fn the_demo_scores_in_mujoco() {
     assert!(rolling >= 48, "{rolling} goals of 63; 92.4% of 630 are on the policy's page");
 }
 
-/// Fails unless a policy of the paper's clips makes so many goals of 63: balls at rest, rolling balls.
-fn scores(test: &str, policy: &str, least: [u64; 2]) {
-    let Some(_) = paid_testing::mujoco(test, Library::get()) else { return };
-    let Some(motions) = paid_testing::shared_data(test, "data/motions/paid") else { return };
-    let found = goals(policy, Some(&motions));
-    let enough = found.iter().zip(least).all(|(found, least)| *found >= least);
-    assert!(enough, "{policy}: {found:?} goals of 63, expected {least:?} at least");
-}
-
 #[test]
 fn paid13_scores_in_mujoco_by_its_own_eyes() {
     let test = "paid13_scores_in_mujoco_by_its_own_eyes";
