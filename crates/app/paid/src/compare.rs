@@ -12,7 +12,7 @@ use paid_eval::subject::SubjectSpec;
 use paid_files::write_whole;
 use paid_lab::compare::curves::{self, Course};
 use paid_lab::compare::{Comparison, Contender, Plan, Row, Scores, films};
-use paid_robot_program::{STOPPED, flag};
+use paid_terminal::{STOPPED, flag};
 use paid_train::Scene;
 use paid_train::meeting::{Introduction, meet};
 

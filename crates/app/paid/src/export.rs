@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use paid_motion::{read_clip, resample};
-use paid_onnx::OnnxPolicy;
+use paid_onnx::OnnxFile;
 use paid_train::TrainedPolicy;
 use paid_train::policy_file::{LICENSE, POLICY_FILE, is_onnx};
 use paid_train::policy_weights::{load_mean, load_weights, write_weights};
@@ -86,11 +86,10 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         write_weights(weights, path).map_err(Failure::input)?;
     }
     trained.write_onnx(&args.out, &args.license, clip.as_ref()).map_err(Failure::input)?;
-    let policy = OnnxPolicy::load(&args.out).map_err(Failure::input)?;
+    let contract = &OnnxFile::read(&args.out).and_then(|file| file.contract()).map_err(Failure::input)?;
     let bytes = std::fs::metadata(&args.out)
         .map_err(|e| Failure::input(format!("{}: {e}", args.out.display())))?
         .len();
-    let contract = policy.contract();
     let (file, checkpoint) = (args.out.display().to_string(), trained.checkpoint.display().to_string());
     if args.json {
         let line = serde_json::to_string(&Written { file, checkpoint, bytes, contract });

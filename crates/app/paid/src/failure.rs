@@ -100,8 +100,8 @@ fn flag_of(name: &str) -> &str {
     FLAGS.iter().find(|(value, _)| *value == name).map_or(name, |(_, flag)| flag)
 }
 
-impl From<paid_robot_program::Failure> for Failure {
-    fn from(failure: paid_robot_program::Failure) -> Self {
+impl From<paid_terminal::Failure> for Failure {
+    fn from(failure: paid_terminal::Failure) -> Self {
         Self::input(failure)
     }
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use paid_eval::subject::Subject;
 use paid_live::{LiveError, MatchPage, PlayOptions, ServeOptions, TrainingPage, play};
-use paid_robot_program::flag;
+use paid_terminal::flag;
 
 use crate::failure::Failure;
 

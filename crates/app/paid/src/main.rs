@@ -12,11 +12,15 @@ mod curves;
 mod eval;
 mod export;
 mod failure;
+#[cfg(not(feature = "full"))]
+mod left_out;
 mod live;
 mod motion;
+#[cfg(feature = "full")]
 mod perceive;
 mod play;
 mod ranks;
+#[cfg(feature = "full")]
 mod robot;
 mod stage_progress;
 mod sysid;
@@ -29,7 +33,7 @@ use std::process::ExitCode;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use paid_robot_program::{EXIT_CODES, end_at_a_full_disk, end_with_the_reader, values_may_be_negative};
+use paid_terminal::{EXIT_CODES, end_at_a_full_disk, end_with_the_reader, values_may_be_negative};
 
 /// Train and score a humanoid kick on a CPU.
 #[derive(Debug, Parser)]
@@ -58,7 +62,11 @@ enum Command {
     /// Measure the speed of physics and training.
     Bench(bench::Args),
     /// Train, judge and calibrate what stands between sensors and policy.
+    #[cfg(feature = "full")]
     Perceive(perceive::Args),
+    /// Train, judge and calibrate what stands between sensors and policy (needs --features full).
+    #[cfg(not(feature = "full"))]
+    Perceive(left_out::Args),
     /// Find out how a ball bounces and rolls from filmed experiments.
     Sysid(Box<sysid::Args>),
     /// Train several methods from one plan, each with the same budget, judge them alike in MuJoCo, and print the table.
@@ -68,7 +76,11 @@ enum Command {
     /// Run a task under a zero or random agent and print the mean of each reward and observation term.
     Agent(agent::Args),
     /// Take a policy to a Unitree G1, virtual or real.
+    #[cfg(feature = "full")]
     Robot(Box<robot::Args>),
+    /// Take a policy to a Unitree G1, virtual or real (needs --features full).
+    #[cfg(not(feature = "full"))]
+    Robot(left_out::Args),
 }
 
 fn main() -> ExitCode {
@@ -90,12 +102,18 @@ fn main() -> ExitCode {
         Command::Export(args) => export::run(args),
         Command::Curves(args) => curves::run(&args),
         Command::Bench(args) => bench::run(args),
+        #[cfg(feature = "full")]
         Command::Perceive(args) => perceive::run(&args),
+        #[cfg(not(feature = "full"))]
+        Command::Perceive(args) => args.run("perceive"),
         Command::Sysid(args) => sysid::run(*args, &given),
         Command::Compare(args) => compare::run(&args),
         Command::Task(args) => task::run(&args),
         Command::Agent(args) => agent::run(args),
+        #[cfg(feature = "full")]
         Command::Robot(args) => robot::run(*args),
+        #[cfg(not(feature = "full"))]
+        Command::Robot(args) => args.run("robot"),
     };
     match result {
         Ok(code) => code,

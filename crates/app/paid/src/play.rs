@@ -15,7 +15,7 @@ use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions, read_motion};
 use paid_plot::{Animation, Kind};
 use paid_retarget::{HumanMotion, is_human_file};
 use paid_robot::{RobotModel, RobotSpec};
-use paid_robot_program::{STOPPED, flag};
+use paid_terminal::{STOPPED, flag};
 
 use crate::eval::episode::ShotArgs;
 use crate::eval::subject::Setting;

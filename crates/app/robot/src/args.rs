@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use paid_runtime::{Event, Latency, Limits, Player, PlayerSpec, Usage};
 
-use crate::Failure;
+use paid_terminal::Failure;
 
 /// Policy and motions.
 #[derive(Debug, clap::Args)]

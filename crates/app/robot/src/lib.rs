@@ -5,18 +5,12 @@
 #![allow(rustdoc::broken_intra_doc_links)]
 
 mod args;
-mod failure;
 mod network;
 mod replay;
 mod screen;
-mod stop;
-mod terminal;
 
 pub use args::{
     NetworkArgs, PlayerArgs, at_least_one, duration, print_event, print_latency, print_usage, read_limits,
 };
-pub use failure::{EXIT_CODES, Failure};
 pub use network::{CheckArgs, RunArgs, Teller, check, run};
 pub use replay::{ReplayArgs, replay};
-pub use stop::{STOPPED, end_with_the_reader, flag, outlive_the_terminal};
-pub use terminal::{end_at_a_full_disk, values_may_be_negative};

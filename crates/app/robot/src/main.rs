@@ -3,10 +3,8 @@
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use paid_robot_program::{
-    CheckArgs, EXIT_CODES, ReplayArgs, RunArgs, check, end_at_a_full_disk, end_with_the_reader, replay, run,
-    values_may_be_negative,
-};
+use paid_robot_program::{CheckArgs, ReplayArgs, RunArgs, check, replay, run};
+use paid_terminal::{EXIT_CODES, end_at_a_full_disk, end_with_the_reader, values_may_be_negative};
 
 /// Run a policy on a Unitree G1.
 #[derive(Debug, Parser)]

@@ -17,8 +17,7 @@ use paid_runtime::{
 
 use crate::args::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
 use crate::screen::Viewer;
-use crate::{Failure, stop};
-use stop::STOPPED;
+use paid_terminal::{Failure, STOPPED, end_with_the_reader, flag, outlive_the_terminal};
 
 /// Is told what a run does, beside the terminal.
 pub type Teller = Box<dyn FnMut(Told<'_>) + Send>;
@@ -68,7 +67,7 @@ pub fn run(
     args: &RunArgs,
     watch: impl FnOnce(&Arc<Player>, &Arc<AtomicBool>) -> Result<Option<Teller>, Failure>,
 ) -> Result<ExitCode, Failure> {
-    stop::outlive_the_terminal();
+    outlive_the_terminal();
     // What can be refused is refused here: later the robot may be limp.
     let seconds = args.seconds.map(duration).transpose()?;
     let (player, limits) = args.player.load()?;
@@ -81,7 +80,7 @@ pub fn run(
     if args.view {
         Screen::check().map_err(no_terminal)?;
     }
-    let stop = stop::flag()?;
+    let stop = flag()?;
     let mut teller = watch(&player, &stop)?;
     // A log in which nothing was written is gone again if the start is refused.
     let log = match &args.log {
@@ -165,7 +164,7 @@ pub fn run(
         }
     });
     // The robot is damped; what is left is to say how it went.
-    stop::end_with_the_reader();
+    end_with_the_reader();
     let usage = Usage::since(begin, &before);
     let timer = timer.end().figures();
     if let Some(screen) = screen {
@@ -264,7 +263,7 @@ pub struct CheckArgs {
 pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let seconds = duration(args.seconds)?;
     let limits = read_limits(args.limits.as_deref())?;
-    let stop = stop::flag()?;
+    let stop = flag()?;
     let NetworkArgs { domain, interface, no_switcher } = args.network;
     let mut link = DdsLink::open(domain, interface, Side::Runtime).map_err(Failure::input)?;
     let mut switcher = SwitcherClient::new(link.switcher().map_err(Failure::input)?);

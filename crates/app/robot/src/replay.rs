@@ -7,8 +7,8 @@ use std::sync::Arc;
 use paid_runtime::Player;
 use paid_runtime::log::{Course, LogReader};
 
-use crate::Failure;
 use crate::args::print_event;
+use paid_terminal::Failure;
 
 /// Arguments of `paid robot replay`.
 #[derive(Debug, clap::Args)]

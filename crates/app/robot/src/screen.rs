@@ -8,8 +8,8 @@ use std::time::Duration;
 use paid_runtime::view::{Pressed, Screen, View};
 use paid_runtime::{LastWords, Told, TypedKeys};
 
-use crate::Failure;
 use crate::network::no_terminal;
+use paid_terminal::Failure;
 
 /// The terminal's end of a run.
 pub struct Viewer {

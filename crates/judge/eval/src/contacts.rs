@@ -12,9 +12,9 @@ use paid_plot::{Table, number};
 use paid_policy::PlayContract;
 use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
+use paid_train::RunPreset;
 use paid_train::policy_file::POLICY_FILE;
 use paid_train::policy_weights::write_play;
-use paid_train::RunPreset;
 use serde::Serialize;
 
 use crate::EvalError;

@@ -14,6 +14,7 @@ pub mod curves;
 pub mod engine;
 pub mod episodes;
 mod error;
+#[cfg(feature = "eyes")]
 pub mod eyes;
 pub mod footage;
 pub mod html;

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::EvalError;
 use crate::clips::ClipsReport;
+#[cfg(feature = "eyes")]
 use crate::eyes::{EyesReport, KickLog, kick_chart};
 use crate::likeness::LikenessReport;
 use crate::matches::MatchReport;
@@ -191,6 +192,7 @@ pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<()
 ///
 /// # Errors
 /// If a file cannot be written.
+#[cfg(feature = "eyes")]
 pub fn write_eyes(
     folder: &Path,
     report: &EyesReport,

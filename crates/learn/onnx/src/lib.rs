@@ -72,6 +72,8 @@ mod raw;
 mod read;
 mod reference;
 mod released;
+#[cfg_attr(not(feature = "rten"), path = "no_runtime.rs")]
+mod runtime;
 mod sizes;
 mod stored;
 mod weights;

@@ -1,25 +1,21 @@
 //! Any ONNX graph over float tensors.
 
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use paid_policy::Contract;
 use prost::Message;
-use rten::{Model, NodeId, RunOptions, ThreadPool, Value, ValueOrView};
 
 use crate::error::OnnxError;
 use crate::proto::{ModelProto, ValueInfo};
 use crate::read::check_metadata;
+use crate::runtime::Runtime;
 use crate::sizes::oversized;
 
 /// A graph that was read from a file, with its metadata; runs on the calling thread.
 pub struct RawModel {
     path: PathBuf,
     proto: ModelProto,
-    model: Model,
-    threads: Arc<ThreadPool>,
+    runtime: Runtime,
 }
 
 impl std::fmt::Debug for RawModel {
@@ -47,15 +43,13 @@ impl RawModel {
         if let Some(reason) = proto.graph.as_ref().and_then(oversized) {
             return Err(failed(reason));
         }
-        let model = guarded(|| Model::load(bytes)).map_err(failed)?;
+        let runtime = Runtime::new(bytes).map_err(failed)?;
         if let Some(graph) = &mut proto.graph {
             // The runtime has its own copy of the constants.
             graph.initializer.clear();
             graph.node.clear();
         }
-        // A policy is too small to gain from more than one thread.
-        let threads = Arc::new(ThreadPool::with_num_threads(1));
-        Ok(Self { path, proto, model, threads })
+        Ok(Self { path, proto, runtime })
     }
 
     /// The file.
@@ -82,27 +76,8 @@ impl RawModel {
         inputs: &[(&str, Vec<usize>, &[f32])],
         outputs: &[(&str, usize)],
     ) -> Result<Vec<Vec<f32>>, OnnxError> {
-        let failed = |reason: String| OnnxError::Graph { path: self.path.clone(), reason };
-        let node = |name: &str| self.model.node_id(name).map_err(|e| failed(one_line(&e)));
-        let mut given: Vec<(NodeId, ValueOrView)> = Vec::with_capacity(inputs.len());
-        for (name, shape, data) in inputs {
-            let value = Value::from_shape(shape, data.to_vec()).map_err(|e| failed(one_line(&e)))?;
-            given.push((node(name)?, value.into()));
-        }
-        let ids = outputs.iter().map(|(name, _)| node(name)).collect::<Result<Vec<_>, _>>()?;
-        let options = RunOptions::default().with_thread_pool(Some(Arc::clone(&self.threads)));
-        let values = guarded(|| self.model.run(given, &ids, Some(options))).map_err(failed)?;
-        outputs
-            .iter()
-            .zip(values)
-            .map(|(&(name, size), value)| match value.into_tensor::<f32>().map(|t| t.into_data()) {
-                Some(data) if data.len() == size => Ok(data),
-                Some(data) => {
-                    Err(failed(format!("output '{name}' has {} numbers, expected {size}", data.len())))
-                }
-                None => Err(failed(format!("output '{name}' is no float tensor"))),
-            })
-            .collect()
+        let failed = |reason| OnnxError::Graph { path: self.path.clone(), reason };
+        self.runtime.run(inputs, outputs).map_err(failed)
     }
 }
 
@@ -182,24 +157,4 @@ fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
         return Err(wrong("it has no graph".to_owned()));
     }
     Ok(proto)
-}
-
-/// Calls the runtime. It takes some numbers of a damaged file on trust and panics (rten 0.27); here that is an error like its others.
-fn guarded<T, E: std::fmt::Display>(call: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
-    // What it was at work on is dropped, or belongs to this call alone.
-    match catch_unwind(AssertUnwindSafe(call)) {
-        Ok(result) => result.map_err(|error| one_line(&error)),
-        Err(panic) => Err(format!("the runtime gave up: {}", said(&*panic))),
-    }
-}
-
-/// The words of a panic as one line.
-fn said(panic: &(dyn Any + Send)) -> String {
-    let words = panic.downcast_ref::<String>().map(String::as_str);
-    one_line(&words.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("without a word"))
-}
-
-/// An error of the runtime as one line.
-pub(crate) fn one_line(error: &impl std::fmt::Display) -> String {
-    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -1,12 +1,20 @@
 //! The robot's own eyes: options of `paid eval shooting --eyes`.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 
 use clap::ValueEnum;
-use paid_eval::eyes::{DetectorChoice, EyesOptions, OdometryChoice};
+use paid_eval::eyes::{self, DetectorChoice, EyesOptions, OdometryChoice};
+use paid_eval::html::write_report;
+use paid_eval::results::{Evaluation, to_json, write_eyes};
+use paid_eval::shooting::ShootingOptions;
+use paid_eval::subject::Subject;
 use paid_lidar::sim::SceneKind;
 
+use super::progress::Progress;
+use super::{Output, ended};
 use crate::failure::Failure;
+use crate::ranks;
 
 /// Where the torso's pose comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -63,11 +71,22 @@ fn share(text: &str) -> Result<f64, String> {
 }
 
 impl EyesArgs {
-    /// The eyes that were asked for, if any.
+    /// Scores so if it was asked for.
     ///
     /// # Errors
-    /// If the detector's file does not exist.
-    pub fn options(&self) -> Result<Option<EyesOptions>, Failure> {
+    /// If the detector's file does not exist, or the evaluation fails.
+    pub fn run(
+        &self,
+        subject: &mut Subject,
+        kinds: &[ShootingOptions],
+        output: &Output,
+    ) -> Result<Option<ExitCode>, Failure> {
+        let Some(options) = self.options()? else { return Ok(None) };
+        ranks::alone("eval shooting --eyes")?;
+        look(subject, kinds, &options, output).map(Some)
+    }
+
+    fn options(&self) -> Result<Option<EyesOptions>, Failure> {
         if !self.eyes {
             return Ok(None);
         }
@@ -94,4 +113,36 @@ impl EyesArgs {
             log: self.plot,
         }))
     }
+}
+
+/// Scores with the robot's own eyes, one kind of ball after the other.
+fn look(
+    subject: &mut Subject,
+    kinds: &[ShootingOptions],
+    eyes: &EyesOptions,
+    output: &Output,
+) -> Result<ExitCode, Failure> {
+    output.prepare()?;
+    let mut reported = false;
+    for options in kinds {
+        let (monitor, progress) = Progress::start(output.json)?;
+        subject.setup.monitor = monitor;
+        let (report, kick) = eyes::evaluate(&subject.setup, &*subject.maker, options, eyes)?;
+        let timing = progress.finish();
+        if output.nothing(&subject.setup.monitor, &timing) {
+            break;
+        }
+        let whole = Evaluation::new("eyes", &subject.name, &report, timing);
+        let json = to_json(&whole)?;
+        output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
+        output.write(|out| write_eyes(out, &report, kick.as_ref(), &json))?;
+        reported = true;
+        if subject.setup.monitor.stopped() {
+            break;
+        }
+    }
+    if reported {
+        output.write(write_report)?;
+    }
+    Ok(ended(&subject.setup.monitor))
 }

@@ -5,6 +5,7 @@ mod contacts;
 pub mod demo;
 mod engine;
 pub mod episode;
+#[cfg_attr(not(feature = "full"), path = "no_eyes.rs")]
 mod eyes;
 mod film;
 mod gap;
@@ -28,7 +29,7 @@ use std::sync::Arc;
 use paid_eval::monitor::Monitor;
 use paid_eval::scene::Engines;
 use paid_eval::subject::Subject;
-use paid_robot_program::STOPPED;
+use paid_terminal::STOPPED;
 use paid_train::TrainError;
 use paid_train::meeting::{Introduction, meet};
 

@@ -27,7 +27,7 @@ impl Progress {
     /// # Errors
     /// If the system refuses to watch for signals.
     pub fn start(quiet: bool) -> Result<(Monitor, Self), Failure> {
-        let monitor = Monitor::stopped_by(paid_robot_program::flag()?);
+        let monitor = Monitor::stopped_by(paid_terminal::flag()?);
         let ended = Arc::new(AtomicBool::new(false));
         let start = Instant::now();
         let printer = (!quiet).then(|| {

@@ -4,9 +4,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use paid_eval::EvalError;
-use paid_eval::eyes::{self, EyesOptions};
 use paid_eval::html::write_report;
-use paid_eval::results::{Evaluation, to_json, write_eyes, write_shooting, write_summary};
+use paid_eval::results::{Evaluation, to_json, write_shooting, write_summary};
 use paid_eval::scene::Engines;
 use paid_eval::share;
 use paid_eval::shooting::{self, Grid, ShootingOptions, ShootingReport};
@@ -22,7 +21,6 @@ use super::protocol::ProtocolArgs;
 use super::subject::Common;
 use super::{Output, ended, shared};
 use crate::failure::Failure;
-use crate::ranks;
 
 /// Arguments of `paid eval shooting`.
 #[derive(Debug, clap::Args)]
@@ -51,44 +49,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
     subject.require_ball()?;
     let kinds = args.protocol.options(args.trials, Grid::WHOLE)?;
-    if let Some(options) = args.eyes.options()? {
-        ranks::alone("eval shooting --eyes")?;
-        return look(&mut subject, &kinds, &options, &args.output);
+    if let Some(ended) = args.eyes.run(&mut subject, &kinds, &args.output)? {
+        return Ok(ended);
     }
     let strips = args.strips.unwrap_or(STRIPS);
     shared(&mut subject, &kinds, &args.output, |subject, output| score(subject, &kinds, output, strips))
-}
-
-/// Scores with the robot's own eyes, one kind of ball after the other.
-fn look(
-    subject: &mut Subject,
-    kinds: &[ShootingOptions],
-    eyes: &EyesOptions,
-    output: &Output,
-) -> Result<ExitCode, Failure> {
-    output.prepare()?;
-    let mut reported = false;
-    for options in kinds {
-        let (monitor, progress) = Progress::start(output.json)?;
-        subject.setup.monitor = monitor;
-        let (report, kick) = eyes::evaluate(&subject.setup, &*subject.maker, options, eyes)?;
-        let timing = progress.finish();
-        if output.nothing(&subject.setup.monitor, &timing) {
-            break;
-        }
-        let whole = Evaluation::new("eyes", &subject.name, &report, timing);
-        let json = to_json(&whole)?;
-        output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
-        output.write(|out| write_eyes(out, &report, kick.as_ref(), &json))?;
-        reported = true;
-        if subject.setup.monitor.stopped() {
-            break;
-        }
-    }
-    if reported {
-        output.write(write_report)?;
-    }
-    Ok(ended(&subject.setup.monitor))
 }
 
 /// Scores, prints and writes one kind of ball after the other.

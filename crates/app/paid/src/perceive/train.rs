@@ -44,7 +44,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         seed: args.seed,
         ..TrainOptions::default()
     };
-    let stop = paid_robot_program::flag()?;
+    let stop = paid_terminal::flag()?;
     let start = std::time::Instant::now();
     let done = train(&options, &args.out, &stop, |progress| {
         let (step, elapsed) = (progress.step, start.elapsed().as_secs_f64());
@@ -68,7 +68,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             if done < options.steps { format!(", stopped after {done} steps") } else { String::new() };
         println!("{}{stopped}", args.out.display());
     }
-    Ok(if done < options.steps { ExitCode::from(paid_robot_program::STOPPED) } else { ExitCode::SUCCESS })
+    Ok(if done < options.steps { ExitCode::from(paid_terminal::STOPPED) } else { ExitCode::SUCCESS })
 }
 
 /// Says what is missing.

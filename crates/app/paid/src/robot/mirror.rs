@@ -32,13 +32,13 @@ impl Mirror {
         args: &PlayerArgs,
         player: &Arc<Player>,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Option<Teller>, paid_robot_program::Failure> {
+    ) -> Result<Option<Teller>, paid_terminal::Failure> {
         if !live.live {
             return Ok(None);
         }
         let shown = ["the robot", "The robot is damped, and the program ends"];
         let page = serve(live, args, player, shown, "what the robot's senses say", stop)
-            .map_err(paid_robot_program::Failure::input)?;
+            .map_err(paid_terminal::Failure::input)?;
         // Standard output may be lines of JSON.
         eprintln!("{}  <- open this in a browser to look on", page.url());
         let mut mirror = Self { page, player: Arc::clone(player), pictures: 0, lay: false };

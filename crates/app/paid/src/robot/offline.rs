@@ -16,7 +16,7 @@ use super::serve::serve_network;
 use super::watch::Watching;
 use crate::failure::Failure;
 use crate::live::LiveArgs;
-use paid_robot_program::{STOPPED, flag};
+use paid_terminal::{STOPPED, flag};
 
 /// Arguments of `paid robot sim`.
 #[derive(Debug, clap::Args)]

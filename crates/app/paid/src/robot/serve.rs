@@ -99,7 +99,7 @@ pub(super) fn serve_network(
     };
     script.sort_by(|a, b| b.0.total_cmp(&a.0));
     let keyboard = keyboard();
-    let stop = paid_robot_program::flag()?;
+    let stop = paid_terminal::flag()?;
     let link = DdsLink::open(domain, interface, Side::Robot).map_err(Failure::input)?;
     let line = link.switcher().map_err(Failure::input)?;
     let link = VendorLink::new(link, line, SwitcherService::new(&args.master), player);

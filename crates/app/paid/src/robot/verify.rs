@@ -22,7 +22,7 @@ pub struct DrawnReplayArgs {
 /// Replays a log.
 pub fn replay(args: &DrawnReplayArgs) -> Result<ExitCode, Failure> {
     let draw = |course: &Course| match &args.plot {
-        Some(stem) => draw_course(course).save(stem).map_err(paid_robot_program::Failure::input),
+        Some(stem) => draw_course(course).save(stem).map_err(paid_terminal::Failure::input),
         None => Ok(()),
     };
     Ok(paid_robot_program::replay(&args.replay, draw)?)

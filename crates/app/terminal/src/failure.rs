@@ -3,8 +3,6 @@
 use core::fmt;
 use std::process::ExitCode;
 
-use paid_runtime::DeployError;
-
 /// The exit codes, as shown in the help.
 pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
      130 stopped by Ctrl-C or SIGTERM before the end, what was done is saved.";
@@ -31,8 +29,9 @@ impl fmt::Display for Failure {
     }
 }
 
-impl From<DeployError> for Failure {
-    fn from(error: DeployError) -> Self {
+/// What a library refuses is bad input.
+impl<E: core::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
         Self::input(error)
     }
 }

@@ -1,0 +1,9 @@
+//! What the programs `paid` and `paid-robot` do alike on a terminal: exit codes, signals, a full disk.
+
+mod failure;
+mod stop;
+mod terminal;
+
+pub use failure::{EXIT_CODES, Failure};
+pub use stop::{STOPPED, end_with_the_reader, flag, outlive_the_terminal};
+pub use terminal::{end_at_a_full_disk, values_may_be_negative};
