@@ -5,8 +5,9 @@ use std::process::ExitCode;
 
 use paid_motion::{read_clip, resample};
 use paid_onnx::OnnxFile;
+use paid_play::{POLICY_FILE, is_onnx};
 use paid_train::TrainedPolicy;
-use paid_train::policy_file::{LICENSE, POLICY_FILE, is_onnx};
+use paid_train::policy_file::LICENSE;
 use paid_train::policy_weights::{load_mean, load_weights, write_weights};
 use serde::Serialize;
 

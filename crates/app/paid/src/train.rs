@@ -18,11 +18,11 @@ use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
 use paid_live::TrainingPage;
+use paid_play::{POLICY_FILE, PRESET_FILE};
 use paid_task::TaskPreset;
 use paid_terminal::{STOPPED, flag};
-use paid_train::folder::{PRESET_FILE, forget_unsaved};
+use paid_train::folder::forget_unsaved;
 use paid_train::meeting::meet;
-use paid_train::policy_file::POLICY_FILE;
 use paid_train::{
     End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
 };

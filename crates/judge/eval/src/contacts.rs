@@ -8,12 +8,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use paid_play::POLICY_FILE;
 use paid_plot::{Table, number};
 use paid_policy::PlayContract;
 use paid_task::TaskPreset;
 use paid_task::preset::KnowledgeMode;
 use paid_train::RunPreset;
-use paid_train::policy_file::POLICY_FILE;
 use paid_train::policy_weights::write_play;
 use serde::Serialize;
 

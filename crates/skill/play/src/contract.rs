@@ -1,11 +1,11 @@
 //! The contract of a robot's policies.
 
-use paid_policy::contract::{Contract, FORMAT, JointContract};
+use paid_policy::contract::{Contract, FORMAT, JointContract, RecurrentContract};
 use paid_policy::observation::ObservationId;
-use paid_policy::{Dimensions, ObservationTerms};
+use paid_policy::{Dimensions, ObservationTerms, PlayContract, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::PlayError;
+use crate::{PlayError, PlayPreset};
 
 /// What an action means, in the contract's words.
 pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
@@ -48,5 +48,25 @@ pub fn robot_contract(
         recurrent: None,
         reference: None,
         play: None,
+    })
+}
+
+/// The contract of a policy's file; `license` are the terms of the motions that it was trained on.
+///
+/// # Errors
+/// If the robot's gains cannot be resolved.
+pub fn policy_contract(
+    model: &RobotModel,
+    spec: &RobotSpec,
+    play: &PlayPreset,
+    policy: &Policy,
+    license: &str,
+) -> Result<Contract, PlayError> {
+    let lstm = &policy.net.lstm;
+    Ok(Contract {
+        license: license.to_owned(),
+        recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
+        play: Some(play.contract()).filter(|play| *play != PlayContract::default()),
+        ..robot_contract(model, spec, play.control_dt_s(), &play.observations.policy)?
     })
 }

@@ -18,7 +18,7 @@ mod scene;
 
 pub use after_strike::{AfterStrike, AfterStrikePreset, AfterStrikeTimes, ShownAfterStrike};
 pub use ball_history::{BallHistory, STEPS_AGO};
-pub use contract::{ACTION, COMMAND, robot_contract};
+pub use contract::{ACTION, COMMAND, policy_contract, robot_contract};
 pub use error::PlayError;
 pub use library::{
     FrameLayout, KickTimes, MotionFacts, ReferenceClip, ReferenceLibrary, STANDING_BALL_M, body_index,
@@ -29,6 +29,6 @@ pub use motion::{
     RollingBall, from_start_frame, motion_for, nearest_motion, nominal_ball, own_place, turned,
 };
 pub use own_place::OwnPlace;
-pub use policy_file::{PRESET_FILE, PolicyFile, load_robot};
+pub use policy_file::{NO_PRESET, POLICY_FILE, PRESET_FILE, PolicyFile, is_onnx, load_robot};
 pub use preset::{PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedScene};
 pub use scene::{BelievedScene, SceneMemory};

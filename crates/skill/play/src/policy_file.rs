@@ -3,17 +3,28 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use paid_policy::contract::{Contract, RecurrentContract};
-use paid_policy::{Checkpoint, Dimensions, ObservationTerms, PlayContract, Policy};
+use paid_onnx::{OnnxError, OnnxFile, StoredPolicy};
+use paid_policy::{Checkpoint, CheckpointError, Contract, Dimensions, ObservationTerms, Policy};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Deserialize;
 use toml::Table;
 
 use crate::preset::wrong;
-use crate::{PlayError, PlayPreset, robot_contract};
+use crate::{PlayError, PlayPreset, policy_contract};
 
 /// Name of a run's resolved preset, in its folder and in its checkpoints.
 pub const PRESET_FILE: &str = "preset.toml";
+
+/// Name of the policy in a run folder.
+pub const POLICY_FILE: &str = "policy.onnx";
+/// What is wrong with an ONNX file that only runs.
+pub const NO_PRESET: &str =
+    "expected a policy with its preset, found an ONNX file without; take the checkpoint that it comes from";
+
+/// True if the name is that of an ONNX file.
+pub fn is_onnx(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx"))
+}
 
 /// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies beside it under the same name.
 ///
@@ -71,21 +82,26 @@ struct Motions {
 }
 
 impl PolicyFile {
-    /// Reads a policy from a checkpoint; `sets` are changed values of how it is played, each `KEY=VALUE`.
+    /// Reads a policy from a policy file, a checkpoint, or a run folder, whose policy file it takes; `sets` are changed values of how it is
+    /// played, each `KEY=VALUE`.
     ///
     /// # Errors
     /// If the file cannot be read, holds no preset or one without what a player needs, its sizes are not those of its robot,
     /// or a change is not about how it is played.
     pub fn load(path: &Path, sets: &[String]) -> Result<Self, PlayError> {
         let fail = |message: String| PlayError::File { path: path.to_owned(), message };
-        let checkpoint = Checkpoint::load(path).map_err(|error| PlayError::Unreadable(error.to_string()))?;
-        let preset = checkpoint.blob(PRESET_FILE);
-        let preset =
-            preset.ok_or_else(|| fail(format!("expected an entry '{PRESET_FILE}' (text), found none")))?;
-        let preset = std::str::from_utf8(preset).map_err(|error| fail(format!("{PRESET_FILE}: {error}")))?;
-        let policy = checkpoint.policy().map_err(|error| PlayError::Unreadable(error.to_string()))?;
+        if path.is_dir() {
+            let file = path.join(POLICY_FILE);
+            if !file.is_file() {
+                return Err(fail(format!(
+                    "expected a policy, found a folder without {POLICY_FILE}; paid export writes one"
+                )));
+            }
+            return Self::load(&file, sets);
+        }
+        let (preset, policy) = if is_onnx(path) { of_onnx(path)? } else { of_checkpoint(path)? };
         let read = || {
-            let Run { robot, run, task } = toml::from_str(preset).map_err(|error| wrong(&error))?;
+            let Run { robot, run, task } = toml::from_str(&preset).map_err(|error| wrong(&error))?;
             Self::new(path.to_owned(), &robot, run.motions, PlayPreset::of_task(task)?, policy)
         };
         let file = read().map_err(|error| match error {
@@ -120,17 +136,32 @@ impl PolicyFile {
         Ok(Self { path, motions, play, sets: Vec::new(), model, spec, policy })
     }
 
-    /// The contract of the policy's file; `license` are the terms of the motions that it was trained on.
+    /// See [`policy_contract`].
     ///
     /// # Errors
     /// If the robot's gains cannot be resolved.
     pub fn contract(&self, license: &str) -> Result<Contract, PlayError> {
-        let (play, lstm) = (&self.play, &self.policy.net.lstm);
-        Ok(Contract {
-            license: license.to_owned(),
-            recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
-            play: Some(play.contract()).filter(|play| *play != PlayContract::default()),
-            ..robot_contract(&self.model, &self.spec, play.control_dt_s(), &play.observations.policy)?
-        })
+        policy_contract(&self.model, &self.spec, &self.play, &self.policy, license)
     }
+}
+
+/// Preset and network of a policy file.
+fn of_onnx(path: &Path) -> Result<(String, Policy), PlayError> {
+    let unread = |error: OnnxError| PlayError::Unreadable(error.to_string());
+    let stored = OnnxFile::read(path).and_then(|file| file.stored()).map_err(unread)?;
+    let StoredPolicy { preset, policy, .. } =
+        stored.ok_or_else(|| PlayError::File { path: path.to_owned(), message: NO_PRESET.to_owned() })?;
+    Ok((preset, policy))
+}
+
+/// Preset and network of a checkpoint.
+fn of_checkpoint(path: &Path) -> Result<(String, Policy), PlayError> {
+    let unread = |error: CheckpointError| PlayError::Unreadable(error.to_string());
+    let fail = |message: String| PlayError::File { path: path.to_owned(), message };
+    let checkpoint = Checkpoint::load(path).map_err(unread)?;
+    let preset = checkpoint.blob(PRESET_FILE);
+    let preset =
+        preset.ok_or_else(|| fail(format!("expected an entry '{PRESET_FILE}' (text), found none")))?;
+    let preset = std::str::from_utf8(preset).map_err(|error| fail(format!("{PRESET_FILE}: {error}")))?;
+    Ok((preset.to_owned(), checkpoint.policy().map_err(unread)?))
 }

@@ -51,6 +51,9 @@ pub enum TrainError {
         /// Entry, expected, found.
         message: String,
     },
+    /// A policy's file or its robot.
+    #[error(transparent)]
+    Play(#[from] paid_play::PlayError),
     /// Motions, robot or task could not be built.
     #[error("{0}")]
     Setup(String),

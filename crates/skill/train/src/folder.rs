@@ -5,14 +5,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use paid_files::write_atomically;
+use paid_play::{POLICY_FILE, PRESET_FILE};
 
 use crate::events::EVENTS;
-use crate::policy_file::POLICY_FILE;
 use crate::record::Record;
 use crate::{EventWriter, RunPreset, TrainError};
 
-/// Name of the resolved preset in a run folder, and in a checkpoint.
-pub const PRESET_FILE: &str = "preset.toml";
 /// Name of the metrics file in a run folder: one JSON object per line.
 pub const METRICS_FILE: &str = "metrics.jsonl";
 

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use paid_learn::Checkpoint;
+use paid_play::PRESET_FILE;
 use paid_task::layers::{LayerError, Tree};
 use paid_task::preset::{BuiltinPreset, PAPER};
 use paid_task::{TaskPreset, builtin_presets};
 use toml::Value;
 
-use crate::folder::PRESET_FILE;
 use crate::written::known_part;
 use crate::{RunPreset, TrainError};
 

@@ -4,70 +4,18 @@ use std::path::{Path, PathBuf};
 
 use paid_motion::Clip;
 use paid_onnx::{
-    Contract, DenseLayer, FORMAT, JointContract, LstmLayer, NormalizerWeights, OnnxError, OnnxFile,
-    PlayContract, PolicyWeights, RecurrentContract, Reference, StoredPolicy, Training,
+    Contract, DenseLayer, LstmLayer, NormalizerWeights, OnnxError, OnnxFile, PolicyWeights, Reference,
+    StoredPolicy, Training,
 };
-use paid_policy::observation::ObservationId;
-use paid_policy::{Checkpoint, Dimensions, ObservationTerms, Policy};
+use paid_play::{NO_PRESET, PRESET_FILE, PolicyFile, is_onnx, policy_contract};
+use paid_policy::{Checkpoint, Policy};
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
-use crate::folder::PRESET_FILE;
 use crate::policy_weights::load_weights;
-use crate::setup::load_robot;
 use crate::{RunPreset, TrainError};
 
-/// What an action means, in the contract's words.
-pub const ACTION: &str = "joint position target = default_pos + action_scale * action";
-/// Name of the policy in a run folder.
-pub const POLICY_FILE: &str = "policy.onnx";
 /// Terms of a policy if nobody states others.
 pub const LICENSE: &str = "the terms of the motions that the policy was trained on";
-/// The command that the policy follows, under the released name.
-pub const COMMAND: &str = "motion";
-
-/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its license is empty, and it has
-/// no memory. `observation` is the task's list of the policy's terms.
-///
-/// # Errors
-/// If the robot's gains cannot be resolved.
-pub fn task_contract(
-    model: &RobotModel,
-    spec: &RobotSpec,
-    control_period_s: f64,
-    observation: &[ObservationId],
-) -> Result<Contract, TrainError> {
-    let setup = |error: &dyn core::fmt::Display| TrainError::Setup(error.to_string());
-    let control = spec.resolve(model).map_err(|e| setup(&e))?;
-    let order =
-        Permutation::between(&model.joint_names(), &spec.policy_joint_order).map_err(|e| setup(&e))?;
-    let joint = |&j: &usize| JointContract {
-        name: model.joints[j].name.clone(),
-        default_pos: control.default_pos[j],
-        stiffness: control.stiffness[j],
-        damping: control.damping[j],
-        action_scale: control.action_scale[j],
-    };
-    Ok(Contract {
-        format: FORMAT,
-        robot: spec.name.clone(),
-        license: String::new(),
-        control_period_s,
-        action: ACTION.to_owned(),
-        joints: order.indices().iter().map(joint).collect(),
-        anchor_body: spec.anchor_body.clone(),
-        bodies: spec.tracked_bodies.clone(),
-        observation: ObservationTerms::new(observation, Dimensions::of(spec)).terms().to_vec(),
-        commands: vec![COMMAND.to_owned()],
-        recurrent: None,
-        reference: None,
-        play: None,
-    })
-}
-
-/// True if the name is that of an ONNX file.
-pub fn is_onnx(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx"))
-}
 
 /// A policy and everything that its file says about it.
 #[derive(Clone, Debug)]
@@ -95,11 +43,8 @@ impl TrainedPolicy {
         if !is_onnx(path) {
             return Self::of(&load_weights(path)?);
         }
-        Self::stored(&OnnxFile::read(path).map_err(unread)?)?.ok_or_else(|| TrainError::Checkpoint {
-            path: path.to_owned(),
-            message: "expected a policy with its preset, found an ONNX file without; take the checkpoint that it comes from"
-                .to_owned(),
-        })
+        Self::stored(&OnnxFile::read(path).map_err(unread)?)?
+            .ok_or_else(|| TrainError::Checkpoint { path: path.to_owned(), message: NO_PRESET.to_owned() })
     }
 
     /// The policy in an ONNX file; `None` if it holds no preset: another program's file, or one of this program's first format.
@@ -128,17 +73,9 @@ impl TrainedPolicy {
     }
 
     fn new(path: PathBuf, run: String, preset: RunPreset, policy: Policy) -> Result<Self, TrainError> {
-        let (model, spec) = load_robot(&preset.robot)?;
-        let terms = ObservationTerms::new(&preset.task.observations.policy, Dimensions::of(&spec));
-        let expected = (terms.dim(), spec.policy_joint_order.len());
-        let found = (policy.obs_dim(), policy.action_dim());
-        if expected != found {
-            let message = format!(
-                "expected {} observations and {} actions (robot '{}'), found {} and {}",
-                expected.0, expected.1, spec.name, found.0, found.1
-            );
-            return Err(TrainError::Checkpoint { path, message });
-        }
+        let (motions, play) = (preset.run.motions.clone(), preset.task.play_preset());
+        let PolicyFile { path, model, spec, policy, .. } =
+            PolicyFile::new(path, &preset.robot, motions, play, policy)?;
         Ok(Self { checkpoint: path, run, preset, model, spec, policy })
     }
 
@@ -147,14 +84,8 @@ impl TrainedPolicy {
     /// # Errors
     /// If the robot's gains cannot be resolved.
     pub fn contract(&self, license: &str) -> Result<Contract, TrainError> {
-        let lstm = &self.policy.net.lstm;
-        let task = &self.preset.task;
-        Ok(Contract {
-            license: license.to_owned(),
-            recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
-            play: Some(task.play()).filter(|play| *play != PlayContract::default()),
-            ..task_contract(&self.model, &self.spec, task.control_dt_s(), &task.observations.policy)?
-        })
+        let play = self.preset.task.play_preset();
+        Ok(policy_contract(&self.model, &self.spec, &play, &self.policy, license)?)
     }
 
     /// Writes the policy file: graph, contract and preset, with `clip` inside if given. The clip must be at the control rate. Nothing
@@ -261,7 +192,9 @@ pub(crate) mod tests {
     use paid_play::ShownAfterStrike;
     use paid_policy::net::Network;
     use paid_policy::normalizer::{Moments, Normalizer};
-    use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, WhereItLay};
+    use paid_policy::{
+        Dimensions, LstmConfig, NetworkConfig, NetworkKind, ObservationTerms, PlayContract, WhereItLay,
+    };
 
     use super::*;
 

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use paid_learn::Checkpoint;
+use paid_play::{POLICY_FILE, PRESET_FILE, is_onnx};
 use paid_policy::PlayContract;
 
 use paid_onnx::OnnxFile;
 
-use crate::folder::{Numbered, PRESET_FILE, newest_and_earlier};
-use crate::policy_file::{POLICY_FILE, TrainedPolicy, is_onnx, run_name, unread};
+use crate::folder::{Numbered, newest_and_earlier};
+use crate::policy_file::{TrainedPolicy, run_name, unread};
 use crate::{RunPreset, TrainError};
 
 /// A checkpoint file as it is, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks

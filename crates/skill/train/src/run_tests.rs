@@ -6,11 +6,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use paid_learn::{Alone, Checkpoint};
+use paid_play::POLICY_FILE;
 use paid_policy::{NetworkKind, PlayContract};
 
 use crate::folder::{METRICS_FILE, checkpoint_name, checkpoints};
 use crate::policy_file::tests::trained;
-use crate::policy_file::{POLICY_FILE, TrainedPolicy, run_name};
+use crate::policy_file::{TrainedPolicy, run_name};
 use crate::policy_weights::{load_mean, load_weights, write_play, write_weights};
 use crate::stage::run_stage;
 use crate::toy::Toy;

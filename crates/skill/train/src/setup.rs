@@ -1,40 +1,17 @@
 //! From a preset and a folder of motions to shards of environments.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 
 use paid_learn::{Alone, Ranks};
 use paid_motion::MotionLibrary;
-use paid_play::ReferenceLibrary;
+use paid_play::{ReferenceLibrary, load_robot};
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::ReferenceSource;
 use paid_task::{ShardSetup, TaskSetup, TaskShard, build_shard};
 
 use crate::policy_weights::load_weights;
 use crate::{RunPreset, TrainError, TrainedPolicy, Trainer};
-
-/// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies beside it under the same name.
-///
-/// # Errors
-/// File, line, expected and found.
-pub fn load_robot(robot: &str) -> Result<(RobotModel, RobotSpec), TrainError> {
-    if robot == "g1" {
-        return Ok((RobotModel::g1(), RobotSpec::g1()));
-    }
-    let toml = Path::new(robot);
-    if toml.extension().is_none_or(|e| e != "toml") {
-        return Err(TrainError::Setup(format!(
-            "robot: expected 'g1' or the path of a .toml file, found '{robot}'"
-        )));
-    }
-    let mjcf = toml.with_extension("xml");
-    let text = |path: &Path| fs::read_to_string(path).map_err(TrainError::read(path));
-    let spec = RobotSpec::from_toml(&text(toml)?, robot).map_err(|e| TrainError::Setup(e.to_string()))?;
-    let model = RobotModel::from_mjcf(&text(&mjcf)?, &mjcf.to_string_lossy())
-        .map_err(|e| TrainError::Setup(e.to_string()))?;
-    Ok((model, spec))
-}
 
 /// The clips of a run's motions, whether its task follows them or not.
 pub(crate) fn clips_of(

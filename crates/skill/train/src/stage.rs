@@ -7,11 +7,12 @@ use std::time::Instant;
 
 use paid_learn::ranks::gather_numbers;
 use paid_learn::{Checkpoint, Ranks};
+use paid_play::{POLICY_FILE, PRESET_FILE};
 use paid_task::TrainShard;
 
-use crate::folder::{self, PRESET_FILE, RunFolder};
+use crate::folder::{self, RunFolder};
 use crate::meeting::{hosts, meet};
-use crate::policy_file::{LICENSE, POLICY_FILE, TrainedPolicy};
+use crate::policy_file::{LICENSE, TrainedPolicy};
 use crate::policy_weights::{load_weights, mean_of_run};
 use crate::trainer::progress_of;
 use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};

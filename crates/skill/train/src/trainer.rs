@@ -7,12 +7,12 @@ use std::time::Instant;
 
 use paid_amp::StyleReward;
 use paid_learn::{Alone, Checkpoint, Learner, Ranks};
+use paid_play::PRESET_FILE;
 use paid_policy::observation::ObservationId;
 use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TaskShard, TrainShard};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::folder::PRESET_FILE;
 use crate::inputs::inputs_from;
 use crate::progress::{Progress, describe};
 use crate::{LossRecord, Record, RunPreset, TrainError};

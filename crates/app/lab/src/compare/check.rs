@@ -7,8 +7,9 @@ use paid_eval::likeness::load_clips;
 use paid_eval::scene::Engines;
 use paid_eval::subject::{PolicySource, SubjectSpec};
 use paid_motion::MotionLibrary;
+use paid_play::load_robot;
 use paid_task::preset::KnowledgeMode;
-use paid_train::setup::{check_starts, load_robot};
+use paid_train::setup::check_starts;
 
 use super::contender::Contender;
 use super::plan::{JudgePlan, wrong};

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use paid_eval::EvalError;
 use paid_eval::subject::PolicySource;
 use paid_motion::motion_files;
+use paid_play::POLICY_FILE;
 use paid_train::folder::latest_checkpoint;
-use paid_train::policy_file::POLICY_FILE;
 
 use super::contender::Contender;
 

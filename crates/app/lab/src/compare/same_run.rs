@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::path::Path;
 
+use paid_play::PRESET_FILE;
 use paid_train::RunPreset;
-use paid_train::folder::PRESET_FILE;
 use toml::{Table, Value};
 
 use paid_eval::EvalError;

@@ -8,8 +8,8 @@ use paid_eval::contacts;
 use paid_eval::curves::Curves;
 use paid_lab::compare::Contender;
 use paid_lab::compare::{difference, has_run};
-use paid_train::folder::{METRICS_FILE, PRESET_FILE, checkpoints, forget_unsaved};
-use paid_train::policy_file::POLICY_FILE;
+use paid_play::{POLICY_FILE, PRESET_FILE};
+use paid_train::folder::{METRICS_FILE, checkpoints, forget_unsaved};
 use paid_train::{Alone, End, Limits, RunPreset, StageJob, Start, train_stage};
 
 use crate::failure::Failure;

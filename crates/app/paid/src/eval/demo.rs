@@ -10,9 +10,9 @@ use paid_eval::results::{Evaluation, to_json, write_shooting};
 use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
+use paid_play::POLICY_FILE;
 use paid_plot::{Animation, Film, film_frame, film_strip};
 use paid_task::InitialState;
-use paid_train::policy_file::POLICY_FILE;
 
 use super::engine::count;
 use super::out::writable;

@@ -6,8 +6,8 @@ use clap::ValueEnum;
 use paid_eval::scene::{Engines, ScenePreset, SceneSpec, check_feet};
 use paid_files::write_whole;
 use paid_mujoco::mjcf_scene;
+use paid_play::load_robot;
 use paid_task::TaskPreset;
-use paid_train::setup::load_robot;
 
 use super::out::writable;
 use crate::failure::{Failure, first_given};

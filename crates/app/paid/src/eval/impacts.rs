@@ -7,8 +7,8 @@ use paid_eval::results::to_json;
 use paid_eval::scene::{Engines, ScenePreset};
 use paid_files::write_whole;
 use paid_lab::impacts::{self, ImpactOptions};
+use paid_play::load_robot;
 use paid_task::TaskPreset;
-use paid_train::setup::load_robot;
 
 use super::Output;
 use super::engine::{EngineArgs, positive};

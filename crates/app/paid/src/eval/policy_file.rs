@@ -4,8 +4,8 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
+use paid_play::is_onnx;
 use paid_train::folder::checkpoints;
-use paid_train::policy_file::is_onnx;
 
 use crate::failure::Failure;
 

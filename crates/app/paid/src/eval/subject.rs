@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use paid_eval::subject::SubjectSpec;
+use paid_play::is_onnx;
 use paid_task::preset::KnowledgeMode;
-use paid_train::policy_file::is_onnx;
 
 use super::engine::{EngineArgs, EngineName, positive};
 use super::policy_file;

@@ -9,11 +9,10 @@ use paid_lanes::Isa;
 use paid_motion::MotionLibrary;
 use paid_mujoco::SceneOptions;
 use paid_physics::Terrain;
-use paid_play::ReferenceLibrary;
+use paid_play::{ReferenceLibrary, load_robot};
 use paid_task::TaskPreset;
 use paid_task::preset::{KnowledgeMode, ReferenceSource};
 use paid_train::Alone;
-use paid_train::setup::load_robot;
 
 use crate::EvalError;
 use crate::engine::EngineChoice;

@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use paid_onnx::{CONTRACT_KEY, Contract, JointContract, OnnxError, OnnxFile, OnnxPolicy, released_policy};
-use paid_play::ReferenceLibrary;
+use paid_play::{ReferenceLibrary, is_onnx, robot_contract};
 use paid_policy::observation::ObservationId;
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::TaskPreset;
 use paid_train::TrainedPolicy;
-use paid_train::policy_file::{is_onnx, task_contract};
 
 use crate::EvalError;
 use crate::policy::{Driver, DriverMaker, Gains, NetworkDriver, OnnxDriver, Twist2};
@@ -132,7 +131,7 @@ impl PolicySource {
             }
             Self::Onnx(file) => {
                 let terms = observed_terms(&file).unwrap_or_else(|| task.observations.policy.clone());
-                let template = task_contract(robot, spec, task.control_dt_s(), &terms)?;
+                let template = robot_contract(robot, spec, task.control_dt_s(), &terms)?;
                 let path = file.path().to_owned();
                 let policy = OnnxPolicy::from_file(*file)?;
                 let found = policy.contract();
@@ -146,7 +145,7 @@ impl PolicySource {
             }
             Self::Released(file) => {
                 let terms = observed_terms(&file).unwrap_or_else(|| task.observations.policy.clone());
-                let template = task_contract(robot, spec, task.control_dt_s(), &terms)?;
+                let template = robot_contract(robot, spec, task.control_dt_s(), &terms)?;
                 let policy = released_policy(*file, &template)?;
                 onnx_driver(policy, &terms, robot, spec, task)
             }
@@ -172,7 +171,7 @@ fn onnx_driver(
         gains.apply(robot, spec);
     }
     // The task's action scales follow from its gains.
-    let contract = task_contract(robot, spec, task.control_dt_s(), terms)?;
+    let contract = robot_contract(robot, spec, task.control_dt_s(), terms)?;
     let driver = OnnxDriver::new(Arc::new(policy), &contract)?;
     Ok(Box::new(move || Ok(Box::new(driver.clone()) as Box<dyn Driver>)))
 }
