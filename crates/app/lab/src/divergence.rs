@@ -1,6 +1,7 @@
 //! The motion of robot and ball in two runs of one trial, and what went apart first.
 
 use paid_eval::trace::Trace;
+use paid_lanes::stats::quantile;
 use paid_plot::{Table, number};
 use serde::Serialize;
 
@@ -73,8 +74,7 @@ pub(crate) fn first_table<'a>(firsts: impl Iterator<Item = Option<&'a Divergence
     found.sort_by_key(|(name, times)| (usize::MAX - times.len(), *name));
     let mut table = Table::new(&["quantity", "", "trials", "median time [s]"]);
     for (name, times) in &mut found {
-        times.sort_by(f64::total_cmp);
-        let median = number(times[times.len() / 2], 2);
+        let median = number(quantile(times, 0.5).unwrap_or(0.0), 2);
         table.row([(*name).to_owned(), String::new(), times.len().to_string(), median]);
     }
     table.row(["none".into(), String::new(), together.to_string(), "-".into()]);

@@ -3,6 +3,9 @@
 // The help texts are doc comments. Units stand in brackets there and are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+#[macro_use]
+mod print;
+
 mod agent;
 mod bench;
 mod bench_physics;
@@ -89,8 +92,8 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command()).exit());
     // A robot is damped before its program ends, whatever cannot be printed.
     let robot = matches.subcommand_matches("robot");
-    if robot.and_then(ArgMatches::subcommand_name) != Some("run") {
-        end_at_a_full_disk();
+    if robot.and_then(ArgMatches::subcommand_name) == Some("run") {
+        print::panic_where_it_fails();
     }
     let given = given(&matches);
     let result = match cli.command {

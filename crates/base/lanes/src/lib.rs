@@ -35,6 +35,7 @@ mod per_lane;
 mod real;
 pub mod rng;
 mod scalar;
+pub mod stats;
 
 pub use array::F32Array;
 #[cfg(target_arch = "x86_64")]

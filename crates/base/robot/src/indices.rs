@@ -29,13 +29,6 @@ pub struct RobotIndices {
     pub model_from_motion_bodies: Permutation,
 }
 
-impl RobotIndices {
-    /// Position of the anchor among the tracked bodies, if it is tracked.
-    pub fn anchor_in_tracked(&self) -> Option<usize> {
-        self.tracked.iter().position(|b| *b == self.anchor)
-    }
-}
-
 impl RobotSpec {
     /// Finds every name in `model`.
     ///

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use paid_lanes::rng::Rng;
+use paid_lanes::stats::mean;
 use paid_play::own_place;
 use paid_plot::{Table, number};
 use paid_task::EnvSample;
@@ -14,7 +15,6 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::engine::EngineFacts;
 use crate::episodes::{Ending, EvalSetup, Observer};
-use crate::metrics::statistics::mean;
 use crate::metrics::tracking::TrackingErrors;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Outcome, Placement, ShootingOptions, Trial};

@@ -5,6 +5,7 @@
 
 use std::fmt::Write;
 
+use paid_lanes::stats::mean;
 use paid_mujoco::SceneOptions;
 use paid_plot::{Table, number};
 use paid_task::TaskPreset;
@@ -13,7 +14,6 @@ use serde::Serialize;
 use crate::EvalError;
 use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
-use crate::metrics::statistics::mean;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Grid, ROLLING_SPEED, ShootingOptions};
 

@@ -51,7 +51,6 @@
 //! ```
 
 pub mod adam;
-pub mod bench;
 mod checkpoint;
 pub mod config;
 pub mod gae;

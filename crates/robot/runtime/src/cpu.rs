@@ -1,16 +1,8 @@
 //! Processor time and memory.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use serde::Serialize;
-
-/// Processor time of the calling thread. What other programs do to the machine's clock time is not in it.
-pub(crate) fn thread_time() -> Duration {
-    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the structure is the system's own and lives through the call, which writes nothing else.
-    let done = unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
-    if done == 0 { Duration::new(time.tv_sec as u64, time.tv_nsec as u32) } else { Duration::ZERO }
-}
 
 /// What this program has taken of the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -51,14 +43,18 @@ impl Usage {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use cpu_time::ThreadTime;
+
     use super::*;
 
     #[test]
     fn work_is_counted_and_memory_is_there() {
         let (begin, before) = (Instant::now(), Usage::now());
-        let start = thread_time();
+        let start = ThreadTime::now();
         let mut x = 1_u64;
-        while thread_time() < start + Duration::from_millis(50) {
+        while start.elapsed() < Duration::from_millis(50) {
             x = std::hint::black_box(x.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1));
         }
         let usage = Usage::since(begin, &before);

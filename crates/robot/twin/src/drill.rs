@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::sync::Arc;
 
+use paid_lanes::stats::quantile;
 use paid_runtime::wire::LowCmd;
 use paid_runtime::{Limits, Player, State};
 
@@ -29,9 +30,7 @@ pub struct DrillRow {
 impl DrillRow {
     /// Median reaction `[ms]`.
     pub fn median_ms(&self) -> f64 {
-        let mut sorted = self.reactions_ms.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+        quantile(&mut self.reactions_ms.clone(), 0.5).unwrap_or(f64::NAN)
     }
     /// Worst reaction `[ms]`.
     pub fn worst_ms(&self) -> f64 {

@@ -6,6 +6,7 @@
 
 use std::path::Path;
 
+use paid_lanes::stats::quantile;
 use serde::Serialize;
 
 use crate::SightError;
@@ -149,8 +150,7 @@ pub fn fit(finds: &[Find]) -> Result<Fit, SightError> {
     }
     let [c_min_m, per_speed, per_distance] = coefficients;
     let mut ages: Vec<f64> = used.iter().map(|f| f.age_s).collect();
-    ages.sort_by(f64::total_cmp);
-    let percentile = |share: f64| ages[((ages.len() - 1) as f64 * share).round() as usize];
+    let mut percentile = |share: f64| quantile(&mut ages, share).unwrap_or(f64::NAN);
     let mut fit = Fit {
         finds: used.len(),
         false_share: 1.0 - used.len() as f64 / finds.len() as f64,

@@ -138,8 +138,9 @@ pub fn frame(data: &[u8]) -> Vec<u8> {
     record
 }
 
+#[cfg(test)]
 /// The data of all whole records; `None` if a checksum or length does not fit.
-pub fn unframe(mut bytes: &[u8]) -> Option<Vec<&[u8]>> {
+fn unframe(mut bytes: &[u8]) -> Option<Vec<&[u8]>> {
     let mut records = Vec::new();
     while !bytes.is_empty() {
         let (length, rest) = bytes.split_at_checked(8)?;

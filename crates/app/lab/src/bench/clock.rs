@@ -3,6 +3,7 @@
 use std::sync::Barrier;
 use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use paid_eval::EvalError;
 
 /// Work done per second.
@@ -10,16 +11,8 @@ use paid_eval::EvalError;
 pub struct Rate {
     /// By the clock on the wall: what the user waits for.
     pub wall: f64,
-    /// By processor time, averaged over the threads: what a core does, also while other programs use it. Equals `wall`
-    /// where the system does not tell.
+    /// By processor time, averaged over the threads: what a core does, also while other programs use it.
     pub per_core: f64,
-}
-
-/// Processor time of the calling thread `[s]`, where the system tells (Linux).
-fn processor_time_s() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-    let nanoseconds: u64 = text.split_whitespace().next()?.parse().ok()?;
-    Some(nanoseconds as f64 * 1e-9)
 }
 
 /// Runs `work` on `threads` threads, each with its own contender from `make`, until `seconds` have passed; `work` returns how much
@@ -40,12 +33,12 @@ pub fn timed<S>(
         barrier.wait();
         let mut contender = contender?;
         work(&mut contender);
-        let (mut done, start, processor) = (0, Instant::now(), processor_time_s());
+        let (mut done, start, processor) = (0, Instant::now(), ThreadTime::now());
         loop {
             done += work(&mut contender);
             let passed = start.elapsed().as_secs_f64();
             if passed >= seconds {
-                let used = processor.zip(processor_time_s()).map_or(passed, |(from, to)| to - from);
+                let used = processor.elapsed().as_secs_f64();
                 let per_core = if used > 0.0 { done as f64 / used } else { done as f64 / passed };
                 return Ok(Rate { wall: done as f64 / passed, per_core });
             }

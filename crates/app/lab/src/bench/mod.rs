@@ -6,6 +6,7 @@ mod mujoco;
 mod workload;
 
 use paid_lanes::Isa;
+use paid_lanes::stats::quantile;
 use paid_physics::Terrain;
 use serde::Serialize;
 
@@ -99,8 +100,7 @@ trait Contender: Sync {
 fn speed(rates: &[Rate], substeps: usize) -> Speed {
     let median = |value: fn(&Rate) -> f64| {
         let mut values: Vec<f64> = rates.iter().map(value).collect();
-        values.sort_by(f64::total_cmp);
-        values[values.len() / 2]
+        quantile(&mut values, 0.5).unwrap_or(0.0)
     };
     let (wall, per_core) = (median(|r| r.wall), median(|r| r.per_core));
     Speed {

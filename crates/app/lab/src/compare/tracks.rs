@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use paid_eval::EvalError;
-use paid_eval::metrics::statistics::mean;
 use paid_eval::monitor::Monitor;
 use paid_eval::scene::Engines;
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_eval::tracking::{self, ClipScore, PAPER_ROWS, TrackingOptions};
+use paid_lanes::stats::mean;
 use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};
 

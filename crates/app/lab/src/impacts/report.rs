@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use paid_lanes::Vec3;
+use paid_lanes::stats::quantile;
 use paid_plot::{Table, number};
 use serde::Serialize;
 
@@ -89,15 +90,8 @@ pub struct ImpactReport {
     pub rows: Vec<ImpactRow>,
 }
 
-/// The `q` quantile, 0 of nothing.
-fn quantile(values: &mut [f64], q: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1);
-    values.get((q * last as f64).round() as usize).copied().unwrap_or(0.0)
-}
-
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    quantile(&mut values.collect::<Vec<_>>(), 0.5)
+    quantile(&mut values.collect::<Vec<_>>(), 0.5).unwrap_or(0.0)
 }
 
 impl ImpactReport {
@@ -131,7 +125,7 @@ impl ImpactReport {
         let errors: Vec<Errors> = pairs.iter().map(|(a, b)| Errors::of(a, b)).collect();
         let all = |of: fn(&Errors) -> f64| {
             let mut values: Vec<f64> = errors.iter().map(of).collect();
-            QUANTILES.map(|q| quantile(&mut values, q))
+            QUANTILES.map(|q| quantile(&mut values, q).unwrap_or(0.0))
         };
         self.rows.push(ImpactRow {
             name: name.to_owned(),

@@ -1,6 +1,7 @@
 //! `paid perceive odometry`: the odometry's error, speed and memory in simulated scenes, and what it says of a sensor's faults.
 
-use paid_lidar::sim::{Fault, FaultKind, MeasureOptions, Report, SceneKind, measure, processor_clock};
+use cpu_time::ThreadTime;
+use paid_lidar::sim::{Fault, FaultKind, MeasureOptions, Report, SceneKind, measure};
 
 use crate::failure::Failure;
 
@@ -57,7 +58,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let scenes = args.scene.map_or_else(|| SceneKind::ALL.to_vec(), |scene| vec![scene]);
-    let clock = processor_clock();
+    let begin = ThreadTime::now();
+    let clock = || begin.elapsed().as_secs_f64();
     let mut reports = Vec::new();
     for scene in scenes {
         let mut options = MeasureOptions::new(scene, args.seconds, args.seed);

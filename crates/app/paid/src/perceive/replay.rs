@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use paid_lidar::sim::processor_clock;
+use cpu_time::ThreadTime;
 use paid_vision::detect::Detector;
 use paid_world::{Believed, Recording, replay, seconds};
 
@@ -27,15 +27,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = Recording::open(&args.file).map_err(Failure::input)?;
     let detector = args.detector.as_deref().map(|path| Detector::load(path, None)).transpose();
     let mut sight = recording.sight(detector.map_err(Failure::input)?).map_err(Failure::input)?;
-    let clock = processor_clock();
-    let begin = clock();
+    let begin = ThreadTime::now();
     let result = replay(&recording, &mut sight, |believed| {
         if args.steps {
             print_step(believed);
         }
     });
     let result = result.map_err(Failure::input)?;
-    let cpu_s = clock() - begin;
+    let cpu_s = begin.elapsed().as_secs_f64();
     println!(
         "{} messages, {} pictures, {} steps in {:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
         result.messages,

@@ -1,5 +1,6 @@
 //! What the robot sees and believes during a kick, beside the truth.
 
+use cpu_time::ThreadTime;
 use paid_track::Pose;
 use paid_world::{Arrived, Believed, Message, OdometryState, Recorder, Sight, seconds};
 
@@ -61,22 +62,22 @@ pub(super) struct Kick {
     pub placed_ns: Option<u64>,
     /// Odometry from the start frame at the capture of the last picture of the own ball.
     pub when_seen: Option<Pose>,
-    pub clock: Box<dyn Fn() -> f64>,
+    pub begin: ThreadTime,
 }
 
 impl Kick {
     /// A control step of sensors and pipeline.
     pub fn step(&mut self, moment: &Moment, to_strike_s: f64, open: bool) -> Result<Believed, EvalError> {
         self.truths.push(Truth { torso: moment.torso, ball: moment.ball, ball_vel: moment.ball_vel });
-        let begin = (self.clock)();
+        let begin = self.begin.elapsed().as_secs_f64();
         let mut arrived = self.senses.step(moment, open);
-        let sensed = (self.clock)();
+        let sensed = self.begin.elapsed().as_secs_f64();
         arrived.push(Arrived { at_ns: moment.at_ns, message: Message::Step { to_strike_s } });
         let mut believed = None;
         for message in &arrived {
             believed = self.sight.take(message).map_err(eyes_error)?.or(believed);
         }
-        let now = (self.clock)();
+        let now = self.begin.elapsed().as_secs_f64();
         self.eyes.sensors_cpu_s += sensed - begin;
         self.eyes.sight_cpu_s += now - sensed;
         let believed = believed.ok_or_else(|| eyes_error("a step without an answer"))?;

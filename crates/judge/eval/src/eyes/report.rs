@@ -2,11 +2,12 @@
 
 use std::fmt::Write;
 
+use paid_lanes::stats::mean;
 use paid_plot::{Table, number};
 use serde::Serialize;
 
 use super::{Cause, EyesOptions, EyesOutcome};
-use crate::metrics::statistics::{Share, mean};
+use crate::metrics::statistics::Share;
 use crate::shooting::ShootingReport;
 
 /// The shots, and what the eyes made of them.

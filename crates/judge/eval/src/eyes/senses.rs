@@ -24,7 +24,7 @@ const SCAN_NS: u64 = 20_000_000;
 /// Poses of another odometry come so often `[ns]`.
 const POSE_NS: u64 = 20_000_000;
 /// Height of the goal's bar in the pictures `[m]`.
-const GOAL_HEIGHT_M: f64 = 1.8;
+const RENDERED_GOAL_HEIGHT_M: f64 = 1.8;
 /// Fewest pixels that a box is drawn around.
 const FEWEST_PIXELS: usize = 30;
 
@@ -105,7 +105,7 @@ impl Senses {
             center: setup.goal,
             heading: 0.0,
             half_width: setup.goal_half_width,
-            height: GOAL_HEIGHT_M,
+            height: RENDERED_GOAL_HEIGHT_M,
         });
         Ok(Self {
             camera,

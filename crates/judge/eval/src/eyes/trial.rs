@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
+use cpu_time::ThreadTime;
 use paid_lanes::{Mat3, Quat, Vec3};
-use paid_lidar::sim::processor_clock;
 use paid_play::{BelievedScene, KickTimes, RollingBall, motion_for};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_task::{EvalControl, Shown};
@@ -37,8 +37,7 @@ pub(super) struct Played {
 impl Stage<'_> {
     /// Plays a trial; `None` if the evaluation was stopped before its end.
     pub(super) fn play(&mut self, number: usize, trial: &Trial) -> Result<Option<Played>, EvalError> {
-        let clock = Box::new(processor_clock());
-        let begin_s = clock();
+        let begin = ThreadTime::now();
         let standing = Pose { rot: Mat3::identity(), pos: Vec3(self.base) };
         let rolling = Rolling {
             place: trial.ball,
@@ -64,7 +63,7 @@ impl Stage<'_> {
             start_from_odometry: None,
             placed_ns: None,
             when_seen: None,
-            clock,
+            begin,
         };
         let camera = first.torso.compose(&Pose::g1_camera());
         let intrinsics = paid_vision::Intrinsics::g1_color();
@@ -100,7 +99,7 @@ impl Stage<'_> {
         };
         let trial = chosen.map_or_else(|| trial.clone(), |motion| with_motion(trial, motion));
         let outcome = watch.outcome(trial, &self.setup);
-        let Kick { mut eyes, log, senses, recorder, clock, placed_ns, .. } = kick;
+        let Kick { mut eyes, log, senses, recorder, begin, placed_ns, .. } = kick;
         if let Some(recorder) = recorder {
             recorder.finish().map_err(eyes_error)?;
         }
@@ -110,7 +109,7 @@ impl Stage<'_> {
         eyes.pictures = placed.len();
         eyes.with_ball = placed.iter().filter(|shown| **shown >= LEAST_SHOWN).count();
         eyes.cause = (!outcome.goal).then(|| Cause::of(&eyes));
-        eyes.cpu_s = clock() - begin_s;
+        eyes.cpu_s = begin.elapsed().as_secs_f64();
         Ok(Some(Played { outcome, eyes, log }))
     }
 

@@ -7,6 +7,7 @@ mod take;
 
 use std::path::Path;
 
+use paid_lanes::stats::mean;
 use paid_motion::MotionLibrary;
 use paid_play::ReferenceLibrary;
 use paid_robot::{RobotModel, RobotSpec};
@@ -167,10 +168,6 @@ fn foot_distance(take: &Take, others: &[&Take], parts: &Parts) -> Option<f64> {
         }))
     };
     others.iter().filter_map(of).min_by(f64::total_cmp)
-}
-
-fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    crate::metrics::statistics::mean(values)
 }
 
 /// Keeps what one shot shows, until a while after the strike or a fall.

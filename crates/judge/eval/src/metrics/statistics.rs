@@ -1,4 +1,4 @@
-//! Shares with intervals, means.
+//! Shares with intervals.
 
 use serde::Serialize;
 
@@ -51,12 +51,6 @@ impl Share {
     }
 }
 
-/// The mean, `None` of nothing.
-pub fn mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
-    let (sum, n) = values.into_iter().fold((0.0, 0), |(s, n), v| (s + v, n + 1));
-    (n > 0).then(|| sum / f64::from(n))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -80,11 +74,5 @@ mod tests {
     #[test]
     fn counting_outcomes_is_the_same_as_giving_counts() {
         assert_eq!(Share::of([true, false, true, true]), Share::new(3, 4));
-    }
-
-    #[test]
-    fn nothing_has_no_mean() {
-        assert_eq!(mean([]), None);
-        assert_eq!(mean([1.0, 2.0, 6.0]), Some(3.0));
     }
 }

@@ -1,11 +1,11 @@
 //! Runs a log again.
 
 use std::sync::Arc;
-use std::time::Duration;
+
+use cpu_time::ThreadTime;
 
 use super::{Course, Frame, LogReader};
 use crate::DeployError;
-use crate::cpu::thread_time;
 use crate::lateness::Durations;
 use crate::player::Player;
 use crate::runtime::{PolicyTrace, Runtime};
@@ -51,9 +51,9 @@ pub fn replay(log: &mut LogReader, player: &Arc<Player>) -> Result<Replay, Deplo
     };
     let (mut memory, mut action) = (player.policy.start(1), vec![0.0; player.joints()]);
     while let Some(frame) = log.next_frame()? {
-        let begin = thread_time();
+        let begin = ThreadTime::now();
         let output = runtime.step(frame.now_us, &frame.packets, frame.stop);
-        let took = thread_time().saturating_sub(begin);
+        let took = begin.elapsed();
         if output.acted { &mut out.times.acting } else { &mut out.times.others }.add(took);
         if out.course.due(frame.now_us) {
             out.course.add(&runtime.status(frame.now_us));
@@ -77,9 +77,9 @@ pub fn replay(log: &mut LogReader, player: &Arc<Player>) -> Result<Replay, Deplo
             out.difference = Some((out.frames, what));
         }
         if let Some(trace) = &again.trace {
-            let begin = thread_time();
+            let begin = ThreadTime::now();
             player.policy.act(&trace.observation, &mut memory, &mut action);
-            out.times.policy.add(thread_time().saturating_sub(begin));
+            out.times.policy.add(begin.elapsed());
         }
         out.frames += 1;
         out.policy_steps += usize::from(frame.trace.is_some());
@@ -95,10 +95,5 @@ impl ReplayTimes {
             ("step that acts", &self.acting),
             ("other step", &self.others),
         ])
-    }
-
-    /// What 99% of the policy's steps stayed within, the policy alone.
-    pub fn policy_within(&self) -> Duration {
-        self.policy.quantile(0.99)
     }
 }

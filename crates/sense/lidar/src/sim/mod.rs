@@ -2,7 +2,6 @@
 
 mod body;
 mod boxes;
-mod clock;
 mod fault;
 mod measure;
 mod pattern;
@@ -13,7 +12,6 @@ mod stream;
 mod walk;
 
 pub use body::Capsule;
-pub use clock::processor_clock;
 pub use fault::{Fault, FaultKind};
 pub use measure::{MeasureOptions, Report, measure};
 pub use pattern::Pattern;

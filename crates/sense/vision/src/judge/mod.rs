@@ -1,6 +1,5 @@
 //! Judging a detector on rendered pictures that training never saw.
 
-mod clock;
 mod sheet;
 mod table;
 
@@ -12,6 +11,7 @@ use crate::locate::BallFinder;
 use crate::render::render;
 use crate::scatter::{Scatter, TrueBall, UNSEEN_PATTERN, Use};
 use crate::{ColorImage, Intrinsics, PixelBox, Pose, VisionError};
+use cpu_time::ThreadTime;
 
 /// Which pictures a detector is judged on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,16 +64,16 @@ pub fn judge(
     let (mut false_balls, mut false_places, mut render_s, mut detect_s) = (0_u32, 0_u32, 0.0, 0.0);
     for number in 0..2 * options.pictures {
         let with_ball = number % 2 == 0;
-        let start = clock::cpu_s();
+        let start = ThreadTime::now();
         let sample = scatter.sample(number, options.intrinsics, with_ball);
         let rendered = render(&sample.scene, &sample.view);
         let picture = rendered.color(&sample.color);
         let depth = rendered.depth(&sample.depth);
-        let middle = clock::cpu_s();
+        let rendered_s = start.elapsed().as_secs_f64();
         let detections =
             detector.detect(&picture, Some(Depth { image: &depth, intrinsics: &options.intrinsics }))?;
-        detect_s += clock::cpu_s() - middle;
-        render_s += middle - start;
+        detect_s += start.elapsed().as_secs_f64() - rendered_s;
+        render_s += rendered_s;
         // As the robot does it; the camera's pose is exact, and the floor is where it is.
         let placed = |found: &Detection, radius: f64| {
             let finder = BallFinder::new(options.intrinsics, Pose::identity(), radius).ok()?;

@@ -1,5 +1,7 @@
 //! Distance of a ball's center from the depths under its outline.
 
+use paid_lanes::stats::median;
+
 use super::sphere::{Outline, dot};
 use crate::detect::Detection;
 use crate::{DepthImage, Intrinsics};
@@ -51,13 +53,13 @@ pub(super) fn by_depth(
     distances.sort_by(f64::total_cmp);
     let Some(first) = most_alike(&distances, by_size) else { return ByDepth::Contradiction };
     let mut near: Vec<f64> = distances.iter().copied().filter(|d| (d / first - 1.0).abs() < WINDOW).collect();
-    let middle = median(&mut near);
+    let middle = median(&mut near).unwrap_or_default();
     let mut off: Vec<f64> = near.iter().map(|d| (d - middle).abs()).collect();
     // The deviation of a normal distribution is 1.48 times the median of the distances from its middle.
-    let spread = 1.48 * median(&mut off);
+    let spread = 1.48 * median(&mut off).unwrap_or_default();
     near.retain(|d| (d - middle).abs() <= (3.0 * spread).max(0.01));
     let count = near.len() as f64;
-    let distance = median(&mut near);
+    let distance = median(&mut near).unwrap_or_default();
     if spread > MOST_SPREAD * (1.0 + distance * distance)
         || seen_through(&points, outline.toward.map(|v| v * distance), radius) > MOST_SEEN_THROUGH
     {
@@ -127,16 +129,4 @@ fn most_alike(distances: &[f64], by_size: Option<f64>) -> Option<f64> {
         }
     }
     found.map(|k| distances[k])
-}
-
-/// The middle one; the mean of the two middle ones of an even number.
-pub(super) fn median(values: &mut [f64]) -> f64 {
-    let (middle, odd) = (values.len() / 2, values.len() % 2 == 1);
-    let (below, at, _) = values.select_nth_unstable_by(middle, f64::total_cmp);
-    let at = *at;
-    if odd || below.is_empty() {
-        return at;
-    }
-    let before = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (before + at)
 }

@@ -1,6 +1,8 @@
 //! The ball's center in the camera's frame.
 
-use super::depths::{ByDepth, FEWEST, by_depth, median};
+use paid_lanes::stats::median;
+
+use super::depths::{ByDepth, FEWEST, by_depth};
 use crate::detect::Detection;
 use crate::{DepthImage, Intrinsics, PixelBox};
 
@@ -172,7 +174,7 @@ fn middle_depth(seen: &PixelBox, depth: &DepthImage) -> Option<f64> {
     };
     let mut depths: Vec<f64> =
         range(1).flat_map(|y| range(0).filter_map(move |x| depth.depth_m(x, y))).collect();
-    (depths.len() >= FEWEST).then(|| median(&mut depths))
+    (depths.len() >= FEWEST).then(|| median(&mut depths)).flatten()
 }
 
 pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {

@@ -1,5 +1,6 @@
 //! Which soles stand, from the poses alone.
 
+use paid_lanes::stats::quantile;
 use paid_lanes::{Quat, Vec3};
 use paid_robot::{RobotModel, Shape};
 
@@ -79,13 +80,7 @@ fn resting_height(clip: &Clip, foot: usize, places: &[Vec<Vec3<f64>>]) -> f64 {
     let lowest = |t: usize| places[t].iter().map(Vec3::z).fold(f64::INFINITY, f64::min);
     let still = |t: &usize| Vec3(clip.body_lin_vel(*t)[foot]).norm() < 0.5 * SLOW;
     let mut heights: Vec<f64> = (0..clip.frames).filter(still).map(lowest).collect();
-    if heights.is_empty() {
-        heights = (0..clip.frames).map(lowest).collect();
-        heights.sort_by(f64::total_cmp);
-        return heights[0];
-    }
-    heights.sort_by(f64::total_cmp);
-    heights[heights.len() / 2]
+    quantile(&mut heights, 0.5).unwrap_or_else(|| (0..clip.frames).map(lowest).fold(f64::INFINITY, f64::min))
 }
 
 impl FootContact {

@@ -5,14 +5,16 @@ mod sheet;
 
 use std::path::Path;
 
+use paid_lanes::stats::quantile;
 use paid_lanes::{Quat, Vec3};
 use paid_motion::{MotionError, Points};
+use pose::{Body, Part, slopes};
 
 use crate::recognize::{LEG_M, LOW_M, ON_FLOOR_M, UNITS};
 use crate::retarget::SHORTEST_S;
 use crate::skeleton::about;
 use crate::{Bone, HumanMotion, HumanOptions, RetargetError, Skeleton};
-use pose::{Body, Part, slopes};
+
 pub use sheet::{PointSkeleton, parse_skeleton};
 
 /// The segments: name, parent, the point where each begins.
@@ -64,8 +66,8 @@ pub fn motion_of_points(
     let raw: Vec<Body> = (0..points.frames).map(|t| Body::of(points.frame(t), &indices)).collect();
     let mut notes = Vec::new();
 
-    let legs: Vec<f64> = raw.iter().flat_map(Body::legs).collect();
-    let leg = median(legs);
+    let mut legs: Vec<f64> = raw.iter().flat_map(Body::legs).collect();
+    let leg = quantile(&mut legs, 0.5).unwrap_or(0.0);
     let fits = |unit: f64| LEG_M.contains(&(leg * unit));
     let recognized = UNITS.into_iter().find(|(_, unit)| fits(*unit));
     let legs = format!("{} to {} m", LEG_M.start(), LEG_M.end());
@@ -165,12 +167,6 @@ fn assemble(path: &Path, fps: f64, bodies: &[Body], notes: Vec<String>) -> Human
         }
     }
     motion
-}
-
-/// The middle of some values; zero without any.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
 #[cfg(test)]

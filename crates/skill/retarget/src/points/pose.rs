@@ -3,9 +3,9 @@
 //! A point says nothing about a turn about the line to the next one. Hinges do: a bent knee or elbow gives the axis of its limb. A
 //! straight knee takes it from the foot, a straight elbow from the trunk.
 
+use paid_lanes::stats::quantile;
 use paid_lanes::{Mat3, Quat, Vec3};
 
-use super::median;
 use super::sheet::Indices;
 
 type V = Vec3<f64>;
@@ -188,7 +188,8 @@ pub(super) fn slopes(bodies: &[Body]) -> [f64; 2] {
         };
         let (ankle, toe) = (low(&|b| b.ankle[side].z()), low(&|b| b.toe[side].z()));
         let standing = bodies.iter().filter(|b| b.ankle[side].z() <= ankle && b.toe[side].z() <= toe);
-        median(standing.map(|b| (-b.sole(side).z()).clamp(-1.0, 1.0).asin()).collect())
+        let mut down: Vec<f64> = standing.map(|b| (-b.sole(side).z()).clamp(-1.0, 1.0).asin()).collect();
+        quantile(&mut down, 0.5).unwrap_or(0.0)
     })
 }
 

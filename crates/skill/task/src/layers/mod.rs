@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use thiserror::Error;
-use toml::{Table, Value};
+use toml::Value;
 
 pub use typed::KeyError;
 
@@ -142,14 +142,6 @@ impl Tree {
         let mut all = Vec::new();
         self.0.collect("", &mut all);
         all
-    }
-
-    /// The values without their origins.
-    pub fn to_table(&self) -> Table {
-        match self.0.to_value() {
-            Value::Table(table) => table,
-            _ => Table::new(),
-        }
     }
 }
 

@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
+use paid_lanes::stats::mean;
+use paid_lanes::stats::median;
 use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};
 
 use super::MatchOptions;
 use crate::engine::EngineFacts;
-use crate::metrics::statistics::{Share, mean};
+use crate::metrics::statistics::Share;
 
 /// What came of a kick. Places are in the axes of the robot when the ball appeared: origin below its anchor, x along its heading, y left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -93,13 +95,6 @@ pub struct MatchTotal {
     pub drift_rad: Option<f64>,
 }
 
-/// The median; the mean of the two in the middle of an even number.
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    (n > 0).then(|| f64::midpoint(values[(n - 1) / 2], values[n / 2]))
-}
-
 impl MatchTotal {
     fn of(matches: &[MatchOutcome]) -> Self {
         let kicks = || matches.iter().flat_map(|m| &m.kicks);
@@ -107,7 +102,7 @@ impl MatchTotal {
         let stood = || kicks().filter(|k| !k.fell);
         let until = || matches.iter().map(|m| m.kicks_until_fall as f64);
         Self {
-            kicks_until_fall_median: median(until().collect()),
+            kicks_until_fall_median: median(&mut until().collect::<Vec<_>>()),
             kicks_until_fall_mean: mean(until()),
             fell: Share::of(matches.iter().map(|m| m.fell)),
             goals: Share::of(kicks().map(|k| k.goal)),
@@ -316,8 +311,6 @@ mod tests {
         assert!((total.drift_m.expect("kicks") - 0.5).abs() < 1e-12);
         assert_eq!(total.unsettled.trials, 4);
         assert!((total.held_speeds[0].expect("kicks") - 0.05).abs() < 1e-12);
-        assert_eq!(median(vec![3.0, 1.0]), Some(2.0));
-        assert_eq!(median(Vec::new()), None);
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! What came of one trial, and of many together.
 
+use paid_lanes::stats::mean;
 use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};
 
 use super::Trial;
-use crate::metrics::statistics::{Share, mean};
+use crate::metrics::statistics::Share;
 
 /// What came of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,5 +1,6 @@
 //! Figures of a tracking evaluation, per run, clip and set.
 
+use paid_lanes::stats::mean;
 use paid_plot::Bars;
 use paid_plot::{Table, number};
 use serde::Serialize;
@@ -8,7 +9,7 @@ use super::TrackingOptions;
 use super::score::{BodyScore, ClipScore, MeanScore, PAPER_ROWS, PaperRow, RunScore, SetScore};
 use crate::engine::EngineFacts;
 use crate::episodes::EvalSetup;
-use crate::metrics::statistics::{Share, mean};
+use crate::metrics::statistics::Share;
 
 /// The set of all clips.
 const ALL: &str = "all";

@@ -1,8 +1,9 @@
 //! Figures of runs, clips and sets, and the paper's.
 
+use paid_lanes::stats::mean;
 use serde::{Deserialize, Serialize};
 
-use crate::metrics::statistics::{Share, mean};
+use crate::metrics::statistics::Share;
 use crate::metrics::tracking::TrackingErrors;
 
 /// A row of the paper's comparison (table "Comparison of motion tracking performance").

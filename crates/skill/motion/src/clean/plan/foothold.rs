@@ -2,6 +2,8 @@
 
 use paid_lanes::{Quat, Vec3};
 
+use paid_lanes::stats::quantile;
+
 use super::super::figure::{Figure, Frame};
 use super::super::stance::Span;
 use super::Swing;
@@ -39,8 +41,7 @@ impl Foothold {
         order.truncate(order.len().div_ceil(2));
         let median = |of: &dyn Fn(usize) -> f64| {
             let mut values: Vec<f64> = order.iter().map(|t| of(*t)).collect();
-            values.sort_by(f64::total_cmp);
-            values.get(values.len() / 2).copied().unwrap_or(0.0)
+            quantile(&mut values, 0.5).unwrap_or(0.0)
         };
         // Angles about that of one frame, so that none wraps.
         let yaw = |t: usize| frames[t].quat[foot].to_mat().yaw();
