@@ -36,7 +36,7 @@ use std::process::ExitCode;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use paid_terminal::{EXIT_CODES, end_at_a_full_disk, end_with_the_reader, values_may_be_negative};
+use paid_terminal::{EXIT_CODES, end_with_the_reader, values_may_be_negative};
 
 /// Train and score a humanoid kick on a CPU.
 #[derive(Debug, Parser)]

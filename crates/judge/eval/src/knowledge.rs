@@ -3,7 +3,7 @@
 use std::fmt;
 
 use paid_task::TaskPreset;
-use paid_task::preset::{EyesPreset, PerceptionPreset};
+use paid_task::preset::EyesPreset;
 use serde::Serialize;
 
 /// What a policy knew of ball and goal. Its [`Knowledge::name`] stands beside every score.
@@ -15,13 +15,6 @@ pub enum Knowledge {
         /// The simulator's ball velocity is known as well: the policy, and the choice of the motion, are told where a rolling ball will
         /// be at the strike.
         ball_velocity: bool,
-    },
-    /// The simulator's positions with the perception errors of the task preset. The motion is still chosen by the exact ball.
-    Noisy {
-        /// As for [`Knowledge::Truth`].
-        ball_velocity: bool,
-        /// Every error, in words.
-        errors: Vec<String>,
     },
     /// What simulated eyes, odometry and the ball tracker make of the scene. The motion is chosen by it too.
     Perceived {
@@ -60,16 +53,13 @@ impl Knowledge {
         if task.perceives() {
             return Self::Perceived { ball_velocity, eyes: eyes(&task.eyes) };
         }
-        let perception = &task.observations.perception;
-        let errors = if perception.in_evaluation { errors(perception, ball_velocity) } else { Vec::new() };
-        if errors.is_empty() { Self::Truth { ball_velocity } } else { Self::Noisy { ball_velocity, errors } }
+        Self::Truth { ball_velocity }
     }
 
-    /// One word: `truth`, `noisy`, `perceived` or `eyes`.
+    /// One word: `truth`, `perceived` or `eyes`.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Truth { .. } => "truth",
-            Self::Noisy { .. } => "noisy",
             Self::Perceived { .. } => "perceived",
             Self::Eyes { .. } => "eyes",
         }
@@ -85,12 +75,6 @@ impl fmt::Display for Knowledge {
             Self::Truth { ball_velocity } => {
                 write!(f, "truth (the simulator's {})", what(*ball_velocity))
             }
-            Self::Noisy { ball_velocity, errors } => write!(
-                f,
-                "noisy (the simulator's {}, with errors: {}; the motion is chosen by the exact ball)",
-                what(*ball_velocity),
-                errors.join(", ")
-            ),
             Self::Perceived { ball_velocity, eyes } => write!(
                 f,
                 "perceived (the tracker's {}, from {}; the motion is chosen by it too)",
@@ -143,43 +127,6 @@ fn eyes(p: &EyesPreset) -> Vec<String> {
     words
 }
 
-/// The errors of a perception preset in words; none for a perfect one.
-fn errors(perception: &PerceptionPreset, ball_velocity: bool) -> Vec<String> {
-    let p = perception;
-    let mut words = Vec::new();
-    if p.gaussian {
-        words.push("Gaussian position noise".to_owned());
-        if ball_velocity {
-            words.push(format!("Gaussian velocity noise {} m/s", p.ball_velocity_m_s));
-        }
-    }
-    if p.blind_zone {
-        words.push("blind outside a distance band".to_owned());
-    }
-    let [lo, hi] = p.latency_s;
-    if hi > 0.0 {
-        words.push(if lo == hi {
-            format!("positions {hi} s old")
-        } else {
-            format!("positions {lo} to {hi} s old")
-        });
-    }
-    if p.frame_s > 0.0 {
-        words.push(format!("a picture every {} s", p.frame_s));
-    }
-    if p.dropout > 0.0 {
-        words.push(format!("{}% of pictures without the object", 100.0 * p.dropout));
-    }
-    if p.visible_band {
-        words.push("seen only inside the camera's picture".to_owned());
-    }
-    // Only positions are late, held or lost.
-    if ball_velocity && !words.is_empty() && !p.gaussian {
-        words.push("velocity exact".to_owned());
-    }
-    words
-}
-
 #[cfg(test)]
 mod tests {
     use paid_policy::observation::ObservationId;
@@ -205,41 +152,6 @@ mod tests {
         predict(&mut task);
         let text = Knowledge::of(&task).to_string();
         assert_eq!(text, "truth (the simulator's ball position and velocity)");
-        // Errors that end with training are no part of an evaluation.
-        task.observations.perception.gaussian = true;
-        task.observations.perception.in_evaluation = false;
-        assert_eq!(Knowledge::of(&task).name(), "truth");
-    }
-
-    #[test]
-    fn errors_in_an_evaluation_are_all_named() {
-        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
-        predict(&mut task);
-        let p = &mut task.observations.perception;
-        (p.in_evaluation, p.gaussian, p.blind_zone) = (true, false, false);
-        (p.latency_s, p.frame_s, p.dropout, p.visible_band) = ([0.06; 2], 0.033, 0.1, true);
-        let text = Knowledge::of(&task).to_string();
-        for word in [
-            "noisy",
-            "0.06 s old",
-            "a picture every 0.033 s",
-            "10% of pictures",
-            "camera",
-            "velocity exact",
-            "exact ball",
-        ] {
-            assert!(text.contains(word), "{word}: {text}");
-        }
-        task.observations.perception.gaussian = true;
-        let text = Knowledge::of(&task).to_string();
-        assert!(
-            text.contains("Gaussian velocity noise 0.03 m/s") && !text.contains("velocity exact"),
-            "{text}"
-        );
-        // Nothing errs: in_evaluation alone changes nothing.
-        let p = &mut task.observations.perception;
-        (p.gaussian, p.latency_s, p.frame_s, p.dropout, p.visible_band) = (false, [0.0; 2], 0.0, 0.0, false);
-        assert_eq!(Knowledge::of(&task).name(), "truth");
     }
 
     #[test]

@@ -48,28 +48,23 @@ pub struct NoiseKey {
 /// Tells this use of the generator from others under the same seed.
 const STREAM: u32 = 0x6163_7400;
 
-/// Draws actions: `action = mean + factor * exp(log_std) * noise`, `[actions, n]`, and their log probabilities `[n]`. The factors
-/// (all 1 if there are none) are the environment's, the same whatever the policy: log probabilities leave their logarithm out, here and
-/// in [`actor_loss`].
+/// Draws actions: `action = mean + exp(log_std) * noise`, `[actions, n]`, and their log probabilities `[n]`.
 pub fn sample(
     key: NoiseKey,
     mean: Mat<'_, f32>,
     log_std: &[f32],
-    factor: Option<&[f32]>,
     action: MatMut<'_, f32>,
     log_prob: &mut [f32],
 ) {
     assert!(mean.rows() == log_std.len() && action.rows() == log_std.len(), "one log_std per action");
     assert!(mean.cols() == action.cols() && log_prob.len() == action.cols(), "equal batch sizes");
-    assert!(factor.is_none_or(|factor| factor.len() == log_prob.len()), "equal batch sizes");
-    f32::launch(Sample { key, mean, log_std, factor, action, log_prob });
+    f32::launch(Sample { key, mean, log_std, action, log_prob });
 }
 
 struct Sample<'a> {
     key: NoiseKey,
     mean: Mat<'a, f32>,
     log_std: &'a [f32],
-    factor: Option<&'a [f32]>,
     action: MatMut<'a, f32>,
     log_prob: &'a mut [f32],
 }
@@ -83,7 +78,6 @@ impl Lanewise<f32> for Sample<'_> {
         let mut i = 0;
         while i < n {
             let mut log_prob = V::zero();
-            let factor = self.factor.map_or(V::one(), |factor| load::<V>(factor, i));
             for quad in 0..actions.div_ceil(4) {
                 let noise = normals::<V>(self.key, i as u32, quad as u32);
                 for k in 0..4.min(actions - 4 * quad) {
@@ -91,7 +85,7 @@ impl Lanewise<f32> for Sample<'_> {
                     let z = noise[k];
                     let log_std = V::splat(self.log_std[a]);
                     let mean = load::<V>(self.mean.row(a), i);
-                    store((log_std.exp() * factor).mul_add(z, mean), self.action.row(a), i);
+                    store(log_std.exp().mul_add(z, mean), self.action.row(a), i);
                     log_prob = log_prob - V::c(0.5) * z * z - log_std - V::c(HALF_LN_TAU);
                 }
             }
@@ -154,8 +148,6 @@ pub struct ActorBatch<'a, S> {
     pub old_log_std: &'a [S],
     /// Their log probabilities then, `[n]`.
     pub old_log_prob: &'a [S],
-    /// Factors on the standard deviations, then and now, above 0, `[n]`; all 1 if there are none.
-    pub factor: Option<&'a [S]>,
     /// Advantages before normalization, `[n]`.
     pub advantage: &'a [S],
 }
@@ -200,7 +192,6 @@ pub fn actor_loss<S: Element>(
     let n = batch.advantage.len();
     assert!(mean.cols() == n && batch.action.cols() == n && batch.old_mean.cols() == n, "equal batch sizes");
     assert!(batch.old_log_prob.len() == n && dmean.cols() == n && scratch.len() >= n, "equal batch sizes");
-    assert!(batch.factor.is_none_or(|factor| factor.len() == n), "equal batch sizes");
     S::launch(ActorKernel { config, mean, log_std, batch, dmean, dlog_std, scratch: &mut scratch[..n] })
 }
 
@@ -229,14 +220,6 @@ impl<S: Element> Lanewise<S> for ActorKernel<'_, S> {
             kl_constant += new - old + 0.5 * ((2.0 * (old - new)).exp() - 1.0);
         }
         let (lo, hi) = (V::c(1.0 - self.config.clip), V::c(1.0 + self.config.clip));
-        // Lanes beyond the last sample hold no factor.
-        let precision = |i: usize| match batch.factor {
-            None => V::one(),
-            Some(factor) => {
-                let inv = V::one() / load::<V>(factor, i).max(V::c(1e-6));
-                inv * inv
-            }
-        };
         let mut totals = ActorLoss::default();
         let mut i = 0;
         while i < n {
@@ -250,8 +233,6 @@ impl<S: Element> Lanewise<S> for ActorKernel<'_, S> {
                 squares = z.mul_add(z, squares);
                 moved = d.mul_add(d, moved);
             }
-            let precision = precision(i);
-            (squares, moved) = (squares * precision, moved * precision);
             let log_prob = squares.mul_add(V::c(-0.5), V::c(-log_norm));
             // The bounds keep a policy that has run away from overflowing; the ratio is far outside the clip range there.
             let change = log_prob - load::<V>(batch.old_log_prob, i);
@@ -276,9 +257,9 @@ impl<S: Element> Lanewise<S> for ActorKernel<'_, S> {
             let mut i = 0;
             while i < n {
                 let z = (load::<V>(batch.action.row(a), i) - load::<V>(self.mean.row(a), i)) * inv_std;
-                let (g, precision) = (load::<V>(self.scratch, i), precision(i));
-                store(g * precision * z * inv_std, self.dmean.row(a), i);
-                total += g * (z * z * precision - V::one());
+                let g = load::<V>(self.scratch, i);
+                store(g * z * inv_std, self.dmean.row(a), i);
+                total += g * (z * z - V::one());
                 i += V::LANES;
             }
             let place = &mut self.dlog_std[a];

@@ -121,10 +121,8 @@ pub struct Rollout {
     pub action: Vec<f32>,
     /// Means of the policy.
     pub mean: Vec<f32>,
-    /// Log probability of the action, without the logarithm of the environment's factor.
+    /// Log probability of the action.
     pub log_prob: Vec<f32>,
-    /// The environment's factor on the standard deviation; empty if it has none.
-    pub factor: Vec<f32>,
     /// Bit 0: terminated, bit 1: truncated.
     pub done: Vec<u8>,
     /// 0 where the step is the first of an episode, else 1: factor on the recurrent state before it.
@@ -197,7 +195,6 @@ impl Rollout {
             action: vec![0.0; actions * n],
             mean: vec![0.0; actions * n],
             log_prob: vec![0.0; n],
-            factor: Vec::new(),
             done: vec![0; n],
             mask: vec![1.0; n],
             advantage: vec![0.0; n],

@@ -37,7 +37,6 @@ pub struct Shard {
     pub stats: ShardStats,
     raw_policy: Vec<f32>,
     raw_critic: Vec<f32>,
-    factor: Vec<f32>,
     action: Vec<f32>,
     reward: Vec<f32>,
     learned_reward: Vec<f32>,
@@ -176,7 +175,6 @@ impl Shard {
             stats: ShardStats::default(),
             raw_policy: vec![0.0; actor.net.input * n],
             raw_critic: vec![0.0; critic_obs * n],
-            factor: vec![1.0; n],
             action: vec![0.0; actions * n],
             reward: vec![0.0; n],
             learned_reward: Vec::new(),
@@ -208,7 +206,6 @@ impl Shard {
         self.critic_starts.clone_from(&self.critic_states);
         for t in 0..self.rollout.layout.horizon {
             self.observe(t, env);
-            self.ask_factors(t, env);
             for b in 0..self.rollout.layout.blocks.len() {
                 self.act(shared, t, b, work);
             }
@@ -243,23 +240,6 @@ impl Shard {
                 *x = 0.0;
                 self.stats.non_finite += 1;
             }
-        }
-    }
-
-    /// Takes the environment's factors on the deviation of the actions of step `t`.
-    fn ask_factors(&mut self, t: usize, env: &(impl VecEnv + ?Sized)) {
-        let has = env.exploration(&mut self.factor);
-        let r = &mut self.rollout;
-        if !has && r.factor.is_empty() {
-            return;
-        }
-        if !has {
-            self.factor.fill(1.0);
-        }
-        // Steps before the first factor had none.
-        r.factor.resize(r.layout.samples(), 1.0);
-        for (b, block) in r.layout.blocks.iter().enumerate() {
-            r.factor[r.layout.place(t, b).range()].copy_from_slice(&self.factor[block.clone()]);
         }
     }
 
@@ -326,8 +306,7 @@ impl Shard {
         };
         let action = block_mut(&mut r.action, actions, place);
         let log_prob = &mut r.log_prob[place.range()];
-        let factor = (!r.factor.is_empty()).then(|| &r.factor[place.range()]);
-        sample(key, columns(&r.mean, actions), actor.log_std(), factor, action, log_prob);
+        sample(key, columns(&r.mean, actions), actor.log_std(), action, log_prob);
         let drawn = columns(&r.action, actions);
         for a in 0..actions {
             self.action[a * n + first..a * n + first + place.width].copy_from_slice(drawn.row(a));

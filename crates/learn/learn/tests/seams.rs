@@ -5,8 +5,8 @@
 
 use crate::common::{PointMass, WithMotion};
 use paid_learn::{
-    LearnConfig, LearnedReward, Learner, LstmConfig, NetworkConfig, NetworkKind, ObservationGroup, PpoConfig,
-    Ranks, RewardRole, StepBuffers, Transitions, VecEnv,
+    LearnConfig, LearnedReward, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, Ranks,
+    RewardRole, Transitions, VecEnv,
 };
 
 fn config(kind: NetworkKind) -> LearnConfig {
@@ -292,68 +292,4 @@ fn shards_with_other_further_groups_are_refused() {
         vec![Box::new(WithMotion(PointMass::new(40, 0))), Box::new(PointMass::new(40, 1))];
     let error = learner(NetworkKind::Mlp).iterate(&mut envs, 1).expect_err("refused").to_string();
     assert_eq!(error, "shard 1: expected further groups (motion [2]), found further groups ()");
-}
-
-/// Point masses, every other one of which tries out a quarter as much, and the actions of each kind.
-struct Hesitant {
-    inner: PointMass,
-    actions: [Vec<f64>; 2],
-}
-
-impl Hesitant {
-    fn new(seed: u64) -> Self {
-        Self { inner: PointMass::new(40, seed), actions: [vec![], vec![]] }
-    }
-}
-
-impl VecEnv for Hesitant {
-    fn num_envs(&self) -> usize {
-        self.inner.num_envs()
-    }
-    fn observation_groups(&self) -> Vec<ObservationGroup> {
-        self.inner.observation_groups()
-    }
-    fn action_dim(&self) -> usize {
-        1
-    }
-    fn exploration(&self, factors: &mut [f32]) -> bool {
-        factors.iter_mut().enumerate().for_each(|(e, factor)| *factor = [1.0, 0.25][e % 2]);
-        true
-    }
-    fn observe(&mut self, groups: &mut [&mut [f32]]) {
-        // Nothing is seen, so that every mean action is the same.
-        groups.iter_mut().for_each(|group| group.fill(0.0));
-    }
-    fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
-        for (e, action) in actions.iter().enumerate() {
-            self.actions[e % 2].push(f64::from(*action));
-        }
-        self.inner.step(actions, out);
-    }
-    fn save(&self) -> Vec<u8> {
-        self.inner.save()
-    }
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
-        self.inner.restore(bytes)
-    }
-}
-
-#[test]
-fn an_environment_says_how_much_is_tried_out() {
-    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
-        let mut envs = vec![Box::new(Hesitant::new(0)), Box::new(Hesitant::new(1))];
-        let mut learner = learner(kind);
-        let stats = learner.iterate(&mut envs, 2).expect("iterates");
-        let deviation = |kind: usize| {
-            let actions: Vec<f64> = envs.iter().flat_map(|env| env.actions[kind].clone()).collect();
-            let mean = actions.iter().sum::<f64>() / actions.len() as f64;
-            (actions.iter().map(|a| (a - mean).powi(2)).sum::<f64>() / actions.len() as f64).sqrt()
-        };
-        // 960 draws each; the deviation of a ratio of two estimates is 3%.
-        let ratio = deviation(0) / deviation(1);
-        assert!((3.6..4.4).contains(&ratio), "{kind:?}: {ratio}");
-        // The first minibatch of the first pass is of the policy that acted: the divergence starts from zero.
-        assert!(stats.update.kl.is_finite() && stats.update.kl < 0.1, "{kind:?}: {}", stats.update.kl);
-        assert_eq!(stats.collect.non_finite, 0);
-    }
 }

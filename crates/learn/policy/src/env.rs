@@ -117,14 +117,6 @@ pub trait VecEnv: Send {
     fn mirrors(&self) -> Result<Mirrors, String> {
         Err("these environments have no mirror image".to_owned())
     }
-    /// Writes each environment's factor on the standard deviation of its next action and returns true; false, with nothing written, if
-    /// every one is 1.
-    ///
-    /// # Panics
-    /// If the slice does not hold one number per environment.
-    fn exploration(&self, _factors: &mut [f32]) -> bool {
-        false
-    }
     /// Writes the current observations, one matrix `[size, num_envs]` per group, in the order of the groups. The last groups may be
     /// left out by a caller that does not need them.
     ///

@@ -85,7 +85,6 @@ impl Mirror {
                 }
                 Shape::Scalar => blocks(&[0], &[scalar]),
                 Shape::Vector => blocks(&[0], vector),
-                Shape::ThreeVectors => blocks(&[0, 1, 2], vector),
                 Shape::Rotation => blocks(&[0], &ROTATION),
                 Shape::BodyVectors => blocks(&sides.bodies, vector),
                 Shape::BodyRotations => blocks(&sides.bodies, &ROTATION),
@@ -265,12 +264,7 @@ mod tests {
                 anchor: pose(5.0),
                 anchor_ang_vel: turning,
             }),
-            scene: Some(SceneView {
-                ball: scene[0],
-                ball_at_strike: scene[1],
-                ball_before: scene,
-                goal: scene[2],
-            }),
+            scene: Some(SceneView { ball: scene[0], ball_at_strike: scene[1], goal: scene[2] }),
         };
         let image = Views {
             robot: RobotView {
@@ -294,7 +288,6 @@ mod tests {
             scene: Some(SceneView {
                 ball: polar(scene[0]),
                 ball_at_strike: polar(scene[1]),
-                ball_before: scene.map(polar),
                 goal: polar(scene[2]),
             }),
         };

@@ -79,17 +79,15 @@ pub struct SceneView<V> {
     pub ball: Vec3<V>,
     /// Center of the ball when the reference strikes, base frame of now `[m]`; equal to `ball` where nobody predicts.
     pub ball_at_strike: Vec3<V>,
-    /// Center of the ball where it was shown 5, 10 and 15 control steps ago, base frame of now `[m]`; equal to `ball` where nobody remembers.
-    pub ball_before: [Vec3<V>; 3],
     /// Center of the goal, base frame `[m]`.
     pub goal: Vec3<V>,
 }
 
 impl<V: Real> SceneView<V> {
-    /// A ball that nobody predicts or remembers, and the goal: centers in the base frame `[m]`.
+    /// A ball that nobody predicts, and the goal: centers in the base frame `[m]`.
     #[inline(always)]
     pub fn new(ball: Vec3<V>, goal: Vec3<V>) -> Self {
-        Self { ball, ball_at_strike: ball, ball_before: [ball; 3], goal }
+        Self { ball, ball_at_strike: ball, goal }
     }
 }
 

@@ -5,7 +5,6 @@
 //! the choice among them, and [`BelievedScene`], what the policy is shown.
 
 mod after_strike;
-mod ball_history;
 mod contract;
 mod error;
 mod library;
@@ -17,7 +16,6 @@ mod preset;
 mod scene;
 
 pub use after_strike::{AfterStrike, AfterStrikePreset, AfterStrikeTimes, ShownAfterStrike};
-pub use ball_history::{BallHistory, STEPS_AGO};
 pub use contract::{ACTION, COMMAND, policy_contract, robot_contract};
 pub use error::PlayError;
 pub use library::{

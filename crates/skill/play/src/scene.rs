@@ -4,7 +4,7 @@ use paid_lanes::{Real, Vec3};
 use paid_policy::{Pose, SceneView};
 use paid_track::{effective_time, predicted_displacement};
 
-use crate::{AfterStrike, AfterStrikeTimes, BallHistory};
+use crate::{AfterStrike, AfterStrikeTimes};
 
 /// Ball and goal as they are believed to be, in a frame that stays where it is: the world's or odometry's.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ impl<V: Real> BelievedScene<V> {
     }
 }
 
-/// What is remembered between control steps of the scene that was shown: where the ball lay at the strike, and where it was before.
+/// What is remembered between control steps of the scene that was shown: where the ball lay at the strike.
 ///
 /// ```
 /// use paid_lanes::{Mat3, Vec3};
@@ -45,35 +45,30 @@ impl<V: Real> BelievedScene<V> {
 /// let goal = Vec3([5.0, 0.0, 0.1]);
 /// let believed = |x: f64| BelievedScene { ball: Vec3([x, 0.0, 0.1]), velocity: [0.0; 2], decay: 1.0, goal };
 /// let base = |x: f64| Pose { pos: Vec3([x, 0.0, 0.8]), rot: Mat3::identity() };
-/// let mut memory = SceneMemory::new(Some(AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 }), true);
+/// let mut memory = SceneMemory::new(Some(AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 }));
 /// // Half a second before the strike the ball lies 1 m ahead.
 /// let mut scene = believed(1.0).view(&base(0.0), 0.5, true);
 /// memory.show(&base(0.0), 0.5, &mut scene);
-/// memory.advance();
 /// // Half a second after it the ball is 4 m away, and the robot half a meter ahead of where it was.
 /// let mut scene = believed(4.0).view(&base(0.5), -0.5, true);
 /// memory.show(&base(0.5), -0.5, &mut scene);
 /// assert_eq!(scene.ball.0, [0.5, 0.0, -0.7000000000000001]);
-/// assert_eq!(scene.ball_before[0].0, scene.ball.0);
 /// ```
 #[derive(Clone, Debug)]
 pub struct SceneMemory<V> {
     /// Where the ball lay at the strike, and the times of the rule, where there is one.
     lay: Option<(AfterStrike<V>, AfterStrikeTimes)>,
-    /// Where the ball was shown, where that is observed.
-    history: Option<BallHistory<V>>,
 }
 
 impl<V: Real> SceneMemory<V> {
-    /// Remembers what the rule of after the strike needs, and, if `remembers`, where the ball was shown.
-    pub fn new(rule: Option<AfterStrikeTimes>, remembers: bool) -> Self {
-        Self { lay: rule.map(|times| (AfterStrike::new(), times)), history: remembers.then(BallHistory::new) }
+    /// Remembers what the rule of after the strike needs.
+    pub fn new(rule: Option<AfterStrikeTimes>) -> Self {
+        Self { lay: rule.map(|times| (AfterStrike::new(), times)) }
     }
 
-    /// The numbers to save: of the place at the strike, and of the places before.
-    pub fn fields(&mut self) -> [Vec<&mut V>; 2] {
-        let lay = self.lay.iter_mut().flat_map(|(lay, _)| lay.fields());
-        [lay.collect(), self.history.iter_mut().flat_map(BallHistory::fields).collect()]
+    /// The numbers to save.
+    pub fn fields(&mut self) -> impl Iterator<Item = &mut V> {
+        self.lay.iter_mut().flat_map(|(lay, _)| lay.fields())
     }
 
     /// Begins an episode or a kick in one lane, whose ball lies or lay at `place` `[m]`.
@@ -81,13 +76,10 @@ impl<V: Real> SceneMemory<V> {
         if let Some((lay, _)) = &mut self.lay {
             lay.reset_lane(lane, place);
         }
-        if let Some(history) = &mut self.history {
-            history.reset_lane(lane);
-        }
     }
 
     /// Completes what is about to be shown, `to_strike_s` before the reference's strike `[s]` (negative after it): after the strike with
-    /// where the ball lay, and with where it was shown before. `base` is the base's pose in the frame in which places are kept.
+    /// where the ball lay. `base` is the base's pose in the frame in which places are kept.
     #[inline(always)]
     pub fn show(&mut self, base: &Pose<V>, to_strike_s: V, scene: &mut SceneView<V>) {
         if let Some((lay, times)) = &mut self.lay {
@@ -95,18 +87,6 @@ impl<V: Real> SceneMemory<V> {
             for ball in [&mut scene.ball, &mut scene.ball_at_strike] {
                 *ball = base.point_in_body(lay.shown(base.point_in_world(*ball), to_strike_s, *times));
             }
-        }
-        if let Some(history) = &mut self.history {
-            let before = history.look(base.point_in_world(scene.ball));
-            scene.ball_before = before.map(|place| base.point_in_body(place));
-        }
-    }
-
-    /// A control step is over.
-    #[inline(always)]
-    pub fn advance(&mut self) {
-        if let Some(history) = &mut self.history {
-            history.advance();
         }
     }
 }

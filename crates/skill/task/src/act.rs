@@ -21,9 +21,6 @@ impl<V: Real> Kernel for Act<'_, V> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        for memory in &mut self.group.scene_memory {
-            memory.advance();
-        }
         let control = &self.config.control;
         for j in 0..self.config.joints() {
             let m = self.config.to_model[j];

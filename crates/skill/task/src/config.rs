@@ -5,7 +5,6 @@ use paid_play::{MotionFacts, ReferenceLibrary, body_index, followed_bodies, side
 use paid_policy::{Dimensions, ObservationLayout, Sides};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
-use crate::lower_legs::LowerLegs;
 use crate::observe::ObservationConfig;
 use crate::preset::ReferenceSource;
 use crate::{TaskError, TaskPreset};
@@ -31,8 +30,6 @@ pub(crate) struct TaskConfig {
     pub feet: [usize; 2],
     /// Followed indices of the end effectors.
     pub end_effectors: Vec<usize>,
-    /// Shapes of feet and shins.
-    pub lower_legs: LowerLegs,
     /// Model bodies whose contact is undesired.
     pub undesired: Vec<usize>,
     /// Number of bodies.
@@ -118,7 +115,6 @@ impl TaskConfig {
             anchor: place("anchor body", &spec.anchor_body)?,
             feet,
             end_effectors,
-            lower_legs: LowerLegs::new(robot, feet.map(|foot| followed[foot])),
             undesired: (0..robot.bodies.len()).filter(|b| !allowed.contains(b)).collect(),
             waist,
             bodies: robot.bodies.len(),

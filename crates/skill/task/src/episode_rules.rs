@@ -27,7 +27,7 @@ pub enum AfterEnd {
     Continue,
 }
 
-/// Observation noise, perception errors, pushes and randomization.
+/// Observation noise, pushes and randomization.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disturbances {
     /// As the preset says.

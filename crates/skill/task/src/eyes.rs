@@ -17,7 +17,7 @@ use crate::rolling::roll_decay;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KnowledgeMode {
-    /// Where they are, and how the ball moves, from the simulator; `observations.perception` may add errors to it.
+    /// Where they are, and how the ball moves, from the simulator.
     #[default]
     Truth,
     /// What camera, odometry and ball tracker make of it (`eyes`). The goal is known from the start, and lost sight of at the speed of

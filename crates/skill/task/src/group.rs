@@ -2,15 +2,12 @@
 
 use paid_lanes::{Real, Vec3};
 use paid_play::SceneMemory;
-use paid_policy::observation::ObservationId;
 use paid_track::Eyes;
 
 use crate::anchoring::LaneAnchoring;
-use crate::camera::CameraState;
 use crate::config::TaskConfig;
 use crate::delay::Delays;
 use crate::kick::KickState;
-use crate::memory::BallMemory;
 use crate::reference::Reference;
 use crate::shown::ShownScene;
 
@@ -40,10 +37,6 @@ pub(crate) struct GroupTask<V> {
     pub prediction_s: V,
     /// Contacts and outcome of the kick.
     pub kick: KickState<V>,
-    /// The ball while it is out of sight.
-    pub memory: BallMemory<V>,
-    /// Ball and goal from a camera, where the preset has one.
-    pub camera: Option<CameraState<V>>,
     /// What is remembered of the scene that was shown: the true one (to the critic) and the believed one (to the policy).
     pub scene_memory: [SceneMemory<V>; 2],
     /// Ball and goal through the robot's eyes, where the preset's knowledge is perceived.
@@ -65,9 +58,7 @@ pub(crate) struct GroupTask<V> {
 impl<V: Real> GroupTask<V> {
     pub(crate) fn new(config: &TaskConfig, layout: paid_play::FrameLayout) -> Self {
         let zeros = vec![V::zero(); config.joints()];
-        let lists = &config.preset.observations;
-        let remembers = lists.policy.iter().chain(&lists.critic).any(|id| *id == ObservationId::BallBefore);
-        let memory = SceneMemory::new(config.preset.ball.after_strike.times(), remembers);
+        let memory = SceneMemory::new(config.preset.ball.after_strike.times());
         Self {
             reference: Reference::new(layout),
             anchoring: None,
@@ -80,8 +71,6 @@ impl<V: Real> GroupTask<V> {
             to_contact_s: V::zero(),
             prediction_s: V::zero(),
             kick: KickState::new(),
-            memory: BallMemory::new(),
-            camera: CameraState::new(config),
             scene_memory: [memory.clone(), memory],
             eyes: config.preset.perceives().then(|| Eyes::new(&config.preset.eyes, config.dt_s)),
             shown: None,
@@ -103,12 +92,9 @@ impl<V: Real> GroupTask<V> {
         fields.extend(self.goal.0.iter_mut());
         fields.extend(self.heading.iter_mut());
         fields.extend(self.kick.fields());
-        fields.extend(self.memory.fields());
         fields.extend([&mut self.episode_return, &mut self.foot_peak, &mut self.reference_peak]);
-        fields.extend(self.camera.iter_mut().flat_map(CameraState::fields));
         fields.extend(self.delays.iter_mut().flat_map(Delays::fields));
-        let [[true_lay, true_before], [lay, before]] = self.scene_memory.each_mut().map(SceneMemory::fields);
-        fields.extend([true_lay, lay, true_before, before].into_iter().flatten());
+        fields.extend(self.scene_memory.iter_mut().flat_map(SceneMemory::fields));
         fields.extend(self.eyes.iter_mut().flat_map(Eyes::fields));
         fields
     }

@@ -61,7 +61,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         task.heading[0].set_lane(lane, heading.cos());
         task.heading[1].set_lane(lane, heading.sin());
         task.kick.reset_lane(lane, foot, start.state.ball_pos, wait);
-        begin_to_see(&self.config, task, lane, &start, &mut env.reset_rng);
+        begin_to_see(task, lane, &start, &mut env.reset_rng);
         if let Some(eyes) = &mut task.eyes {
             let mut rng = start_rng(self.seed, env.id, Some(next.look));
             begin_lane(eyes, lane, &start, heading, &self.config, &mut rng);

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
 use crate::preset::numbers::check;
-use crate::preset::{PerceptionPreset, ReferenceSource, value_error};
+use crate::preset::{ReferenceSource, value_error};
 
 /// What is observed, and how wrongly.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,16 +24,6 @@ pub struct ObservationPreset {
     pub style: Vec<ObservationId>,
     /// Half-widths of uniform noise on the policy's terms, by name; terms that are left out have none.
     pub noise: ObservationNoise,
-    /// Errors of ball and goal perception.
-    pub perception: PerceptionPreset,
-    /// The critic is told where ball and goal are. False: what the policy sees of them, without its noise.
-    #[serde(default = "told")]
-    pub critic_told_truth: bool,
-}
-
-/// The critic only helps training, so nothing need be hidden from it.
-fn told() -> bool {
-    true
 }
 
 impl ObservationPreset {
@@ -78,6 +68,6 @@ impl ObservationPreset {
             let limits = ([0.0, 1000.0], "0 to 1000");
             check("observations.noise", &[(id.name(), self.noise.half_width(id).into(), limits)])?;
         }
-        self.perception.check()
+        Ok(())
     }
 }

@@ -128,13 +128,13 @@ impl<V: Real> RobotBuffer<V> {
 
 /// The base's pose.
 #[inline(always)]
-pub(crate) fn base_pose<V: Real>(state: &GroupState<V>) -> Pose<V> {
+fn base_pose<V: Real>(state: &GroupState<V>) -> Pose<V> {
     Pose { pos: state.bodies[0].pos, rot: state.bodies[0].rot }
 }
 
 /// A world point in the base frame.
 #[inline(always)]
-pub(crate) fn in_base<V: Real>(state: &GroupState<V>, point: Vec3<V>) -> Vec3<V> {
+fn in_base<V: Real>(state: &GroupState<V>, point: Vec3<V>) -> Vec3<V> {
     let base = &state.bodies[0];
     base.rot.tr_mul_vec(point - base.pos)
 }
@@ -207,8 +207,6 @@ pub(crate) struct Observe<'a, V> {
     pub state: &'a GroupState<V>,
     pub group: &'a mut GroupTask<V>,
     pub robot: &'a mut RobotBuffer<V>,
-    /// Ball and goal as the policy sees them, where that is the truth with errors.
-    pub perceived: Option<SceneView<V>>,
     pub draw: Draw<'a, V>,
     pub policy: &'a mut [f32],
     pub critic: &'a mut [f32],
@@ -235,7 +233,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
                 let predicts = config.observations.predicts;
                 seen_scene(eyes, &config.preset.eyes, &state.bodies[0], group.goal, times, predicts)
             }
-            (None, None) => (self.perceived.unwrap_or(truth), base),
+            (None, None) => (truth, base),
         };
         // The state is a frame before the one that it will be scored against.
         let to_strike_s = group.to_strike_s + V::c(config.dt_s);
@@ -246,7 +244,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),
             reference: Some(group.reference.view(config.anchor)),
-            scene: Some(if config.preset.observations.critic_told_truth { truth } else { seen }),
+            scene: Some(truth),
         };
         let mut rows = Rows { out: self.critic, stride: self.stride, at: self.first };
         observe(&config.observations.critic, &views, &mut rows);

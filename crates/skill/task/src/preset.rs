@@ -15,11 +15,9 @@ use crate::ball_preset::check_after_strike;
 pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
 use crate::contact_kind;
 pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
-pub use crate::exploration::ExplorationPreset;
 pub use crate::eyes::KnowledgeMode;
 use crate::layers::{LayerError, Tree};
 pub use crate::observation_preset::ObservationPreset;
-pub use crate::perception_preset::{MemoryFrame, PerceptionPreset};
 pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
 use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
 use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
@@ -54,7 +52,7 @@ pub struct TaskPreset {
     /// Nominal kind of contacts and joint control; the randomization of kinds replaces it.
     #[serde(default)]
     pub contact_kind: ContactKind,
-    /// What is observed, its noise, perception.
+    /// What is observed, and its noise.
     pub observations: ObservationPreset,
     /// What the policy knows of ball and goal.
     #[serde(default)]
@@ -70,9 +68,6 @@ pub struct TaskPreset {
     pub resets: ResetPreset,
     /// Which motion and phase they begin with.
     pub sampling: SamplingPreset,
-    /// How much the policy tries out.
-    #[serde(default)]
-    pub exploration: ExplorationPreset,
     /// Where the ball is placed.
     pub ball: BallPlacement,
     /// Where the goal is placed.
@@ -237,14 +232,9 @@ impl TaskPreset {
         self.observations.check(self.reference)?;
         check_after_strike(&self.ball.after_strike, self.reference)?;
         self.eyes.check().map_err(|error| TaskError::below("eyes", error))?;
-        if self.perceives() && self.observations.perception.errs() {
-            let expected = "no errors of its own while knowledge is \"perceived\" (eyes has them)";
-            return Err(value_error("observations.perception", expected, "some".into()));
-        }
         self.randomization.check(self.control_dt_s())?;
         contact_kind::check(&self.contact_kind)?;
         self.sampling.check(self.reference, self.hold_s)?;
-        self.exploration.check(self.reference)?;
         if let Some((name, time_s)) = self.play().wrong_time() {
             return Err(value_error(
                 &format!("ball.contact_s.{name}"),
@@ -285,12 +275,10 @@ impl TaskPreset {
         self.knowledge == KnowledgeMode::Perceived
     }
 
-    /// This task with another knowledge of ball and goal; the errors of `observations.perception`, which belong to neither, are off.
+    /// This task with another knowledge of ball and goal.
     #[must_use]
     pub fn with_knowledge(&self, knowledge: KnowledgeMode) -> Self {
-        let mut task = Self { knowledge, ..self.clone() };
-        task.observations.perception.switch_off();
-        task
+        Self { knowledge, ..self.clone() }
     }
 
     /// Duration of a control step `[s]`.
@@ -346,6 +334,14 @@ mod tests {
     fn the_papers_ball_is_the_engines_default_one() {
         let ball = TaskPreset::builtin("paper_stage2").expect("valid").ball_params;
         assert_eq!(ball, BallParams::default());
+    }
+
+    #[test]
+    fn the_default_noise_is_two_centimeters_near_and_ten_far_and_fast() {
+        let noise = TaskPreset::builtin("paper_stage2").expect("valid").eyes.noise();
+        let sigma = |v: f64, d| noise.deviation(v, d);
+        assert!((sigma(0.0, 1.0) - 0.02).abs() < 0.001, "{}", sigma(0.0, 1.0));
+        assert!((sigma(1.0, 3.0) - 0.10).abs() < 0.002, "{}", sigma(1.0, 3.0));
     }
 
     #[test]

@@ -301,8 +301,6 @@ mod tests {
             ("randomization.convex_share=2", "convex_share"),
             ("randomization.sole_scale=[1.2, 0.9]", "sole_scale"),
             ("randomization.surfaces=[{name=\"x\"}]", "static_friction"),
-            ("observations.perception.dropout=1.5", "observations.perception.dropout"),
-            ("observations.perception.latency_s=[0, 2]", "latency_s"),
         ] {
             let error =
                 TaskPreset::builtin_with("paper_stage2", &[set.to_owned()]).expect_err(set).to_string();

@@ -36,9 +36,6 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
     fn mirrors(&self) -> Result<Mirrors, String> {
         image::mirrors(&self.config)
     }
-    fn exploration(&self, factors: &mut [f32]) -> bool {
-        self.exploration_factors(factors)
-    }
     fn observe(&mut self, groups: &mut [&mut [f32]]) {
         self.observe_all(groups);
         if let Some(image) = &mut self.image {

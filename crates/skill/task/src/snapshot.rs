@@ -1,12 +1,15 @@
 //! Exact save and restore of a shard: the numbers of the lanes widen to `f64` and come back exactly, in groups of as many lanes as
 //! this instruction set has.
 
+use core::ops::Range;
+
 use paid_lanes::Real;
 use paid_physics::{EnvParams, LaneState, Simulator};
 use serde::{Deserialize, Serialize};
 
 use crate::anchoring::Anchoring;
 use crate::codec::{Reader, append, expect};
+use crate::kick::KickState;
 use crate::stance::EndStates;
 use crate::task::EnvTask;
 use crate::{
@@ -15,7 +18,9 @@ use crate::{
 };
 
 /// First bytes of a snapshot; the last is the version.
-const MAGIC: &[u8; 8] = b"paidtsk\x07";
+const MAGIC: &[u8; 8] = b"paidtsk\x08";
+/// The version before: with three more reward terms, the last ones, and five more numbers of a group, behind its kick.
+const BEFORE: (&[u8; 8], usize, usize) = (b"paidtsk\x07", 3, 5);
 
 /// What a shard must agree with.
 #[derive(Serialize, Deserialize)]
@@ -41,6 +46,28 @@ struct Shard {
     sums: Vec<f64>,
     /// What each group remembers, the same way.
     groups: Vec<Vec<f64>>,
+}
+
+impl Shard {
+    /// Takes the last `terms` reward terms, and these `numbers` of each group, out of a snapshot of an earlier version.
+    fn without(&mut self, terms: usize, numbers: Range<usize>, lanes: usize) -> Result<(), String> {
+        let short = || "task snapshot: it has fewer numbers than its version".to_owned();
+        let rewards = &mut self.metrics.reward_terms;
+        let kept = rewards.len().checked_sub(terms).ok_or_else(short)?;
+        rewards.truncate(kept);
+        let lanes_of = |numbers: Range<usize>| numbers.start * lanes..numbers.end * lanes;
+        for (values, gone) in [(&mut self.sums, kept..kept + terms)]
+            .into_iter()
+            .chain(self.groups.iter_mut().map(|g| (g, numbers.clone())))
+        {
+            let gone = lanes_of(gone);
+            if gone.end > values.len() {
+                return Err(short());
+            }
+            values.drain(gone);
+        }
+        Ok(())
+    }
 }
 
 /// An environment.
@@ -167,7 +194,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     }
 
     pub(crate) fn restore_bytes(&mut self, bytes: &[u8]) -> Result<(), String> {
-        let mut reader = Reader::new(bytes, MAGIC)?;
+        let (magic, terms, numbers) = BEFORE;
+        let is_before = bytes.starts_with(magic);
+        let mut reader = Reader::new(bytes, if is_before { magic } else { MAGIC })?;
         let (header, found): (Header, Header) = (self.header(), reader.value()?);
         expect("environments", header.envs, found.envs)?;
         if found.lanes == 0 || !found.envs.is_multiple_of(found.lanes) {
@@ -181,6 +210,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         expect("phase bins", header.bins, found.bins)?;
         expect("seed", header.seed, found.seed)?;
         let mut shard: Shard = reader.value()?;
+        if is_before {
+            // Actions, the ones before, offsets of the joints, goal, heading.
+            let kick = 3 * header.joints + 3 + 2 + KickState::<V>::new().fields().len();
+            shard.without(terms, kick..kick + numbers, found.lanes)?;
+        }
         if found.lanes != header.lanes {
             shard.sums = refold(&shard.sums, found.lanes, header.lanes);
             shard.groups = regroup(&shard.groups, found.lanes, header.lanes)?;
@@ -261,6 +295,29 @@ mod tests {
             assert_eq!(regroup(&groups(48, found), found, own), Ok(groups(48, own)), "{found} {own}");
         }
         assert_eq!(regroup(&[], 16, 8), Ok(vec![]));
+    }
+
+    #[test]
+    fn a_snapshot_of_the_version_before_loses_the_numbers_that_are_gone() {
+        let shard = |terms: Vec<f64>| Shard {
+            observations: 0,
+            sampler: SamplerState::uniform(1, 1),
+            curriculum: BallCurriculum::default(),
+            failures: vec![0.0],
+            end_states: EndStates::default(),
+            metrics: TaskMetrics { reward_terms: terms, ..TaskMetrics::default() },
+            // Two lanes of three terms and one tracking error, and of four numbers of a group.
+            sums: vec![1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 9.0, 9.5],
+            groups: vec![vec![0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5]],
+        };
+        let mut before = shard(vec![1.0, 2.0, 3.0]);
+        before.without(2, 1..3, 2).expect("has them");
+        assert_eq!(before.metrics.reward_terms, [1.0]);
+        assert_eq!(before.sums, [1.0, 1.5, 9.0, 9.5]);
+        assert_eq!(before.groups, [[0.0, 0.5, 3.0, 3.5]]);
+        for (mut short, numbers) in [(shard(vec![1.0]), 1..3), (shard(vec![1.0, 2.0, 3.0]), 3..5)] {
+            assert!(short.without(2, numbers, 2).expect_err("short").contains("fewer numbers"));
+        }
     }
 
     #[test]

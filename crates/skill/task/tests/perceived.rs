@@ -122,9 +122,6 @@ fn the_policy_is_shown_what_the_robot_makes_of_the_scene_and_the_critic_the_trut
     };
     let ([told, truth], [shown, critic]) = (run(&[]), run(&[PERCEIVED]));
     assert_eq!((&told, &told), (&truth, &critic));
-    // Where it is told no more than the policy, it sees the same.
-    let untold = run(&[PERCEIVED, "observations.critic_told_truth=false"]);
-    assert_eq!(untold, [shown.clone(), shown.clone()]);
     let error = |at: std::ops::Range<usize>| {
         (0..ENVS).map(|env| distance(&shown[env][at.clone()], &critic[env][at.clone()])).sum::<f64>()
             / ENVS as f64
@@ -235,28 +232,6 @@ fn a_restored_shard_sees_on_bit_for_bit() {
 }
 
 #[test]
-fn less_is_tried_out_near_the_strike() {
-    let mut factors = vec![7.0; ENVS];
-    let none = fixture(&[], ENVS).shard;
-    assert!(!none.exploration(&mut factors) && factors == [7.0; ENVS]);
-    let mut f = fixture(&["exploration.near_strike=0.5", "exploration.around_s=0.1"], ENVS);
-    f.shard.eval().set_rules(EpisodeRules::evaluation());
-    let facts = &f.library.facts()[0];
-    for env in 0..ENVS {
-        // The first two act toward the frame of the strike, the others ever farther from it, in turn after and before.
-        let (now, apart) = (facts.strike_frame - 1, env / 2);
-        let frame = if env % 2 == 0 { now + apart } else { now - apart };
-        let start = InitialState { frame, ..InitialState::nominal(0) };
-        f.shard.eval().force_start(env, &start).expect("exists");
-    }
-    f.shard.observe(&mut [&mut vec![0.0; 9 * ENVS], &mut vec![0.0; 9 * ENVS]]);
-    assert!(f.shard.exploration(&mut factors));
-    // 0.1 s are five frames.
-    let expected: Vec<f32> = (0..ENVS).map(|env| if env / 2 <= 5 { 0.5 } else { 1.0 }).collect();
-    assert_eq!(factors, expected);
-}
-
-#[test]
 fn a_shard_goes_on_in_groups_of_other_lanes() {
     let ranges =
         [PERCEIVED, "eyes.latency_s=[0.02, 0.12]", "eyes.noise_scale=[0.5, 2]", "ball.rolling_share=0.5"];
@@ -357,13 +332,6 @@ fn values_that_make_no_sense_are_refused_by_key() {
         let error = TaskPreset::builtin_with("paper_stage2", &[set.to_owned()]).expect_err(set).to_string();
         assert!(error.contains(hint), "{set}: {error}");
     }
-    let both = [PERCEIVED, "observations.perception.gaussian=true"].map(str::to_owned);
-    let error = TaskPreset::builtin_with("paper_stage2", &both).expect_err("two sets of errors").to_string();
-    assert!(error.contains("observations.perception is some, expected no errors of its own"), "{error}");
-    // A change of the knowledge switches the other errors off.
-    let noisy = ["observations.perception.gaussian=true".to_owned()];
-    let task = TaskPreset::builtin_with("paper_stage2", &noisy).expect("valid");
-    task.with_knowledge(paid_task::preset::KnowledgeMode::Perceived).validate().expect("valid");
 }
 
 #[test]

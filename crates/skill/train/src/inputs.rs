@@ -56,7 +56,7 @@ fn dimensions(list: &[ObservationId], joints: usize, size: usize) -> Option<Dime
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ObservationId::{BallAtStrike, BallBefore, BallPos, BodyOri, BodyPos, GoalPos, JointVel};
+    use ObservationId::{BallAtStrike, BallPos, BodyOri, BodyPos, GoalPos, JointVel};
 
     #[test]
     fn known_terms_keep_their_numbers_wherever_they_stand() {
@@ -68,8 +68,8 @@ mod tests {
         assert_eq!(from[..3], known([2, 3, 4]));
         assert_eq!(from[3..6], [None; 3]);
         assert_eq!(from[6..], [Some(0), Some(1)]);
-        let nine = of(&[GoalPos], &[GoalPos, BallBefore], 3);
-        assert_eq!((nine.len(), nine[2], nine[3]), (12, Some(2), None));
+        let six = of(&[GoalPos], &[GoalPos, BallPos], 3);
+        assert_eq!((six.len(), six[2], six[3]), (6, Some(2), None));
         // In another order, of a critic too, which sees bodies: two of them here.
         assert_eq!(of(&[JointVel, BallPos], &[BallPos, JointVel], 5), [2_usize, 3, 4, 0, 1].map(Some));
         let from = of(&[JointVel, BodyPos, BodyOri], &[BodyPos, BodyOri, JointVel], 20);

@@ -136,7 +136,7 @@ fn the_papers_presets_train_with_the_papers_networks_and_settings() {
         }
         assert!((0..10).all(|part| learn.ppo.std_limit(f64::from(part) / 10.0) == learn.ppo.max_std));
         assert_eq!(phases, []);
-        assert!(!task.randomization.robot && !task.observations.perception.gaussian);
+        assert!(!task.randomization.robot && !task.perceives());
     }
 }
 

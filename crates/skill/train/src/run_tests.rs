@@ -116,7 +116,7 @@ fn a_checkpoint_of_an_earlier_version_with_the_same_preset_goes_on() {
     let preset = Toy::preset(&[]);
     let first = saved(&preset, &path);
     let text = preset.to_toml().expect("writes");
-    let fewer = text.replace("critic_told_truth = true\n", "");
+    let fewer = text.replace("align_yaw = true\n", "");
     assert_ne!(text, fewer);
     for text in [text.as_str(), fewer.as_str(), "[run]\nwalkers = 4\n"] {
         let mut checkpoint = Checkpoint::load(&path).expect("reads");

@@ -150,6 +150,8 @@ pub fn check_starts(stages: &[RunPreset], from: Option<&Path>) -> Result<(), Tra
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

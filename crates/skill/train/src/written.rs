@@ -13,7 +13,21 @@ const WRITTEN_BY: &str = "# Written by ";
 
 /// Removed keys whose value for "off" is not 0, false or empty: the key is off in a file where each of these keys has this value.
 /// A removed term with a weight needs no entry.
-const FORMERLY_OFF: [(&str, &[(&str, &str)]); 0] = [];
+const FORMERLY_OFF: [(&str, &[(&str, &str)]); 3] = [
+    ("task.exploration", &[("task.exploration.near_strike", "1.0")]),
+    ("task.observations.critic_told_truth", &[("task.observations.critic_told_truth", "true")]),
+    (
+        "task.observations.perception",
+        &[
+            ("task.observations.perception.gaussian", "false"),
+            ("task.observations.perception.blind_zone", "false"),
+            ("task.observations.perception.visible_band", "false"),
+            ("task.observations.perception.latency_s", "[0.0, 0.0]"),
+            ("task.observations.perception.frame_s", "0.0"),
+            ("task.observations.perception.dropout", "0.0"),
+        ],
+    ),
+];
 
 /// `text`, a resolved preset, with its writer in the first line.
 pub(crate) fn signed(text: &str) -> String {

@@ -81,11 +81,10 @@ fn the_shipped_plans_fit() {
     for (name, rows) in [
         ("paper.toml", 8),
         ("short.toml", 7),
-        ("ablations.toml", 24),
+        ("ablations.toml", 20),
         ("fewer_samples.toml", 11),
         ("environments.toml", 5),
         ("mirror.toml", 2),
-        ("stage2_tries.toml", 7),
         ("iterations.toml", 4),
     ] {
         let plan = Plan::read(&folder.join(name)).expect(name);

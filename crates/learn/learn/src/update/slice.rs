@@ -168,7 +168,6 @@ fn train_actor(
             old_mean: unit_ref(&r.mean, actions, place).columns(columns.start, columns.len()),
             old_log_std: shared.old_log_std,
             old_log_prob: &r.log_prob[samples.clone()],
-            factor: (!r.factor.is_empty()).then(|| &r.factor[samples.clone()]),
             advantage: &r.advantage[samples],
         };
         let loss = actor_loss(config, mean, shared.actor.log_std(), batch, dmean, dlog_std, dlog_prob);

@@ -41,7 +41,6 @@ impl Fixture {
             scene: Some(SceneView {
                 ball: Vec3([1.1, 1.2, -0.6]),
                 ball_at_strike: Vec3([2.1, 2.2, -0.7]),
-                ball_before: [[1.0, 1.3, -0.6], [0.9, 1.4, -0.5], [0.8, 1.5, -0.4]].map(Vec3),
                 goal: Vec3([5.1, 5.2, -0.5]),
             }),
         }

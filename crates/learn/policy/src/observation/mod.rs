@@ -15,7 +15,6 @@ mod fixture;
 mod anchor_ori_error;
 mod anchor_pos_error;
 mod ball_at_strike;
-mod ball_before;
 mod ball_pos;
 mod base_ang_vel;
 mod base_lin_vel;
@@ -55,7 +54,6 @@ list::observations! {
     last_action: LastAction,
     ball_pos: BallPos,
     ball_at_strike: BallAtStrike,
-    ball_before: BallBefore,
     goal_pos: GoalPos,
     anchor_pos_error: AnchorPosError,
     anchor_ori_error: AnchorOriError,

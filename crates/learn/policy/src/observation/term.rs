@@ -63,8 +63,6 @@ pub enum Shape {
     Scalar,
     /// x, y, z.
     Vector,
-    /// x, y, z of each of three moments, the latest first.
-    ThreeVectors,
     /// The first two columns of a rotation, row by row.
     Rotation,
     /// x, y, z per tracked body.
@@ -80,7 +78,6 @@ impl Shape {
             Self::Joints => dimensions.joints,
             Self::Scalar => 1,
             Self::Vector => 3,
-            Self::ThreeVectors => 9,
             Self::Rotation => 6,
             Self::BodyVectors => 3 * dimensions.bodies,
             Self::BodyRotations => 6 * dimensions.bodies,
@@ -93,7 +90,6 @@ impl Shape {
             Self::Joints => "joints",
             Self::Scalar => "one number",
             Self::Vector => "x,y,z",
-            Self::ThreeVectors => "three moments, the latest first; x,y,z",
             Self::Rotation => "first two columns of the rotation, row by row",
             Self::BodyVectors => "tracked bodies; x,y,z",
             Self::BodyRotations => "tracked bodies; first two columns of the rotation, row by row",

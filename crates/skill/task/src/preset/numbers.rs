@@ -23,7 +23,6 @@ pub(crate) const TURN_RATE: Limits = ([0.0, 100.0], "0 to 100 rad/s");
 pub(crate) const TIME: Limits = ([0.0, 60.0], "0 to 60 s");
 pub(crate) const POSITIVE_TIME: Limits = ([f64::MIN_POSITIVE, 3600.0], "above 0, at most 3600 s");
 pub(crate) const COUNT: Limits = ([1.0, 1000.0], "at least 1, at most 1000");
-pub(crate) const POSITIVE: Limits = ([f64::MIN_POSITIVE, f64::MAX], "a positive number");
 
 /// A value, or the ends of what is drawn.
 #[derive(Clone, Copy)]
@@ -213,7 +212,6 @@ mod tests {
             ("scene.ground.restitution=1.5", "scene.ground.restitution is 1.5, expected a share"),
             ("ball_params.material.restitution=5", "ball_params.material.restitution is 5, expected a share"),
             ("robot_material.dynamic_friction=-1", "robot_material.dynamic_friction is -1, expected 0 to 10"),
-            ("observations.perception.c_min=-1", "observations.perception.c_min is -1, expected 0 to 100 m"),
             ("randomization.ball_restitution=[-1, 5]", "ball_restitution is [-1.0, 5.0], expected a share"),
             (
                 "randomization.ball_static_friction=[-1, 1]",

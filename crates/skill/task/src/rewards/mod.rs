@@ -13,7 +13,6 @@ mod anchor_ori;
 mod anchor_pos;
 #[expect(clippy::approx_constant, reason = "3.14 rad/s is the release's own number")]
 mod ang_vel;
-mod ball_aside;
 mod ball_prox;
 mod body_ori;
 mod body_pos;
@@ -26,9 +25,7 @@ mod hand_pos;
 mod joint_limit;
 mod kick_foot_pos;
 mod kick_foot_vel;
-mod leg_gap;
 mod lin_vel;
-mod second_touch;
 mod side_kick;
 mod speed;
 mod undesired_contact;
@@ -205,9 +202,6 @@ reward_terms! {
     kick_foot_pos: KickFootPos,
     hand_pos: HandPos,
     fall: Fall,
-    leg_gap: LegGap,
-    second_touch: SecondTouch,
-    ball_aside: BallAside,
 }
 
 /// Names of the reward terms: the keys under `rewards`, in the order in which they are added up.

@@ -7,10 +7,9 @@ mod step;
 use std::sync::Arc;
 
 use paid_lanes::rng::Rng;
-use paid_lanes::{MAX_LANES, Real, Vec3};
+use paid_lanes::{MAX_LANES, Real};
 use paid_physics::{EnvParams, Simulator};
 use paid_play::{KickTimes, ReferenceLibrary};
-use paid_policy::Pose;
 use paid_track::effective_time;
 
 use crate::anchoring::Anchoring;
@@ -19,7 +18,7 @@ use crate::eyes::{begin_lane, start_rng};
 use crate::group::GroupTask;
 use crate::image::Image;
 use crate::kernels::Gather;
-use crate::observe::{RobotBuffer, base_pose, in_base};
+use crate::observe::RobotBuffer;
 use crate::reset::{Start, StartContext};
 use crate::rolling::roll_decay;
 use crate::score::{OwnScore, Sums};
@@ -31,7 +30,7 @@ use crate::{
 };
 use step::push_interval;
 
-/// Purposes of an environment's random streams (2 is observation noise, 3 and 4 are perception, 5 to 7 the eyes).
+/// Purposes of an environment's random streams (2 is observation noise, 5 to 7 are the eyes).
 const RESET_STREAM: u32 = 0;
 const PUSH_STREAM: u32 = 1;
 const START_STREAM: u32 = 8;
@@ -234,7 +233,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             task.episode_return.set_lane(lane, 0.0);
             task.foot_peak.set_lane(lane, 0.0);
             task.reference_peak.set_lane(lane, 0.0);
-            begin_to_see(&self.config, task, lane, &start, &mut env.reset_rng);
+            begin_to_see(task, lane, &start, &mut env.reset_rng);
             if let Some(eyes) = &mut task.eyes {
                 begin_lane(eyes, lane, &start, facts.heading, &self.config, &mut eyes_rng);
             }
@@ -255,12 +254,6 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     /// Loads every lane's reference frame and takes in what is seen.
     pub(crate) fn gather(&mut self, group: usize) {
         self.gather_reference(group);
-        let perception = &self.config.preset.observations.perception;
-        if perception.blind_zone {
-            let state = self.sim.state(group);
-            let ball = in_base(state, state.ball.pos);
-            self.groups[group].memory.advance(ball, &base_pose(state), perception.memory_frame);
-        }
     }
 
     /// Loads every lane's reference frame.
@@ -292,23 +285,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
 }
 
 /// Ball and goal appear to one lane's robot.
-pub(crate) fn begin_to_see<V: Real>(
-    config: &TaskConfig,
-    task: &mut GroupTask<V>,
-    lane: usize,
-    start: &Start,
-    rng: &mut Rng,
-) {
-    let base = paid_lanes::Quat(start.state.base_quat);
-    let local = |point: [f64; 3]| base.conj().rotate(Vec3(point) - Vec3(start.state.base_pos)).0;
-    let pose = Pose { pos: Vec3(start.state.base_pos), rot: base.to_mat() };
-    let (ball, goal) = (local(start.state.ball_pos), local(start.goal));
-    let perception = &config.preset.observations.perception;
-    let kept = perception.memory_frame.keep(&pose, Vec3(ball)).0;
-    task.memory.reset_lane(lane, kept, perception, rng);
-    if let Some(camera) = &mut task.camera {
-        camera.reset_lane(lane, [ball, goal], &pose, config, rng);
-    }
+pub(crate) fn begin_to_see<V: Real>(task: &mut GroupTask<V>, lane: usize, start: &Start, rng: &mut Rng) {
+    // Earlier versions drew two numbers here; the same seed is to give the same episodes.
+    let _ = [rng.unit(), rng.unit()];
     let place = start.struck.map_or(start.state.ball_pos, |struck| struck.lay);
     for memory in &mut task.scene_memory {
         memory.reset_lane(lane, place);

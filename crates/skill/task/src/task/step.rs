@@ -53,7 +53,6 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 own: &mut self.own,
                 reward: &mut reward[first..first + V::LANES],
             });
-            self.capture(group);
             self.look(group);
             let resets = self.finish(group, &score, &mut terminated[first..], &mut truncated[first..]);
             if resets != 0 {

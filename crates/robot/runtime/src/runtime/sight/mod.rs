@@ -38,7 +38,7 @@ impl Sight {
             place: Place::new(),
             ball: Ball::new(player),
             goal: None,
-            memory: SceneMemory::new(player.play.ball.after_strike.times(), true),
+            memory: SceneMemory::new(player.play.ball.after_strike.times()),
             predicts: player.play.predicts(),
         }
     }
@@ -155,7 +155,6 @@ impl Sight {
         };
         let mut scene = believed.view(base, times.to_contact_s, self.predicts);
         self.memory.show(base, times.to_strike_s, &mut scene);
-        self.memory.advance();
         scene
     }
 }
