@@ -3,8 +3,9 @@
 // The help texts are doc comments. Units stand in brackets there and are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+// `print` and `println` that end the program with an error.
 #[macro_use]
-mod print;
+extern crate paid_terminal;
 
 mod agent;
 mod bench;
@@ -90,11 +91,6 @@ fn main() -> ExitCode {
     end_with_the_reader();
     let matches = command().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command()).exit());
-    // A robot is damped before its program ends, whatever cannot be printed.
-    let robot = matches.subcommand_matches("robot");
-    if robot.and_then(ArgMatches::subcommand_name) == Some("run") {
-        print::panic_where_it_fails();
-    }
     let given = given(&matches);
     let result = match cli.command {
         Command::Train(args) => train::run(args),

@@ -4,6 +4,10 @@
 // The help texts are doc comments. Units stand in brackets there and are no links.
 #![allow(rustdoc::broken_intra_doc_links)]
 
+// `print` and `println` that end the program with an error.
+#[macro_use]
+extern crate paid_terminal;
+
 mod args;
 mod network;
 mod replay;

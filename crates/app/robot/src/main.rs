@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use paid_robot_program::{CheckArgs, ReplayArgs, RunArgs, check, replay, run};
-use paid_terminal::{EXIT_CODES, end_at_a_full_disk, end_with_the_reader, values_may_be_negative};
+use paid_terminal::{EXIT_CODES, end_with_the_reader, values_may_be_negative};
 
 /// Run a policy on a Unitree G1.
 #[derive(Debug, Parser)]
@@ -31,14 +31,8 @@ fn main() -> ExitCode {
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit());
     let result = match cli.command {
         Command::Run(args) => run(&args, |_, _| Ok(None)),
-        Command::Check(args) => {
-            end_at_a_full_disk();
-            check(&args)
-        }
-        Command::Replay(args) => {
-            end_at_a_full_disk();
-            replay(&args, |_| Ok(()))
-        }
+        Command::Check(args) => check(&args),
+        Command::Replay(args) => replay(&args, |_| Ok(())),
     };
     result.unwrap_or_else(|failure| {
         eprintln!("error: {failure}");

@@ -14,10 +14,12 @@ use paid_runtime::{
     BareTimer, Checker, DdsLink, DeployError, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Player,
     Runtime, Side, Told, Usage, Writer, lateness_table, run_live,
 };
+use paid_terminal::{
+    Failure, STOPPED, end_with_the_reader, flag, outlive_the_terminal, panic_where_it_fails,
+};
 
 use crate::args::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
 use crate::screen::Viewer;
-use paid_terminal::{Failure, STOPPED, end_with_the_reader, flag, outlive_the_terminal};
 
 /// Is told what a run does, beside the terminal.
 pub type Teller = Box<dyn FnMut(Told<'_>) + Send>;
@@ -67,6 +69,8 @@ pub fn run(
     args: &RunArgs,
     watch: impl FnOnce(&Arc<Player>, &Arc<AtomicBool>) -> Result<Option<Teller>, Failure>,
 ) -> Result<ExitCode, Failure> {
+    // A robot is damped before its program ends, whatever cannot be printed.
+    panic_where_it_fails();
     outlive_the_terminal();
     // What can be refused is refused here: later the robot may be limp.
     let seconds = args.seconds.map(duration).transpose()?;

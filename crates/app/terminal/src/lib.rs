@@ -1,9 +1,11 @@
 //! What the programs `paid` and `paid-robot` do alike on a terminal: exit codes, signals, a full disk.
 
 mod failure;
+mod print;
 mod stop;
 mod terminal;
 
 pub use failure::{EXIT_CODES, Failure};
+pub use print::{panic_where_it_fails, write_out};
 pub use stop::{STOPPED, end_with_the_reader, flag, outlive_the_terminal};
-pub use terminal::{end_at_a_full_disk, values_may_be_negative};
+pub use terminal::values_may_be_negative;

@@ -8,10 +8,15 @@ use serde_json::Value;
 /// The folders of `crates`. A crate knows those of its own folder and of the folders before it.
 const WINGS: [&str; 7] = ["base", "learn", "sense", "skill", "judge", "robot", "app"];
 
+/// Trainers, tasks, judges, simulators and drawing.
+const ROBOT_NEVER: [&str; 12] =
+    ["amp", "eval", "lab", "learn", "live", "mujoco", "physics", "plot", "sysid", "task", "train", "twin"];
+
 /// What a crate never links, directly or through others.
-const NEVER: [(&str, &[&str]); 5] = [
-    // The robot's program.
-    ("paid-runtime", &["eval", "lab", "mujoco", "plot", "sysid", "twin"]),
+const NEVER: [(&str, &[&str]); 6] = [
+    // The robot's computer runs a policy and nothing else.
+    ("paid-runtime", &ROBOT_NEVER),
+    ("paid-robot-program", &ROBOT_NEVER),
     // What a policy is shown, the same in training, evaluation and on the robot.
     ("paid-play", &["amp", "eval", "learn", "mujoco", "physics", "task", "train"]),
     ("paid-task", &["amp", "learn", "onnx", "train"]),
