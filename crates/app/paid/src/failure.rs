@@ -3,7 +3,7 @@
 use core::fmt;
 use std::process::ExitCode;
 
-use paid_eval::EvalError;
+use paid_eval::{EvalError, Setting};
 use paid_files::FileError;
 use paid_motion::clean::CleanError;
 use paid_plot::PlotError;
@@ -31,8 +31,8 @@ impl Failure {
     }
 
     /// A value that the libraries refuse, under the option that set it.
-    fn option(name: &str, expected: &str, found: &str) -> Self {
-        Self::input(format!("{}: expected {expected}, found {found}", flag_of(name)))
+    fn option(flag: &str, expected: &str, found: &str) -> Self {
+        Self::input(format!("{flag}: expected {expected}, found {found}"))
     }
 
     /// Refuses the first of `options`, names of arguments with what each is for, that is among the `given` ones and would change nothing of
@@ -68,36 +68,37 @@ pub fn first_given(options: &[(&'static str, bool)]) -> Option<&'static str> {
     options.iter().find_map(|&(option, given)| given.then_some(option))
 }
 
-/// The options of the command line, by the names that the libraries give to values.
-const FLAGS: [(&str, &str); 23] = [
-    ("knowledge", "--knowledge"),
-    ("trials", "--trials"),
-    ("workspace trials", "--workspace-trials"),
-    ("limit", "--limit"),
-    ("latency", "--latency"),
-    ("frame", "--frame"),
-    ("start radius", "--start-radius"),
-    ("scatter", "--scatter"),
-    ("rolling", "--speed"),
-    ("physics step", "--physics-dt"),
-    ("scene twist2", "--protocol twist2"),
-    ("record", "--record"),
-    ("recording", "--rerun"),
-    ("seconds", "--seconds"),
-    ("part of the motion", "--from, --to"),
-    ("frame rate of the clip", "--rate"),
-    ("height of the human", "--height"),
-    ("begin of the part", "--from"),
-    ("end of the part", "--to"),
-    ("time scale", "--slow"),
-    ("share of the speed limits", "--speed-limit"),
-    ("unit of length", "--unit"),
-    ("frame rate of the file", "--fps"),
-];
+/// The option that sets a value of an evaluation; the value's own name where no option does.
+fn flag_of(setting: Setting) -> &'static str {
+    match setting {
+        Setting::Knowledge => "--knowledge",
+        Setting::Trials => "--trials",
+        Setting::Limit => "--limit",
+        Setting::StartRadius => "--start-radius",
+        Setting::Scatter => "--scatter",
+        Setting::Rolling => "--speed",
+        Setting::PhysicsStep => "--physics-dt",
+        Setting::Twist2Scene => "--protocol twist2",
+        Setting::Recording => "--rerun",
+        Setting::Seconds => "--seconds",
+        Setting::Named(name) => name,
+    }
+}
 
-/// The option that sets a value; the value's own name where no option does.
-fn flag_of(name: &str) -> &str {
-    FLAGS.iter().find(|(value, _)| *value == name).map_or(name, |(_, flag)| flag)
+/// The option that sets a value of a retargeting.
+fn retarget_flag_of(setting: paid_retarget::Setting) -> &'static str {
+    use paid_retarget::Setting;
+    match setting {
+        Setting::Part => "--from, --to",
+        Setting::ClipRate => "--rate",
+        Setting::Height => "--height",
+        Setting::Begin => "--from",
+        Setting::End => "--to",
+        Setting::TimeScale => "--slow",
+        Setting::SpeedShare => "--speed-limit",
+        Setting::Unit => "--unit",
+        Setting::FileRate => "--fps",
+    }
 }
 
 impl From<paid_terminal::Failure> for Failure {
@@ -110,9 +111,9 @@ impl From<EvalError> for Failure {
     fn from(error: EvalError) -> Self {
         match &error {
             EvalError::Plot(PlotError::Animation { expected, found }) => {
-                Self::option("record", expected, found)
+                Self::option("--record", expected, found)
             }
-            EvalError::Option { option, expected, found } => Self::option(option, expected, found),
+            EvalError::Option { option, expected, found } => Self::option(flag_of(*option), expected, found),
             EvalError::NoBall { .. } => {
                 Self::input(format!("{error}; score in another with --task paper_stage2"))
             }
@@ -124,7 +125,7 @@ impl From<EvalError> for Failure {
 impl From<PlotError> for Failure {
     fn from(error: PlotError) -> Self {
         match &error {
-            PlotError::Animation { expected, found } => Self::option("record", expected, found),
+            PlotError::Animation { expected, found } => Self::option("--record", expected, found),
             PlotError::File(_) => Self::input(error),
         }
     }
@@ -145,7 +146,9 @@ impl From<TrainError> for Failure {
 impl From<RetargetError> for Failure {
     fn from(error: RetargetError) -> Self {
         match &error {
-            RetargetError::Option { option, expected, found } => Self::option(option, expected, found),
+            RetargetError::Option { option, expected, found } => {
+                Self::option(retarget_flag_of(*option), expected, found)
+            }
             RetargetError::Skeleton { .. } => Self::input(format!("{error}; name one with --skeleton")),
             _ => Self::input(error),
         }
@@ -175,11 +178,15 @@ mod tests {
 
     #[test]
     fn a_value_that_a_library_refuses_is_told_with_its_option() {
-        let error =
-            EvalError::Option { option: "rolling", expected: "a range".into(), found: "3 to 1".into() };
+        let error = EvalError::Option {
+            option: Setting::Rolling,
+            expected: "a range".into(),
+            found: "3 to 1".into(),
+        };
         assert_eq!(error.to_string(), "rolling: expected a range, found 3 to 1");
         assert_eq!(Failure::from(error).to_string(), "--speed: expected a range, found 3 to 1");
-        let error = EvalError::Option { option: "grid", expected: "a".into(), found: "b".into() };
+        let error =
+            EvalError::Option { option: Setting::Named("grid"), expected: "a".into(), found: "b".into() };
         assert_eq!(Failure::from(error).to_string(), "grid: expected a, found b");
     }
 }

@@ -12,13 +12,13 @@ use paid_plot::{Table, number};
 use paid_task::EnvSample;
 use serde::Serialize;
 
-use crate::EvalError;
 use crate::engine::EngineFacts;
 use crate::episodes::{Ending, EvalSetup, Observer};
 use crate::metrics::tracking::TrackingErrors;
 use crate::policy::DriverMaker;
 use crate::shooting::{self, CellScore, Outcome, Placement, ShootingOptions, Trial};
 use crate::tracking;
+use crate::{EvalError, Setting};
 
 /// Redraws of a ball before a clip counts as having no room for one.
 const REDRAWS: usize = 1000;
@@ -130,10 +130,10 @@ fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<(ShootingOptions, V
         Err(EvalError::Option { option, expected: expected.to_owned(), found })
     };
     if options.trials == 0 {
-        return bad("trials", "at least 1", "0".into());
+        return bad(Setting::Trials, "at least 1", "0".into());
     }
     if !(0.0..=2.0).contains(&options.radius_m) {
-        return bad("radius", "0 to 2 m", options.radius_m.to_string());
+        return bad(Setting::Named("radius"), "0 to 2 m", options.radius_m.to_string());
     }
     let placement = Placement::new(setup);
     let shots = ShootingOptions { limit_s: options.limit_s, ..ShootingOptions::default() };
@@ -151,7 +151,7 @@ fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<(ShootingOptions, V
                 })
                 .find(|ball| !placement.overlaps(motion, *ball));
             let ball = ball.ok_or_else(|| EvalError::Option {
-                option: "radius",
+                option: Setting::Named("radius"),
                 expected: "places that leave room for the ball beside the robot".to_owned(),
                 found: format!("{} m around {place:?}, the ball of {}", options.radius_m, facts.name),
             })?;

@@ -1,9 +1,55 @@
 //! What can go wrong in an evaluation.
 
+use core::fmt;
 use std::path::PathBuf;
 
 use paid_task::TaskError;
 use thiserror::Error;
+
+/// An option of an evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting {
+    /// What a policy knows of ball and goal.
+    Knowledge,
+    /// Trials of a place or clip.
+    Trials,
+    /// Time limit of a trial.
+    Limit,
+    /// How far robots start from their place.
+    StartRadius,
+    /// How far balls lie from their place.
+    Scatter,
+    /// Speeds of rolling balls.
+    Rolling,
+    /// MuJoCo's time step.
+    PhysicsStep,
+    /// The scene of TWIST2's evaluations.
+    Twist2Scene,
+    /// Where a recording goes.
+    Recording,
+    /// Length of a measurement.
+    Seconds,
+    /// Any other, by its name.
+    Named(&'static str),
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Knowledge => "knowledge",
+            Self::Trials => "trials",
+            Self::Limit => "limit",
+            Self::StartRadius => "start radius",
+            Self::Scatter => "scatter",
+            Self::Rolling => "rolling",
+            Self::PhysicsStep => "physics step",
+            Self::Twist2Scene => "scene twist2",
+            Self::Recording => "recording",
+            Self::Seconds => "seconds",
+            Self::Named(name) => name,
+        })
+    }
+}
 
 /// An evaluation that cannot be run or written down.
 #[derive(Debug, Error)]
@@ -91,8 +137,8 @@ pub enum EvalError {
     /// An option makes no sense.
     #[error("{option}: expected {expected}, found {found}")]
     Option {
-        /// Name of the option.
-        option: &'static str,
+        /// The option.
+        option: Setting,
         /// What is allowed.
         expected: String,
         /// What was given.

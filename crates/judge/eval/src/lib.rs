@@ -34,5 +34,5 @@ pub mod subject;
 pub mod trace;
 pub mod worst;
 
-pub use error::EvalError;
+pub use error::{EvalError, Setting};
 pub use protocol::{matches, shooting, tracking};

@@ -4,8 +4,8 @@ use paid_mujoco::{Cone, FootShapes, PdControl, SceneOptions};
 use paid_robot::RobotModel;
 use paid_task::TaskPreset;
 
-use crate::EvalError;
 use crate::engine::EngineChoice;
+use crate::{EvalError, Setting};
 
 /// Which engines score.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -125,7 +125,7 @@ impl SceneSpec {
         }
         if scene.substeps == 0 || (scene.substeps as f64 * dt - control_dt).abs() > 1e-9 {
             return Err(EvalError::Option {
-                option: "physics step",
+                option: Setting::PhysicsStep,
                 expected: format!("a whole part of the control period of {control_dt} s"),
                 found: dt.to_string(),
             });
@@ -142,7 +142,7 @@ pub fn check_feet(scene: &SceneOptions, robot: &RobotModel) -> Result<(), EvalEr
     let g1 = RobotModel::g1().name;
     if scene.feet == FootShapes::Spheres && robot.name != g1 {
         return Err(EvalError::Option {
-            option: "scene twist2",
+            option: Setting::Twist2Scene,
             expected: format!("the robot '{g1}'"),
             found: format!("'{}'", robot.name),
         });

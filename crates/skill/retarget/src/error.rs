@@ -1,10 +1,50 @@
 //! What can be wrong with human motion and its retargeting.
 
+use core::fmt;
 use std::path::PathBuf;
 
 use paid_motion::{MotionError, no_other_rate};
 use paid_robot::SpecError;
 use thiserror::Error;
+
+/// An option of a retargeting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Setting {
+    /// The part of the motion.
+    Part,
+    /// Frame rate of the clip.
+    ClipRate,
+    /// Height of the human.
+    Height,
+    /// Begin of the part.
+    Begin,
+    /// End of the part.
+    End,
+    /// How much slower the robot moves.
+    TimeScale,
+    /// Share of the joints' speed limits.
+    SpeedShare,
+    /// Unit of length of the file.
+    Unit,
+    /// Frame rate of the file.
+    FileRate,
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Part => "part of the motion",
+            Self::ClipRate => "frame rate of the clip",
+            Self::Height => "height of the human",
+            Self::Begin => "begin of the part",
+            Self::End => "end of the part",
+            Self::TimeScale => "time scale",
+            Self::SpeedShare => "share of the speed limits",
+            Self::Unit => "unit of length",
+            Self::FileRate => "frame rate of the file",
+        })
+    }
+}
 
 /// A file of human motion that cannot be used, or a robot that it cannot be brought to.
 #[derive(Debug, Error)]
@@ -145,7 +185,7 @@ pub enum RetargetError {
     #[error("{option}: expected {expected}, found {found}")]
     Option {
         /// The option.
-        option: &'static str,
+        option: Setting,
         /// What is allowed.
         expected: &'static str,
         /// What was given.

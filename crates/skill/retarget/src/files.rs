@@ -9,7 +9,7 @@ use paid_motion::{is_points_file, read_points};
 use crate::points::{motion_of_points, parse_skeleton};
 use crate::recognize::{Unit, recognize};
 use crate::text::LARGEST;
-use crate::{HumanMotion, RetargetError, TEXT_UNIT_M, parse_amc, parse_asf, parse_bvh};
+use crate::{HumanMotion, RetargetError, Setting, TEXT_UNIT_M, parse_amc, parse_asf, parse_bvh};
 
 /// What files of human motion leave open.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -60,12 +60,12 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
     if let Some(unit) = options.unit_m
         && !(1e-6..=1e3).contains(&unit)
     {
-        return Err(option("unit of length", "0.000001 to 1000 m", unit));
+        return Err(option(Setting::Unit, "0.000001 to 1000 m", unit));
     }
     if let Some(fps) = options.fps
         && !(1.0..=2000.0).contains(&fps)
     {
-        return Err(option("frame rate of the file", "1 to 2000 Hz", fps));
+        return Err(option(Setting::FileRate, "1 to 2000 Hz", fps));
     }
     if has_extension(path, "amc") {
         let asf = match &options.skeleton {
@@ -100,7 +100,7 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
     }
 }
 
-fn option(option: &'static str, expected: &'static str, found: f64) -> RetargetError {
+fn option(option: Setting, expected: &'static str, found: f64) -> RetargetError {
     RetargetError::Option { option, expected, found: found.to_string() }
 }
 

@@ -68,7 +68,7 @@ pub use boxed::BoxedSystem;
 pub use bvh::parse_bvh;
 pub use bvh_text::bvh_text;
 pub use ends::{EndDistance, Ends};
-pub use error::RetargetError;
+pub use error::{RetargetError, Setting};
 pub use files::{HumanOptions, is_human_file, read_human};
 pub use goals::{Goal, Goals};
 pub use human::HumanMotion;

@@ -8,7 +8,7 @@ use paid_motion::{Clip, KickLabel, KickLeg, fastest_kick};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Serialize;
 
-use crate::{Ends, Goals, HumanMotion, Naming, Pose, RetargetError, Role, SolveLimits, Solver};
+use crate::{Ends, Goals, HumanMotion, Naming, Pose, RetargetError, Role, Setting, SolveLimits, Solver};
 
 /// How fast the human's time runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,12 +147,12 @@ pub fn retarget(
         let to = if to.is_finite() { format!("{to} s") } else { "the end".to_owned() };
         let found =
             format!("{from} s to {to} of the {:.2} s of {}", motion.duration_s(), motion.path.display());
-        return Err(RetargetError::Option { option: "part of the motion", expected, found });
+        return Err(RetargetError::Option { option: Setting::Part, expected, found });
     }
     if cut.duration_s() > LONGEST_S {
         let expected = "a part of the motion of at most 300 s; name the seconds around the kick";
         let found = format!("{:.0} s of {}", cut.duration_s(), motion.path.display());
-        return Err(RetargetError::Option { option: "part of the motion", expected, found });
+        return Err(RetargetError::Option { option: Setting::Part, expected, found });
     }
     upright(&cut, &naming)?;
     let run = Run { motion: &cut, naming, model, limit: spec.resolve(model)?.velocity_limit, options };
@@ -183,16 +183,16 @@ fn upright(motion: &HumanMotion, naming: &Naming) -> Result<(), RetargetError> {
 
 fn check(options: &RetargetOptions) -> Result<(), RetargetError> {
     let mut checks = vec![
-        ("frame rate of the clip", "10 to 500 Hz", options.fps, 10.0..=500.0),
-        ("height of the human", "0.5 to 2.5 m", options.height_m, 0.5..=2.5),
-        ("begin of the part", "a time of at least 0 s", options.span_s[0], 0.0..=f64::MAX),
-        ("end of the part", "a time of at least 0 s", options.span_s[1], 0.0..=f64::INFINITY),
+        (Setting::ClipRate, "10 to 500 Hz", options.fps, 10.0..=500.0),
+        (Setting::Height, "0.5 to 2.5 m", options.height_m, 0.5..=2.5),
+        (Setting::Begin, "a time of at least 0 s", options.span_s[0], 0.0..=f64::MAX),
+        (Setting::End, "a time of at least 0 s", options.span_s[1], 0.0..=f64::INFINITY),
     ];
     if let TimeScale::Fixed(scale) = options.time_scale {
-        checks.push(("time scale", "'auto' or 0.25 to 10", scale, 0.25..=10.0));
+        checks.push((Setting::TimeScale, "'auto' or 0.25 to 10", scale, 0.25..=10.0));
     }
     if let Some(share) = options.speed_share {
-        checks.push(("share of the speed limits", "'off' or 0.05 to 10", share, 0.05..=10.0));
+        checks.push((Setting::SpeedShare, "'off' or 0.05 to 10", share, 0.05..=10.0));
     }
     match checks.into_iter().find(|(.., value, range)| !range.contains(value)) {
         Some((option, expected, value, _)) => {

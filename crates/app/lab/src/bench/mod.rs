@@ -11,7 +11,7 @@ use paid_physics::Terrain;
 use serde::Serialize;
 
 use clock::Rate;
-use paid_eval::EvalError;
+use paid_eval::{EvalError, Setting};
 use workload::Workload;
 
 /// What is measured, and for how long.
@@ -119,7 +119,7 @@ pub fn bench_physics(options: &BenchOptions) -> Result<PhysicsBench, EvalError> 
     let BenchOptions { isa, seconds, threads: cores, .. } = *options;
     if !(seconds > 0.0 && seconds <= 3600.0) {
         return Err(EvalError::Option {
-            option: "seconds",
+            option: Setting::Seconds,
             expected: "above 0, at most 3600".to_owned(),
             found: seconds.to_string(),
         });

@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use paid_task::preset::KnowledgeMode;
 use serde::{Deserialize, Serialize};
 
-use paid_eval::EvalError;
 use paid_eval::shooting::{Grid, PAPER};
 use paid_eval::tracking::PAPER_ROWS;
+use paid_eval::{EvalError, Setting};
 
 /// A file of a plan.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -258,5 +258,9 @@ fn check_sets(sets: &[String]) -> Result<(), EvalError> {
 }
 
 pub(super) fn wrong(option: &'static str, expected: &str, found: &str) -> EvalError {
-    EvalError::Option { option, expected: expected.to_owned(), found: found.to_owned() }
+    EvalError::Option {
+        option: Setting::Named(option),
+        expected: expected.to_owned(),
+        found: found.to_owned(),
+    }
 }

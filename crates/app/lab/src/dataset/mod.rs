@@ -16,8 +16,8 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_task::TaskPreset;
 use serde::Serialize;
 
-use paid_eval::EvalError;
 use paid_eval::shooting::Grid;
+use paid_eval::{EvalError, Setting};
 use paid_files::{FileError, FileSet};
 use paid_plot::Figure;
 
@@ -111,7 +111,7 @@ impl Dataset {
     ) -> Result<Self, EvalError> {
         let kicks: Option<Vec<Kick>> = clips.iter().map(|clip| Kick::of(clip, robot, spec, place)).collect();
         let kicks = kicks.filter(|kicks| !kicks.is_empty()).ok_or_else(|| EvalError::Option {
-            option: "motions",
+            option: Setting::Named("motions"),
             expected: "at least one clip of a robot with the bodies that its TOML names".to_owned(),
             found: format!("{} clips of '{}'", clips.len(), robot.name),
         })?;

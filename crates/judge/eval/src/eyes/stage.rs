@@ -14,10 +14,10 @@ use paid_world::{Finder, JointMessage, OwnBody, SightSetup};
 
 use super::senses::{Moment, Senses, SensesSetup, eyes_error, quat_of};
 use super::{DetectorChoice, EyesOptions, OdometryChoice};
-use crate::EvalError;
 use crate::episodes::EvalSetup;
 use crate::policy::{Driver, DriverMaker};
 use crate::shooting::{ShootingOptions, Trial};
+use crate::{EvalError, Setting};
 
 /// A control step `[ns]`.
 pub(super) const STEP_NS: u64 = 20_000_000;
@@ -59,22 +59,22 @@ impl<'a> Stage<'a> {
             Err(EvalError::Option { option, expected: expected.to_owned(), found })
         };
         if setup.engine.name() != "mujoco" {
-            return refuse("engine", "mujoco with --eyes", setup.engine.name().to_owned());
+            return refuse(Setting::Named("engine"), "mujoco with --eyes", setup.engine.name().to_owned());
         }
         if (setup.preset.control_dt_s() - 0.02).abs() > 1e-9 {
             return refuse(
-                "control period",
+                Setting::Named("control period"),
                 "0.02 s with --eyes",
                 format!("{} s", setup.preset.control_dt_s()),
             );
         }
         let Some(torso) = setup.robot.body_index(&setup.spec.anchor_body) else {
-            return refuse("robot", "one with its anchor body", setup.robot.name.clone());
+            return refuse(Setting::Named("robot"), "one with its anchor body", setup.robot.name.clone());
         };
         let robot = Robot::g1().map_err(eyes_error)?;
         if setup.robot.name != robot.model().name {
             return refuse(
-                "robot",
+                Setting::Named("robot"),
                 "the G1 with --eyes: its camera and LiDAR are simulated",
                 setup.robot.name.clone(),
             );

@@ -14,11 +14,11 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_task::EnvSample;
 use take::{Parts, Take};
 
-use crate::EvalError;
 use crate::episodes::{Ending, EvalSetup, Observer, run_episodes};
 use crate::metrics::shooting::fallen;
 use crate::policy::DriverMaker;
 use crate::shooting::{ShootingOptions, plan, rules_of, start_of};
+use crate::{EvalError, Setting};
 
 pub use report::{Likeness, LikenessReport, table};
 pub use take::Swing;
@@ -95,7 +95,7 @@ impl Clips {
     fn new(clips: &ReferenceLibrary, robot: &RobotModel, spec: &RobotSpec) -> Result<Self, EvalError> {
         if clips.is_standing() {
             return Err(EvalError::Option {
-                option: "clips",
+                option: Setting::Named("clips"),
                 expected: "a folder of motions to compare with, for a policy without a reference".to_owned(),
                 found: "none".to_owned(),
             });

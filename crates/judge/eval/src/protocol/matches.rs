@@ -13,11 +13,11 @@ use paid_plot::Film;
 use paid_task::{EpisodeRules, TimeLimit};
 use serde::Serialize;
 
-use crate::EvalError;
 use crate::episodes::EvalSetup;
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
 use crate::shooting::Grid;
+use crate::{EvalError, Setting};
 
 pub use draw::MatchBall;
 pub use report::{KickOutcome, MatchOutcome, MatchReport, MatchTotal};
@@ -72,10 +72,10 @@ impl Default for MatchOptions {
 
 impl MatchOptions {
     fn check(&self) -> Result<(), EvalError> {
-        for (option, value) in [("kicks", self.kicks), ("matches", self.matches)] {
+        for (name, value) in [("kicks", self.kicks), ("matches", self.matches)] {
             if !(1..=10_000).contains(&value) {
                 let (expected, found) = ("1 to 10000".to_owned(), value.to_string());
-                return Err(EvalError::Option { option, expected, found });
+                return Err(EvalError::Option { option: Setting::Named(name), expected, found });
             }
         }
         Ok(())

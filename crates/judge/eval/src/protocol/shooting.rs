@@ -10,11 +10,11 @@ use paid_task::{EpisodeRules, InitialState, TimeLimit};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::EvalError;
 use crate::episodes::{Beside, EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
 use crate::trace::{Trace, Traced};
+use crate::{EvalError, Setting};
 
 pub(crate) use observer::Watch;
 
@@ -115,27 +115,27 @@ impl ShootingOptions {
         };
         let g = &self.grid;
         if !(g.step > 0.0 && g.x[0] <= g.x[1] && g.y[0] <= g.y[1] && (g.x[1] - g.x[0]).is_finite()) {
-            return bad("grid", "ascending ends and a positive step", format!("{g:?}"));
+            return bad(Setting::Named("grid"), "ascending ends and a positive step", format!("{g:?}"));
         }
         if self.trials == 0 {
-            return bad("trials", "at least 1", "0".into());
+            return bad(Setting::Trials, "at least 1", "0".into());
         }
         if !(0.0..=2.0).contains(&self.start_radius_m) {
-            return bad("start radius", "0 to 2 m", self.start_radius_m.to_string());
+            return bad(Setting::StartRadius, "0 to 2 m", self.start_radius_m.to_string());
         }
         if !(0.0..=1.0).contains(&self.scatter_m) {
-            return bad("scatter", "0 to 1 m", self.scatter_m.to_string());
+            return bad(Setting::Scatter, "0 to 1 m", self.scatter_m.to_string());
         }
         if let Some([lo, hi]) = self.rolling
             && !(0.0 <= lo && lo <= hi && hi.is_finite())
         {
-            return bad("rolling", "0 <= slowest <= fastest", format!("{lo} to {hi}"));
+            return bad(Setting::Rolling, "0 <= slowest <= fastest", format!("{lo} to {hi}"));
         }
         if !(self.limit_s > 0.0 && self.limit_s <= 60.0) {
-            return bad("limit", "more than 0 and at most 60 s", self.limit_s.to_string());
+            return bad(Setting::Limit, "more than 0 and at most 60 s", self.limit_s.to_string());
         }
         if let Some(after_s) = self.after_s.filter(|s| !(0.0..=600.0).contains(s)) {
-            return bad("after", "0 to 600 s", after_s.to_string());
+            return bad(Setting::Named("after"), "0 to 600 s", after_s.to_string());
         }
         Ok(())
     }

@@ -6,11 +6,11 @@ mod score;
 
 use paid_task::{AtMotionEnd, EpisodeRules, InitialState, OnFailure, TimeLimit};
 
-use crate::EvalError;
 use crate::episodes::{EvalSetup, run_episodes};
 use crate::policy::DriverMaker;
 use crate::share::run_shared;
 use crate::trace::{Trace, Traced};
+use crate::{EvalError, Setting};
 pub(crate) use observer::Watch;
 
 pub use report::TrackingReport;
@@ -81,7 +81,7 @@ impl Course {
         let motions = setup.library.len();
         if options.sets.len() != motions {
             return Err(EvalError::Option {
-                option: "sets",
+                option: Setting::Named("sets"),
                 expected: format!("one for each of {motions} motions"),
                 found: options.sets.len().to_string(),
             });

@@ -14,12 +14,12 @@ use paid_task::TaskPreset;
 use paid_task::preset::{KnowledgeMode, ReferenceSource};
 use paid_train::Alone;
 
-use crate::EvalError;
 use crate::engine::EngineChoice;
 use crate::episodes::EvalSetup;
 use crate::monitor::Monitor;
 use crate::policy::DriverMaker;
 use crate::scene::{Engines, SceneSpec, check_feet};
+use crate::{EvalError, Setting};
 
 pub use source::PolicySource;
 
@@ -96,7 +96,7 @@ impl SubjectSpec {
             && !task.perceives()
         {
             return Err(EvalError::Option {
-                option: "knowledge",
+                option: Setting::Knowledge,
                 expected: format!("perceived, for {change}"),
                 found: "truth".to_owned(),
             });

@@ -11,7 +11,7 @@ use std::time::Duration;
 use rerun::{RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions};
 
 use super::{Footage, Shows};
-use crate::EvalError;
+use crate::{EvalError, Setting};
 
 /// The viewer's usual address.
 const USUAL: &str = "rerun+http://127.0.0.1:9876/proxy";
@@ -43,7 +43,7 @@ impl Target {
             _ if address(wanted).is_some() => Ok(Self::Viewer(wanted.to_owned())),
             _ if is_file && !wanted.contains("://") => Ok(Self::File(PathBuf::from(wanted))),
             _ => Err(EvalError::Option {
-                option: "recording",
+                option: Setting::Recording,
                 expected: format!("FILE.rrd, live or an address such as {USUAL}"),
                 found: format!("'{wanted}'"),
             }),

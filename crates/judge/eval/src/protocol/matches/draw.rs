@@ -6,9 +6,9 @@ use paid_lanes::rng::Rng;
 use paid_task::{EnvSample, InitialState, NextKick};
 
 use super::MatchOptions;
-use crate::EvalError;
 use crate::episodes::EvalSetup;
 use crate::shooting::Placement;
+use crate::{EvalError, Setting};
 
 /// Redraws of a ball before a workspace counts as full.
 const REDRAWS: usize = 1000;
@@ -105,7 +105,7 @@ pub(super) fn first_start(draw: &mut Draw<'_>) -> Result<InitialState, EvalError
     let kick = draw.kick(|placement, kick| !placement.overlaps(kick.motion, kick.ball_xy));
     let NextKick { motion, ball_xy, ball_velocity, goal_xy, look: _ } =
         kick.ok_or_else(|| EvalError::Option {
-            option: "workspace",
+            option: Setting::Named("workspace"),
             expected: "places that leave room for the ball beside the robot".to_owned(),
             found: format!("{:?}", draw.options.workspace),
         })?;

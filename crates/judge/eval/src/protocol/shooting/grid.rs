@@ -8,8 +8,8 @@ use paid_task::{BodySample, EnvSample, first_look, roll_decay};
 use serde::{Deserialize, Serialize};
 
 use super::{ShootingOptions, Variant};
-use crate::EvalError;
 use crate::episodes::EvalSetup;
+use crate::{EvalError, Setting};
 
 /// Redraws of a robot start before a ball place counts as impossible.
 const REDRAWS: usize = 1000;
@@ -134,7 +134,7 @@ pub fn plan(setup: &EvalSetup, options: &ShootingOptions) -> Result<Vec<Trial>, 
                     .map(|_| draw(&mut rng, &placement, options, number, ([x, y], repeat)))
                     .find(|t| !placement.overlaps(t.motion, t.ball));
                 trials.push(trial.ok_or_else(|| EvalError::Option {
-                    option: "grid",
+                    option: Setting::Named("grid"),
                     expected: "places that leave room for the ball beside the robot".to_owned(),
                     found: format!("({x}, {y})"),
                 })?);
