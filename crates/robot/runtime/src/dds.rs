@@ -61,7 +61,7 @@ impl Senses {
     fn heard(self) -> Option<Packet> {
         let senses = matches!(
             self.0,
-            Packet::Sighting(_) | Packet::Odometry(_) | Packet::Goal(_) | Packet::GoalAhead(_)
+            Packet::Detection(_) | Packet::Odometry(_) | Packet::Goal(_) | Packet::GoalAhead(_)
         );
         senses.then_some(self.0)
     }

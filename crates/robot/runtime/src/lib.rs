@@ -58,7 +58,7 @@ pub use limits::{Envelope, Limits};
 pub use link::{ChannelLink, Inlet, Link, LinkError, Outlet};
 pub use live::{LastWords, Live, LiveReport, LiveStatus, Told, TypedKeys, run_live};
 pub use mailbox::Mailbox;
-pub use message::{EyesReport, KnownBall, OdometryPose, Packet, Sighting, TorsoPose, quaternion};
+pub use message::{BallDetection, BallReport, EyesReport, OdometryPose, Packet, TorsoPose, quaternion};
 pub use motors::{G1_MOTORS, motors_of};
 pub use player::{Player, PlayerSpec};
 pub use runtime::{

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A picture that the ball detector has looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sighting {
+pub struct BallDetection {
     /// When it was taken, on the clock of the senses, which the runtime maps to its own by what came fastest `[us]`.
     pub captured_us: u64,
     /// Center of the ball in the frame of the body that carries the camera (torso) `[m]`; `None`: no ball in it.
@@ -40,7 +40,7 @@ pub struct TorsoPose {
 
 /// A ball that the eyes know.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct KnownBall {
+pub struct BallReport {
     /// Center (x, y), odometry's frame `[m]`.
     pub position: [f64; 2],
     /// Its velocity `[m/s]`.
@@ -71,7 +71,7 @@ pub struct EyesReport {
     /// Height of the floor in that frame `[m]`: where the soles were when the robot became ready, or when kicks were allowed.
     pub floor_m: Option<f64>,
     /// The robot's own ball.
-    pub ball: Option<KnownBall>,
+    pub ball: Option<BallReport>,
 }
 
 /// One message on the link.
@@ -84,7 +84,7 @@ pub enum Packet {
     /// A command to the robot that is not this runtime's.
     OthersCommand,
     /// A picture.
-    Sighting(Sighting),
+    Detection(BallDetection),
     /// A pose.
     Odometry(OdometryPose),
     /// Center of the goal (x, y), odometry's frame `[m]`.

@@ -5,8 +5,8 @@ use std::collections::VecDeque;
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Vec3};
 use paid_policy::Pose;
-use paid_runtime::{OdometryPose, Packet, Sighting, quaternion};
-use paid_track::{Camera, EyesDraw, EyesPreset, Odometry};
+use paid_runtime::{BallDetection, OdometryPose, Packet, quaternion};
+use paid_track::{Camera, EyesDraw, EyesPreset, OdometryDrift};
 
 /// What is true, for senses that do not know it exactly.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ pub struct TrueState {
 /// A source of pictures of the ball.
 pub trait BallSource {
     /// The picture that arrives at `now_us`, if one does; called every 2 ms.
-    fn step(&mut self, now_us: u64, truth: &TrueState) -> Option<Sighting>;
+    fn step(&mut self, now_us: u64, truth: &TrueState) -> Option<BallDetection>;
 }
 
 /// A source of poses.
@@ -46,7 +46,7 @@ pub struct NoisyDetector {
     radius: f64,
     rng: Rng,
     next_us: f64,
-    on_the_way: VecDeque<Sighting>,
+    on_the_way: VecDeque<BallDetection>,
 }
 
 impl NoisyDetector {
@@ -64,7 +64,7 @@ impl NoisyDetector {
         }
     }
 
-    fn picture(&mut self, now_us: u64, truth: &TrueState) -> Sighting {
+    fn picture(&mut self, now_us: u64, truth: &TrueState) -> BallDetection {
         let TrueState { torso, ball, base, base_vel, ball_vel } = truth;
         let in_torso = torso.point_in_body(*ball);
         let range = (in_torso - self.camera.mount()).norm();
@@ -89,12 +89,12 @@ impl NoisyDetector {
                 seen = (ray.norm() * depth <= far).then_some(place.0).or(seen);
             }
         }
-        Sighting { captured_us: now_us, ball: seen, deviation_m }
+        BallDetection { captured_us: now_us, ball: seen, deviation_m }
     }
 }
 
 impl BallSource for NoisyDetector {
-    fn step(&mut self, now_us: u64, truth: &TrueState) -> Option<Sighting> {
+    fn step(&mut self, now_us: u64, truth: &TrueState) -> Option<BallDetection> {
         if now_us as f64 >= self.next_us {
             self.next_us = now_us as f64 + 1e6 * self.draw.period_s - (now_us as f64 - self.next_us).min(2e3);
             let picture = self.picture(now_us, truth);
@@ -114,7 +114,7 @@ impl BallSource for NoisyDetector {
 #[derive(Clone, Debug)]
 pub struct DriftingOdometry {
     preset: EyesPreset,
-    odometry: Odometry<f64>,
+    odometry: OdometryDrift<f64>,
     rng: Rng,
     next_us: u64,
     /// Where the body truly was, and where its turned steps have led (x, y) `[m]`.
@@ -128,7 +128,7 @@ impl DriftingOdometry {
     /// Odometry whose errors are drawn from `preset`.
     pub fn new(preset: &EyesPreset, seed: u64) -> Self {
         let mut rng = Rng::new(seed, 0, 0x0B02);
-        let mut odometry = Odometry::new();
+        let mut odometry = OdometryDrift::new();
         odometry.begin_lane(0, 0.0, &preset.odometry, &mut rng);
         Self { preset: preset.clone(), odometry, rng, next_us: 0, way: None }
     }
@@ -198,7 +198,7 @@ impl Senses {
         }
         if let Some(mut sighting) = self.ball.step(now_us, truth) {
             sighting.ball = sighting.ball.filter(|_| self.ball_visible);
-            send(Packet::Sighting(sighting));
+            send(Packet::Detection(sighting));
         }
     }
 

@@ -13,7 +13,7 @@ use paid_play::{RollingBall, motion_for};
 use paid_policy::net::Network;
 use paid_policy::{LstmConfig, NetworkConfig, NetworkKind, Pose, VecEnv};
 use paid_runtime::wire::{Key, LowState, Remote};
-use paid_runtime::{Limits, OdometryPose, Packet, Player, PolicyTrace, Runtime, Sighting, State};
+use paid_runtime::{BallDetection, Limits, OdometryPose, Packet, Player, PolicyTrace, Runtime, State};
 use paid_task::{EpisodeRules, EvalControl, InitialState, Task, TaskSetup};
 use paid_twin::trained_task;
 
@@ -43,7 +43,7 @@ fn messages(
     vec![
         Packet::LowState(low.sealed().to_cdr()),
         Packet::Odometry(OdometryPose { stamp_us: now_us, position: base.pos.0, quaternion: quat }),
-        Packet::Sighting(Sighting { captured_us: now_us, ball: Some(ball.0), deviation_m: 0.01 }),
+        Packet::Detection(BallDetection { captured_us: now_us, ball: Some(ball.0), deviation_m: 0.01 }),
         Packet::Goal(goal),
     ]
 }
@@ -230,7 +230,7 @@ fn virtual_senses_have_a_clock_of_their_own() {
             // Pictures come 60 ms after their capture.
             if now_us % 40_000 == 0 && now_us >= 100_000 {
                 let (captured_us, ball) = (clock_us - 60_000, Some([1.2, 0.1, -0.7]));
-                packets.push(Packet::Sighting(Sighting { captured_us, ball, deviation_m: 0.01 }));
+                packets.push(Packet::Detection(BallDetection { captured_us, ball, deviation_m: 0.01 }));
             }
             runtime.step(now_us, &packets, false);
             now_us += 2_000;

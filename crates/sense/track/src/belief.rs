@@ -4,7 +4,7 @@ use paid_lanes::Real;
 
 /// A detection of the ball in a picture.
 #[derive(Clone, Copy, Debug)]
-pub struct Picture<V: Real> {
+pub struct Measurement<V: Real> {
     /// Center of the ball (x, y), odometry frame at capture time `[m]`.
     pub position: [V; 2],
     /// Variance of the position on each axis `[m^2]`.
@@ -26,7 +26,7 @@ pub struct Rolling<V> {
 
 /// Position and velocity with their covariance on each axis: what the Kalman filter says.
 #[derive(Clone, Copy, Debug)]
-pub struct Estimate<V> {
+pub struct BallEstimate<V> {
     /// Center of the ball (x, y), odometry frame `[m]`.
     pub position: [V; 2],
     /// Its velocity, same axes `[m/s]`.
@@ -40,7 +40,7 @@ pub struct Estimate<V> {
 #[derive(Clone, Copy, Debug)]
 pub struct Belief<V: Real> {
     /// The mean of resting and rolling by their probabilities; its covariance is that of a ball that may roll.
-    pub ball: Estimate<V>,
+    pub ball: BallEstimate<V>,
     /// Probability that the ball lies still.
     pub rest: V,
     /// Time since the capture of the last picture that was believed `[s]`.

@@ -3,7 +3,7 @@
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mask, Mat3, Real, Vec3};
 
-use crate::{BallAtStart, BallTracker, Belief, EyesDraw, EyesPreset, Odometry, Picture, Rolling};
+use crate::{BallAtStart, BallTracker, Belief, EyesDraw, EyesPreset, Measurement, OdometryDrift, Rolling};
 
 /// A body in the world.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ pub struct EyesNumbers<V> {
 
 /// A picture on its way to the tracker.
 #[derive(Clone, Copy, Debug)]
-struct Sighting<V> {
+struct DelayedMeasurement<V> {
     position: [V; 2],
     variance: V,
     /// 1 where there is a detection.
@@ -50,10 +50,10 @@ struct Sighting<V> {
 /// Eyes, odometry and tracker of a group, one robot a lane.
 #[derive(Clone, Debug)]
 pub struct Eyes<V> {
-    odometry: Odometry<V>,
+    odometry: OdometryDrift<V>,
     tracker: BallTracker<V>,
     /// Pictures on their way; entry `k` is `k` control steps old.
-    on_the_way: Vec<Sighting<V>>,
+    on_the_way: Vec<DelayedMeasurement<V>>,
     /// Age of a picture when it arrives [control steps], a whole number.
     latency: V,
     /// Control steps between two pictures, and until the next one.
@@ -91,9 +91,9 @@ impl<V: Real> Eyes<V> {
     pub fn new(preset: &EyesPreset, dt_s: f64) -> Self {
         let zero = V::zero();
         let latest = (preset.latency_s[1] / dt_s).round() as usize;
-        let nothing = Sighting { position: [zero; 2], variance: zero, seen: zero };
+        let nothing = DelayedMeasurement { position: [zero; 2], variance: zero, seen: zero };
         Self {
-            odometry: Odometry::new(),
+            odometry: OdometryDrift::new(),
             tracker: BallTracker::new(),
             on_the_way: vec![nothing; latest + 1],
             latency: zero,
@@ -186,7 +186,7 @@ impl<V: Real> Eyes<V> {
         let age_s = self.latency * V::c(self.dt_s);
         let rolling = Rolling { decay: self.decay, to_strike_s };
         self.tracker.advance(V::c(self.dt_s), age_s, &rolling, &preset.tracker);
-        let picture = Picture {
+        let picture = Measurement {
             position: arrived.position,
             variance: arrived.variance,
             age_s,
@@ -203,7 +203,7 @@ impl<V: Real> Eyes<V> {
         normal: [V; 2],
         symmetric: &[V; 4],
         preset: &EyesPreset,
-    ) -> Sighting<V> {
+    ) -> DelayedMeasurement<V> {
         // Half a control step of play: a picture is taken at the control step nearest to its time.
         let wait = self.next - V::one();
         let due = wait.lt(V::c(0.5));
@@ -238,7 +238,7 @@ impl<V: Real> Eyes<V> {
         let seen =
             V::select(wrong, V::select(within_range, yes, V::zero()), V::select(found, yes, V::zero()));
         let finite = at[0].is_finite().and(at[1].is_finite());
-        Sighting {
+        DelayedMeasurement {
             position: self.odometry.placed(at, [base.pos.x(), base.pos.y()]),
             variance: expected * expected,
             seen: V::select(due.and(finite), seen, V::zero()),

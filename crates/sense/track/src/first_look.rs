@@ -2,7 +2,7 @@
 
 use paid_lanes::rng::Rng;
 
-use crate::{BallTracker, EyesDraw, EyesPreset, Picture, Rolling};
+use crate::{BallTracker, EyesDraw, EyesPreset, Measurement, Rolling};
 
 /// The ball at the moment when the robot begins, seen from the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,7 +50,7 @@ impl EyesDraw {
             let position = place.map(|p| p + sigma * rng.normal());
             // The age is counted from the picture's arrival; the clock moves on with the next picture.
             let picture =
-                Picture { position, variance: expected * expected, age_s: self.latency_s, seen: true };
+                Measurement { position, variance: expected * expected, age_s: self.latency_s, seen: true };
             tracker.advance(self.period_s, self.latency_s, &rolling, &preset.tracker);
             tracker.fuse(&picture, &rolling, &preset.tracker);
         }

@@ -17,13 +17,13 @@
 //! Pictures of a ball that lies 1 m ahead, 60 ms late, ten in a second:
 //!
 //! ```
-//! use paid_track::{BallTracker, Picture, Rolling, TrackerPreset};
+//! use paid_track::{BallTracker, Measurement, Rolling, TrackerPreset};
 //!
 //! let (preset, mut tracker) = (TrackerPreset::default(), BallTracker::<f64>::new());
 //! let rolling = Rolling { decay: 0.0, to_strike_s: 5.0 };
 //! for k in 0..20 {
 //!     let error = if k % 2 == 0 { 0.02 } else { -0.02 };
-//!     let picture = Picture { position: [1.0 + error, 0.0], variance: 4e-4, age_s: 0.06, seen: true };
+//!     let picture = Measurement { position: [1.0 + error, 0.0], variance: 4e-4, age_s: 0.06, seen: true };
 //!     tracker.advance(0.1, 0.06, &rolling, &preset);
 //!     tracker.fuse(&picture, &rolling, &preset);
 //! }
@@ -46,16 +46,16 @@ mod rolling;
 mod tracker;
 mod tracker_preset;
 
-pub use belief::{Belief, Estimate, Picture, Rolling};
+pub use belief::{BallEstimate, Belief, Measurement, Rolling};
 pub use camera::{Camera, CameraPreset};
 pub use error::ValueError;
 pub use eyes::{BodyPose, Eyes, EyesNumbers, EyesStart, TrueScene};
 pub use eyes_preset::{EyesDraw, EyesPreset};
 pub use first_look::BallAtStart;
-pub use memory::{BallMemory, BallState, Candidate, Glance, KnownBall};
+pub use memory::{BallMemory, BallState, Candidate, Glance, TrackedBall};
 pub use memory_preset::MemoryPreset;
 pub use noise::PositionNoise;
-pub use odometry::{Odometry, OdometryPreset};
+pub use odometry::{OdometryDrift, OdometryPreset};
 pub use pose::{Pose, PoseBuffer, PoseGap, StampedPose, turned};
 pub use rolling::{effective_time, predicted_displacement, roll_decay};
 pub use tracker::BallTracker;

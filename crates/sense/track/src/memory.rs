@@ -5,7 +5,7 @@
 //! every picture that should have shown it and did not: a ball behind the own leg or outside the picture keeps them. The robot keeps to
 //! the ball that it has chosen until that one is lost.
 
-use crate::{BallTracker, Belief, MemoryPreset, Picture, Rolling, TrackerPreset};
+use crate::{BallTracker, Belief, Measurement, MemoryPreset, Rolling, TrackerPreset};
 
 /// How well a ball's place is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl BallState {
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
     /// Its place and age.
-    pub picture: Picture<f64>,
+    pub measurement: Measurement<f64>,
     /// The detector's score, 0 to 1.
     pub score: f64,
 }
@@ -50,7 +50,7 @@ pub struct Glance<'a> {
 
 /// The robot's own ball.
 #[derive(Clone, Copy, Debug)]
-pub struct KnownBall {
+pub struct TrackedBall {
     /// Position, velocity, covariance, probability of rest and age.
     pub belief: Belief<f64>,
     /// How well it is known.
@@ -71,14 +71,14 @@ struct Ball {
 /// The memory. Positions are those of the odometry frame.
 ///
 /// ```
-/// use paid_track::{BallMemory, BallState, Candidate, Glance, MemoryPreset, Picture, Rolling, TrackerPreset};
+/// use paid_track::{BallMemory, BallState, Candidate, Glance, MemoryPreset, Measurement, Rolling, TrackerPreset};
 ///
 /// let rolling = Rolling { decay: 0.0, to_strike_s: f64::INFINITY };
 /// let mut memory = BallMemory::new(MemoryPreset::default(), TrackerPreset::default());
 /// for _ in 0..5 {
 ///     memory.advance(0.04, 0.1, &rolling);
-///     let picture = Picture { position: [1.0, 0.2], variance: 4e-4, age_s: 0.06, seen: true };
-///     let finds = [Candidate { picture, score: 0.9 }];
+///     let measurement = Measurement { position: [1.0, 0.2], variance: 4e-4, age_s: 0.06, seen: true };
+///     let finds = [Candidate { measurement, score: 0.9 }];
 ///     memory.look(&Glance { age_s: 0.06, finds: &finds, shows: &|_| true }, &rolling);
 /// }
 /// let ball = memory.own(&rolling).expect("five pictures of it");
@@ -129,7 +129,7 @@ impl BallMemory {
             let rolling = of_ball(self.own, ball.id, rolling);
             if let Some(index) = *find {
                 let find = &glance.finds[index];
-                ball.tracker.fuse(&find.picture, &rolling, &self.tracker);
+                ball.tracker.fuse(&find.measurement, &rolling, &self.tracker);
                 ball.odds = (ball.odds * self.preset.found_factor).min(self.preset.most_odds);
                 ball.finds += 1;
                 ball.score += 0.1 * (find.score - ball.score);
@@ -154,13 +154,13 @@ impl BallMemory {
     }
 
     /// The own ball; `None` until one was found.
-    pub fn own(&self, rolling: &Rolling<f64>) -> Option<KnownBall> {
+    pub fn own(&self, rolling: &Rolling<f64>) -> Option<TrackedBall> {
         let ball = self.balls.iter().find(|ball| Some(ball.id) == self.own)?;
         Some(self.known(ball, rolling))
     }
 
     /// Every ball that is believed, the own one among them.
-    pub fn all(&self, rolling: &Rolling<f64>) -> Vec<KnownBall> {
+    pub fn all(&self, rolling: &Rolling<f64>) -> Vec<TrackedBall> {
         self.balls
             .iter()
             .filter(|ball| self.is_confirmed(ball))
@@ -168,7 +168,7 @@ impl BallMemory {
             .collect()
     }
 
-    fn known(&self, ball: &Ball, rolling: &Rolling<f64>) -> KnownBall {
+    fn known(&self, ball: &Ball, rolling: &Rolling<f64>) -> TrackedBall {
         let mut belief = ball.tracker.belief(rolling, &self.tracker);
         let deviation = belief.ball.covariance[0].max(0.0).sqrt();
         // Between two pictures of a ball that is in them, a strike makes its place uncertain, not its presence.
@@ -182,7 +182,7 @@ impl BallMemory {
             BallState::Remembered
         };
         belief.known = true;
-        KnownBall { belief, state, id: ball.id }
+        TrackedBall { belief, state, id: ball.id }
     }
 
     fn is_gone(&self, ball: &Ball, age_s: f64) -> bool {
@@ -200,10 +200,10 @@ impl BallMemory {
             let rolling = of_ball(self.own, ball.id, rolling);
             let now = ball.tracker.estimate(&rolling, &self.tracker);
             for (f, find) in glance.finds.iter().enumerate() {
-                let variance = now.covariance[0] + find.picture.variance;
+                let variance = now.covariance[0] + find.measurement.variance;
                 let apart = [0, 1].map(|k| {
-                    let then = now.position[k] - find.picture.age_s * now.velocity[k];
-                    find.picture.position[k] - then
+                    let then = now.position[k] - find.measurement.age_s * now.velocity[k];
+                    find.measurement.position[k] - then
                 });
                 let distance2 = (apart[0] * apart[0] + apart[1] * apart[1]) / variance;
                 if distance2 <= self.tracker.gate * self.tracker.gate {
@@ -230,7 +230,7 @@ impl BallMemory {
             self.balls.remove(weakest);
         }
         let mut tracker = BallTracker::new();
-        tracker.fuse(&find.picture, &of_ball(None, 0, rolling), &self.tracker);
+        tracker.fuse(&find.measurement, &of_ball(None, 0, rolling), &self.tracker);
         self.balls.push(Ball { tracker, odds: 1.0, finds: 1, score: find.score, id: self.next_id });
         self.next_id += 1;
     }

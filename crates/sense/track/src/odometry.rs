@@ -52,7 +52,7 @@ impl OdometryPreset {
 /// Odometry with its errors, one robot a lane. Its frame is the world's, but for the errors: they are those of the base's estimated
 /// pose. Height, roll and pitch are right.
 #[derive(Clone, Debug)]
-pub struct Odometry<V> {
+pub struct OdometryDrift<V> {
     offset: [V; 2],
     drift: [V; 2],
     heading_drift: V,
@@ -61,13 +61,13 @@ pub struct Odometry<V> {
     error: [V; 3],
 }
 
-impl<V: Real> Default for Odometry<V> {
+impl<V: Real> Default for OdometryDrift<V> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<V: Real> Odometry<V> {
+impl<V: Real> OdometryDrift<V> {
     /// Odometry without errors.
     pub fn new() -> Self {
         let zero = V::zero();
@@ -148,8 +148,8 @@ impl<V: Real> Odometry<V> {
 mod tests {
     use super::*;
 
-    fn begun(preset: &OdometryPreset, elapsed_s: f64) -> Odometry<f64> {
-        let mut odometry = Odometry::new();
+    fn begun(preset: &OdometryPreset, elapsed_s: f64) -> OdometryDrift<f64> {
+        let mut odometry = OdometryDrift::new();
         odometry.begin_lane(0, elapsed_s, preset, &mut Rng::new(3, 0, 0));
         odometry
     }

@@ -16,7 +16,7 @@
 
 use paid_lanes::{Mask, Real};
 
-use crate::{Belief, Estimate, Picture, Rolling, TrackerPreset, effective_time};
+use crate::{BallEstimate, Belief, Measurement, Rolling, TrackerPreset, effective_time};
 
 /// Covariances grow to this variance and no further: far more than any place `[m^2]`.
 const LOST: f64 = 1e4;
@@ -27,7 +27,7 @@ const STALE_S: f64 = 0.5;
 #[derive(Clone, Debug)]
 pub struct BallTracker<V> {
     /// The ball `lag_s` ago.
-    state: Estimate<V>,
+    state: BallEstimate<V>,
     /// Variance that the velocity would have without any picture and without a strike `[m^2/s^2]`.
     prior: V,
     /// What a strike since the last believed picture may have added to the state's covariance; the next one takes it in.
@@ -55,7 +55,7 @@ impl<V: Real> BallTracker<V> {
     pub fn new() -> Self {
         let zero = V::zero();
         Self {
-            state: Estimate {
+            state: BallEstimate {
                 position: [zero; 2],
                 velocity: [zero; 2],
                 covariance: [V::c(LOST), zero, zero],
@@ -73,7 +73,7 @@ impl<V: Real> BallTracker<V> {
 
     /// Every number, for save and restore.
     pub fn fields(&mut self) -> [&mut V; 18] {
-        let Estimate { position: [x, y], velocity: [vx, vy], covariance: [pp, pv, vv] } = &mut self.state;
+        let BallEstimate { position: [x, y], velocity: [vx, vy], covariance: [pp, pv, vv] } = &mut self.state;
         let [refused_x, refused_y] = &mut self.refused;
         let [strike_pp, strike_pv, strike_vv] = &mut self.strike;
         [
@@ -115,7 +115,7 @@ impl<V: Real> BallTracker<V> {
             let [x, y] = turned(xy);
             [x + by[0], y + by[1]]
         };
-        let state = Estimate {
+        let state = BallEstimate {
             position: placed(self.state.position),
             velocity: turned(self.state.velocity),
             ..self.state
@@ -125,7 +125,7 @@ impl<V: Real> BallTracker<V> {
 
     /// Probability that the ball lies still: the odds of zero velocity after and before the pictures.
     #[inline(always)]
-    fn rest(estimate: &Estimate<V>, prior: V, preset: &TrackerPreset) -> V {
+    fn rest(estimate: &BallEstimate<V>, prior: V, preset: &TrackerPreset) -> V {
         let ([vx, vy], vv) = (estimate.velocity, estimate.covariance[2].max(V::c(1e-12)));
         let speed2 = vx.mul_add(vx, vy * vy);
         let odds = V::c(preset.rest_odds) * prior / vv * (speed2 * V::c(-0.5) / vv).exp();
@@ -147,7 +147,7 @@ impl<V: Real> BallTracker<V> {
         let ([x, y], [vx, vy]) = (self.state.position, self.state.velocity);
         let moved = Moved { time, way, kept };
         let most = V::c(preset.fastest_m_s * preset.fastest_m_s);
-        let state = Estimate {
+        let state = BallEstimate {
             position: [vx.mul_add(way, x), vy.mul_add(way, y)],
             velocity: [vx * kept, vy * kept],
             covariance: moved.covariance(self.state.covariance, q, most),
@@ -176,7 +176,7 @@ impl<V: Real> BallTracker<V> {
 
     /// Takes in a picture. One that is older than the state is not used.
     #[inline(always)]
-    pub fn fuse(&mut self, picture: &Picture<V>, rolling: &Rolling<V>, preset: &TrackerPreset) {
+    pub fn fuse(&mut self, picture: &Measurement<V>, rolling: &Rolling<V>, preset: &TrackerPreset) {
         let (zero, one) = (V::zero(), V::one());
         let step = self.lag_s - picture.age_s;
         let known = self.known.gt(V::c(0.5));
@@ -244,9 +244,9 @@ impl<V: Real> BallTracker<V> {
 
     /// What the filter says of the ball now, whether it rests or rolls left open.
     #[inline(always)]
-    pub fn estimate(&self, rolling: &Rolling<V>, preset: &TrackerPreset) -> Estimate<V> {
+    pub fn estimate(&self, rolling: &Rolling<V>, preset: &TrackerPreset) -> BallEstimate<V> {
         let then = self.predicted(self.lag_s, &self.back_then(rolling), preset);
-        Estimate { covariance: sum(then.state.covariance, then.strike), ..then.state }
+        BallEstimate { covariance: sum(then.state.covariance, then.strike), ..then.state }
     }
 
     /// What the tracker believes now. A ball at rest lies where the filter's position would be if its velocity were known to be zero.
@@ -268,7 +268,7 @@ impl<V: Real> BallTracker<V> {
 
 /// A tracker some time later.
 struct Then<V> {
-    state: Estimate<V>,
+    state: BallEstimate<V>,
     prior: V,
     strike: [V; 3],
 }

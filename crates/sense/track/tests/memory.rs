@@ -1,7 +1,7 @@
 //! Hand-made sequences of pictures: what the memory makes of them.
 
 use paid_track::{
-    BallMemory, BallState, Candidate, Glance, KnownBall, MemoryPreset, Picture, Rolling, TrackerPreset,
+    BallMemory, BallState, Candidate, Glance, Measurement, MemoryPreset, Rolling, TrackedBall, TrackerPreset,
 };
 
 const STEP_S: f64 = 0.04;
@@ -31,7 +31,12 @@ impl Story {
         let finds: Vec<Candidate> = places
             .iter()
             .map(|[x, y]| Candidate {
-                picture: Picture { position: [x + off, *y], variance: 4e-4, age_s: AGE_S, seen: true },
+                measurement: Measurement {
+                    position: [x + off, *y],
+                    variance: 4e-4,
+                    age_s: AGE_S,
+                    seen: true,
+                },
                 score: 0.8,
             })
             .collect();
@@ -42,7 +47,7 @@ impl Story {
         self.look_with(places, &|_| true)
     }
 
-    fn own(&self) -> KnownBall {
+    fn own(&self) -> TrackedBall {
         self.memory.own(&self.rolling).expect("a ball")
     }
 

@@ -1,6 +1,6 @@
 //! Hand-made sequences of pictures.
 
-use paid_track::{BallTracker, Belief, Picture, Rolling, TrackerPreset};
+use paid_track::{BallTracker, Belief, Measurement, Rolling, TrackerPreset};
 
 const DT: f64 = 1.0 / 30.0;
 const LATE: f64 = 0.06;
@@ -29,8 +29,12 @@ impl Watched {
         self.to_strike -= DT;
         let rolling = self.rolling();
         self.tracker.advance(DT, LATE, &rolling, &self.preset);
-        let picture =
-            Picture { position: seen.unwrap_or_default(), variance: 4e-4, age_s: LATE, seen: seen.is_some() };
+        let picture = Measurement {
+            position: seen.unwrap_or_default(),
+            variance: 4e-4,
+            age_s: LATE,
+            seen: seen.is_some(),
+        };
         self.tracker.fuse(&picture, &rolling, &self.preset);
         self.tracker.belief(&rolling, &self.preset)
     }
@@ -167,7 +171,7 @@ fn a_picture_that_is_older_than_the_state_is_not_used() {
         ball.picture(Some([1.0 + error(k), 0.0]));
     }
     let before = ball.tracker.belief(&ball.rolling(), &ball.preset);
-    let old = Picture { position: [1.05, 0.0], variance: 1e-6, age_s: 0.2, seen: true };
+    let old = Measurement { position: [1.05, 0.0], variance: 1e-6, age_s: 0.2, seen: true };
     let rolling = ball.rolling();
     ball.tracker.fuse(&old, &rolling, &ball.preset);
     let after = ball.tracker.belief(&rolling, &ball.preset);

@@ -2,7 +2,7 @@
 
 use paid_lanes::rng::Rng;
 use paid_lanes::{F32Array, Mask, Real};
-use paid_track::{BallTracker, Picture, Rolling, TrackerPreset};
+use paid_track::{BallTracker, Measurement, Rolling, TrackerPreset};
 
 type Matrix = [[f64; 4]; 4];
 
@@ -108,7 +108,7 @@ fn late_pictures_give_what_a_plain_filter_makes_of_punctual_ones() {
                     continue;
                 }
                 let (position, seen) = way[(step - late) as usize];
-                let picture = Picture { position, variance: 4e-4, age_s, seen };
+                let picture = Measurement { position, variance: 4e-4, age_s, seen };
                 if let Some(plain) = &mut plain {
                     // The noise of a step is that of the moment at which it begins, which is one step ago.
                     plain.predict(DT, decay, noise(then - DT - strike_s, &preset));
@@ -180,7 +180,7 @@ fn run(number: u32, rests: bool, preset: &TrackerPreset) -> (f64, [f64; 2]) {
         let captured = places[places.len().saturating_sub(4)];
         let sigma = rng.uniform(0.01, 0.05);
         let position = captured.map(|p| p + sigma * rng.normal());
-        tracker.fuse(&Picture { position, variance: sigma * sigma, age_s, seen }, &rolling, preset);
+        tracker.fuse(&Measurement { position, variance: sigma * sigma, age_s, seen }, &rolling, preset);
     }
     let estimate = tracker.estimate(&rolling, preset);
     let [pp, pv, vv] = estimate.covariance;
@@ -240,7 +240,7 @@ fn lanes_track_as_a_single_ball_does() {
     let mut rng = Rng::new(5, 0, 0);
     for step in 0..150 {
         let to_strike = 1.511 - DT * f64::from(step);
-        let mut picture = Picture {
+        let mut picture = Measurement {
             position: [Lanes::zero(); 2],
             variance: Lanes::c(4e-4),
             age_s: Lanes::c(0.06),
@@ -266,7 +266,7 @@ fn lanes_track_as_a_single_ball_does() {
         let belief = lanes.belief(&rolling, &preset);
         for (lane, tracker) in single.iter_mut().enumerate() {
             let rolling = Rolling { decay: decay.lane(lane), to_strike_s: to_strike };
-            let picture = Picture {
+            let picture = Measurement {
                 position: [0, 1].map(|k| picture.position[k].lane(lane)),
                 variance: 4e-4,
                 age_s: 0.06,
@@ -296,7 +296,7 @@ fn a_tracker_of_one_lane_is_restored_from_its_numbers() {
     let mut tracker = BallTracker::<f64>::new();
     for k in 0..10 {
         let picture =
-            Picture { position: [f64::from(k) * 0.01, 0.2], variance: 1e-4, age_s: 0.04, seen: true };
+            Measurement { position: [f64::from(k) * 0.01, 0.2], variance: 1e-4, age_s: 0.04, seen: true };
         tracker.advance(DT, 0.04, &rolling, &preset);
         tracker.fuse(&picture, &rolling, &preset);
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use paid_lanes::Vec3;
 use paid_lidar::{Health, ImuSample, Odometry, Point, Scan, stamped};
-use paid_track::{BallMemory, Candidate, Glance, KnownBall, Pose, PoseBuffer, Rolling};
+use paid_track::{BallMemory, Candidate, Glance, Pose, PoseBuffer, Rolling, TrackedBall};
 use paid_vision::detect::{Depth, Detection};
 use paid_vision::locate::BallFinder;
 use paid_vision::{DepthImage, PictureFault, PictureWatch, VisionError};
@@ -33,7 +33,7 @@ pub struct Believed {
     /// Height of the floor in the odometry frame `[m]`.
     pub floor_m: Option<f64>,
     /// The own ball.
-    pub ball: Option<KnownBall>,
+    pub ball: Option<TrackedBall>,
     /// How well the torso's pose is known.
     pub odometry: OdometryState,
     /// What is wrong with the last picture.
@@ -144,7 +144,7 @@ impl Sight {
     }
 
     /// Every ball that is believed.
-    pub fn balls(&self) -> Vec<KnownBall> {
+    pub fn balls(&self) -> Vec<TrackedBall> {
         self.memory.all(&self.rolling)
     }
 
@@ -282,20 +282,19 @@ impl Sight {
         let speed = (velocity.x() - of_ball[0]).hypot(velocity.y() - of_ball[1]);
         let mut found = Vec::new();
         for detection in self.detect(picture, depth)? {
-            let Ok(sighting) = self.place.sight_from(&torso, &detection, depth, captured_s, speed) else {
+            let Ok(ball) = self.place.sight_from(&torso, &detection, depth, captured_s, speed) else {
                 continue;
             };
-            let in_torso = torso.inverse_point(sighting.position);
-            let too_high =
-                self.floor.is_some_and(|floor| sighting.position[2] > floor + self.radius + HIGHEST_M);
+            let in_torso = torso.inverse_point(ball.position);
+            let too_high = self.floor.is_some_and(|floor| ball.position[2] > floor + self.radius + HIGHEST_M);
             if too_high || self.body.is_foot(picture.captured_ns, in_torso) {
                 continue;
             }
-            found.push(sighting);
+            found.push(ball);
         }
         let finds: Vec<Candidate> = found
             .iter()
-            .map(|sighting| Candidate { picture: sighting.picture(seconds(at_ns)), score: sighting.score })
+            .map(|ball| Candidate { measurement: ball.measurement(seconds(at_ns)), score: ball.score })
             .collect();
         let (camera, intrinsics) = (self.place.camera(&torso), *self.place.intrinsics());
         let eye = torso.inverse_point(camera.pos.0);
@@ -313,13 +312,13 @@ impl Sight {
             inside && !body.hides(picture.captured_ns, eye, torso.inverse_point(center))
         };
         let own = self.memory.look(&Glance { age_s, finds: &finds, shows: &shows }, &self.rolling);
-        for (index, sighting) in found.iter().enumerate() {
+        for (index, ball) in found.iter().enumerate() {
             self.sighted.push(Sighted {
                 captured_ns: picture.captured_ns,
                 fused_ns: at_ns,
-                position: sighting.position,
-                variance: sighting.variance,
-                score: sighting.score,
+                position: ball.position,
+                variance: ball.variance,
+                score: ball.score,
                 own: own == Some(index),
             });
         }

@@ -7,7 +7,7 @@ use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_lidar::sim::{PoseList, Scene as LidarScene, SensorModel, SimulatedMid360};
 use paid_robot::BodyPose;
-use paid_track::{EyesPreset, Odometry, Pose};
+use paid_track::{EyesPreset, OdometryDrift, Pose};
 use paid_vision::Intrinsics;
 use paid_vision::scatter::{GoalFrame, KickCamera, KickPicture, KickScene, Place, Robot};
 use paid_world::{
@@ -60,7 +60,7 @@ pub(super) struct Senses {
     pictures: VecDeque<Arrived>,
     waiting: VecDeque<Arrived>,
     lidar: Option<SimulatedMid360<PoseList>>,
-    modeled: Option<(Odometry<f64>, EyesPreset, Rng)>,
+    modeled: Option<(OdometryDrift<f64>, EyesPreset, Rng)>,
     next_pose_ns: u64,
     /// Truth of every picture, for the judge.
     pub showed: Vec<Showed>,
@@ -95,7 +95,7 @@ impl Senses {
         };
         let modeled = (setup.options.odometry == OdometryChoice::Modeled).then(|| {
             let mut rng = Rng::new(setup.seed, setup.trial, 0x0E7E);
-            let mut odometry = Odometry::new();
+            let mut odometry = OdometryDrift::new();
             odometry.begin_lane(0, 0.0, &setup.preset.odometry, &mut rng);
             (odometry, setup.preset.clone(), rng)
         });

@@ -5,7 +5,7 @@ use paid_world::{Arrived, Believed, JointMessage, Message, PictureMessage, Recor
 
 use super::TorsoFix;
 use crate::DeployError;
-use crate::message::{EyesReport, KnownBall};
+use crate::message::{BallReport, EyesReport};
 use crate::player::Player;
 use crate::runtime::Phase;
 
@@ -120,7 +120,7 @@ impl BallEyes {
         let believed = self.step(now_ns, to_strike_s)?;
         let ball = believed.and_then(|believed| believed.ball).map(|ball| {
             let belief = ball.belief;
-            KnownBall {
+            BallReport {
                 position: belief.ball.position,
                 velocity: belief.ball.velocity,
                 covariance: belief.ball.covariance,

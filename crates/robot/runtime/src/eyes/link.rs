@@ -113,7 +113,7 @@ impl Tap {
             }
             // From the robot's own topics.
             Packet::Battery(_) | Packet::OthersCommand => true,
-            Packet::Sighting(_) | Packet::Odometry(_) | Packet::Goal(_) => {
+            Packet::Detection(_) | Packet::Odometry(_) | Packet::Goal(_) => {
                 matches!(self.sensed, Sensed::Virtual)
             }
             // Virtual senses place the goal themselves.
@@ -197,14 +197,14 @@ impl<L: Link> Link for SensedLink<L> {
 mod tests {
     use super::*;
     use crate::ChannelLink;
-    use crate::message::{OdometryPose, Sighting, TorsoPose};
+    use crate::message::{BallDetection, OdometryPose, TorsoPose};
     use paid_world::PoseMessage;
 
     fn everything() -> [Packet; 8] {
         let quaternion = [1.0, 0.0, 0.0, 0.0];
         [
             Packet::Battery(80.0),
-            Packet::Sighting(Sighting { captured_us: 1, ball: None, deviation_m: 0.01 }),
+            Packet::Detection(BallDetection { captured_us: 1, ball: None, deviation_m: 0.01 }),
             Packet::Odometry(OdometryPose { stamp_us: 1, position: [0.0; 3], quaternion }),
             Packet::Goal([5.0, 0.0]),
             Packet::GoalAhead([4.0, 0.0]),

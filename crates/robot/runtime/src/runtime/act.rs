@@ -44,18 +44,18 @@ impl Runtime {
         if let Some(missing) = self.missing_senses(now_us).first() {
             return Err(missing);
         }
-        let belief = self.sight.belief(f64::INFINITY);
+        let belief = self.world.belief(f64::INFINITY);
         if !belief.known || belief.age_s > limits.ball_fresh_s {
             return Err("a ball");
         }
-        if self.sight.looks() < limits.ball_looks {
+        if self.world.looks() < limits.ball_looks {
             return Err("a longer look at the ball");
         }
         if belief.ball.covariance[2].sqrt() > limits.ball_speed_known_m_s {
             return Err("a steady view of the ball");
         }
         let ball =
-            self.sight.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(self.player.play.predicts_ball());
+            self.world.ball_ahead(&belief).ok_or("odometry")?.as_chosen_by(self.player.play.predicts_ball());
         let facts = self.player.library.facts();
         let motion = motion_for(facts, &ball, POLICY_US as f64 * 1e-6);
         let at = ball.at_strike(&facts[motion], 0, POLICY_US as f64 * 1e-6);
@@ -63,7 +63,7 @@ impl Runtime {
         if !within(at[0], limits.reach_ahead_m) || !within(at[1], limits.reach_left_m) {
             return Err("a ball within reach");
         }
-        if self.sight.goal_bearing().is_none_or(|angle| angle.abs() > limits.goal_bearing_rad) {
+        if self.world.goal_bearing().is_none_or(|angle| angle.abs() > limits.goal_bearing_rad) {
             return Err("the goal in front");
         }
         Ok(motion)
@@ -74,7 +74,7 @@ impl Runtime {
             self.done.fill(0.0);
         }
         self.memory.reset(0);
-        self.sight.begin_kick();
+        self.world.begin_kick();
         self.playing = Some(Playing { motion, step: 0, shown: None, blind: false, unseen: false });
         if self.controller == Controller::Policy {
             // Memory and motion change from one step to the next.
@@ -178,8 +178,8 @@ impl Runtime {
         let of_motion = facts.times_from(playing.step, POLICY_US as f64 * 1e-6);
         let (blind, unseen, shown) = (playing.blind, playing.unseen, playing.shown);
         if self.state == State::Kick && to_strike > 0.0 && !blind {
-            let odometry = self.sight.odometry_age(now_us);
-            let ball = self.sight.belief(to_strike).age_s;
+            let odometry = self.world.odometry_age(now_us);
+            let ball = self.world.belief(to_strike).age_s;
             let without_odometry = odometry > self.limits.odometry_age_s;
             let lost = if without_odometry {
                 Some(format!("odometry is {:.0} ms old", 1e3 * odometry))
@@ -197,9 +197,9 @@ impl Runtime {
             }
         }
         let blind = self.playing.as_ref().is_some_and(|playing| playing.blind);
-        match (blind, shown, self.sight.base(now_us, &self.body)) {
+        match (blind, shown, self.world.base(now_us, &self.body)) {
             (true, Some(shown), _) => Some(shown),
-            (_, _, Some(base)) => Some(self.sight.scene(&base, of_motion, to_strike)),
+            (_, _, Some(base)) => Some(self.world.scene(&base, of_motion, to_strike)),
             (_, shown, None) => Some(shown.unwrap_or_else(nothing)),
         }
     }
@@ -276,7 +276,7 @@ mod tests {
         let mut state = LowState { mode_machine: 5, tick: (now_us / 1000) as u32, ..LowState::default() };
         state.imu.quaternion = [1.0, 0.0, 0.0, 0.0];
         runtime.take(now_us, &Packet::LowState(state.sealed().to_cdr()));
-        runtime.sight.remember(now_us, &runtime.body, &runtime.player);
+        runtime.world.remember(now_us, &runtime.body, &runtime.player);
         let quaternion = [1.0, 0.0, 0.0, 0.0];
         let pose = TorsoPose { age_us: 0, frame, position: [0.0, 0.0, 0.9], quaternion };
         runtime.take(now_us, &Packet::Torso(pose));

@@ -3,7 +3,7 @@
 use super::{Reason, Runtime};
 use crate::eyes::DeviceClock;
 use crate::limits::Limits;
-use crate::message::{OdometryPose, Packet, Sighting};
+use crate::message::{BallDetection, OdometryPose, Packet};
 use crate::pause::Silence;
 use crate::wire::{LowState, Remote};
 
@@ -73,30 +73,30 @@ impl Runtime {
                 Err(_) => self.intake.crc_errors += 1,
             },
             Packet::OthersCommand => self.intake.others = true,
-            Packet::Sighting(sighting) => {
+            Packet::Detection(sighting) => {
                 self.intake.picture_us = Some(now_us);
                 let captured_us = self.intake.local_us(sighting.captured_us, now_us);
-                self.sight.sighting(Sighting { captured_us, ..*sighting });
+                self.world.sighting(BallDetection { captured_us, ..*sighting });
             }
             Packet::Odometry(pose) => {
                 let stamp_us = self.intake.local_us(pose.stamp_us, now_us);
-                self.sight.odometry(OdometryPose { stamp_us, ..*pose });
+                self.world.odometry(OdometryPose { stamp_us, ..*pose });
             }
-            Packet::Goal(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal = Some(*goal),
+            Packet::Goal(goal) if goal.iter().all(|x| x.is_finite()) => self.world.goal = Some(*goal),
             Packet::Master(name) => self.intake.master.get_or_insert_default().clone_from(name),
             Packet::Keys(keys) => self.intake.typed.keys |= keys,
             Packet::Battery(percent) if percent.is_finite() => self.intake.battery = Some(*percent),
             Packet::Torso(pose) => {
-                if self.sight.torso_pose(now_us, pose) {
+                if self.world.torso_pose(now_us, pose) {
                     self.lose_sight(now_us);
                 }
             }
             Packet::Eyes(report) => {
                 let age = report.picture_age_us.map(|age| age.saturating_add(report.age_us));
                 self.intake.picture_us = age.map(|age| now_us.saturating_sub(age)).or(self.intake.picture_us);
-                self.sight.report(now_us, report);
+                self.world.report(now_us, report);
             }
-            Packet::GoalAhead(goal) if goal.iter().all(|x| x.is_finite()) => self.sight.goal_ahead(*goal),
+            Packet::GoalAhead(goal) if goal.iter().all(|x| x.is_finite()) => self.world.goal_ahead(*goal),
             Packet::Broken(why) => {
                 self.intake.broken.get_or_insert_with(|| why.clone());
             }
@@ -173,14 +173,14 @@ impl Runtime {
     /// What a kick needs and does not have.
     pub(super) fn missing_senses(&self, now_us: u64) -> Vec<&'static str> {
         let mut out = Vec::new();
-        if self.sight.odometry_age(now_us) > self.limits.odometry_age_s {
+        if self.world.odometry_age(now_us) > self.limits.odometry_age_s {
             out.push("no odometry");
         }
         let age = self.intake.picture_us.map_or(u64::MAX, |at| now_us.saturating_sub(at));
         if age as f64 * 1e-6 > self.limits.ball_fresh_s {
             out.push("no ball detector");
         }
-        if self.sight.goal.is_none() {
+        if self.world.goal.is_none() {
             out.push("no goal");
         }
         out

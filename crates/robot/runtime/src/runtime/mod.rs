@@ -8,8 +8,8 @@ mod latency;
 mod monitor;
 mod phase;
 mod reason;
-mod sight;
 mod status;
+mod world;
 
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ use crate::player::Player;
 use crate::wire::{Key, LowCmd};
 use body::Body;
 use intake::Intake;
-use sight::Sight;
+use world::WorldBelief;
 
 pub use latency::{Latency, LatencyFigures};
 pub use phase::Phase;
@@ -100,7 +100,7 @@ pub struct Runtime {
     entered_us: u64,
     body: Body,
     intake: Intake,
-    sight: Sight,
+    world: WorldBelief,
     enabled: bool,
     controller: Controller,
     switched_us: u64,
@@ -138,7 +138,7 @@ impl Runtime {
         Self {
             body: Body::new(joints),
             intake: Intake::new(&limits),
-            sight: Sight::new(&player),
+            world: WorldBelief::new(&player),
             memory: player.policy.start(1),
             trace: PolicyTrace {
                 observation: Vec::with_capacity(player.policy.obs_dim()),
@@ -217,7 +217,7 @@ impl Runtime {
     }
     /// Where the ball is believed to be (x, y), odometry's frame `[m]`.
     pub fn ball(&self) -> Option<[f64; 2]> {
-        let belief = self.sight.belief(f64::INFINITY);
+        let belief = self.world.belief(f64::INFINITY);
         belief.known.then_some(belief.ball.position)
     }
 
@@ -229,7 +229,7 @@ impl Runtime {
         for packet in packets.iter().filter(of_body) {
             self.take(now_us, packet);
         }
-        self.sight.remember(now_us, &self.body, &self.player);
+        self.world.remember(now_us, &self.body, &self.player);
         for packet in packets.iter().filter(|packet| !of_body(packet)) {
             self.take(now_us, packet);
         }
@@ -244,11 +244,11 @@ impl Runtime {
         self.intake.typed.keys = 0;
         let mut acted = false;
         if policy_due {
-            self.sight.advance(now_us, POLICY_US as f64 * 1e-6, self.to_strike());
+            self.world.advance(now_us, POLICY_US as f64 * 1e-6, self.to_strike());
             acted = self.think(now_us);
             self.phase.set(self.to_strike());
             if acted {
-                self.latency.acted(now_us, self.sight.belief(self.to_strike()).age_s);
+                self.latency.acted(now_us, self.world.belief(self.to_strike()).age_s);
             }
         }
         if self.state == State::StandUp {

@@ -70,8 +70,8 @@ pub struct Status {
 impl Runtime {
     /// The runtime after its last step, which was at `now_us` `[us]`.
     pub fn status(&self, now_us: u64) -> Status {
-        let belief = self.sight.belief(f64::INFINITY);
-        let ball = if belief.known { self.sight.ball_ahead(&belief) } else { None };
+        let belief = self.world.belief(f64::INFINITY);
+        let ball = if belief.known { self.world.ball_ahead(&belief) } else { None };
         let seen_s = if belief.known { belief.age_s } else { f64::INFINITY };
         let mut joints = [JointStatus::default(); G1_MOTORS.len()];
         for (j, joint) in joints.iter_mut().enumerate().take(self.player.joints()) {
@@ -83,7 +83,7 @@ impl Runtime {
                 temperature_c: self.body.temperature[j],
             };
         }
-        let base = self.sight.base(now_us, &self.body);
+        let base = self.world.base(now_us, &self.body);
         Status {
             at_us: now_us,
             state: self.state,
@@ -91,18 +91,18 @@ impl Runtime {
             kicks: self.kicks,
             waiting: self.waiting,
             states: self.intake.states,
-            ages_s: [self.intake.state_age(now_us), self.sight.odometry_age(now_us), seen_s],
+            ages_s: [self.intake.state_age(now_us), self.world.odometry_age(now_us), seen_s],
             tilt_rad: self.body.tilt(),
             hottest: self.body.hottest,
             battery: self.intake.battery,
             ball_m: ball.map(|ball| ball.place),
             ball_deviation_m: if ball.is_some() { belief.ball.covariance[0].max(0.0).sqrt() } else { 0.0 },
-            goal_rad: self.sight.goal_bearing(),
+            goal_rad: self.world.goal_bearing(),
             mode_machine: self.intake.mode_machine,
             others_command: self.intake.others,
             vendor_commands: self.intake.master.as_ref().map(|name| !name.is_empty()),
             odometry_m: base.as_ref().map(|base| base.pos.0),
-            goal_m: self.sight.goal,
+            goal_m: self.world.goal,
             base_quat: base.as_ref().map_or(&self.body.base_rot, |base| &base.rot).to_quat().0,
             joints,
             remote: self.intake.remote.present,

@@ -1,7 +1,7 @@
-//! From a detection to a sighting in the odometry frame.
+//! From a detection to a ball in the odometry frame.
 
 use paid_lanes::Vec3;
-use paid_track::{EyesPreset, Picture, PositionNoise};
+use paid_track::{EyesPreset, Measurement, PositionNoise};
 
 use super::sphere::{Floor, Source, locate};
 use crate::detect::Detection;
@@ -9,7 +9,7 @@ use crate::{DepthImage, Intrinsics, Pose, PoseBuffer, PoseGap, VisionError};
 
 /// A ball in the odometry frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sighting {
+pub struct LocatedBall {
     /// Center, odometry frame `[m]`.
     pub position: [f64; 3],
     /// When the picture was taken `[s]`.
@@ -22,10 +22,10 @@ pub struct Sighting {
     pub score: f64,
 }
 
-impl Sighting {
+impl LocatedBall {
     /// As the ball tracker takes it, `now_s` being the time at which it arrives.
-    pub fn picture(&self, now_s: f64) -> Picture<f64> {
-        Picture {
+    pub fn measurement(&self, now_s: f64) -> Measurement<f64> {
+        Measurement {
             position: [self.position[0], self.position[1]],
             variance: self.variance,
             age_s: (now_s - self.captured_s).max(0.0),
@@ -138,7 +138,7 @@ impl BallFinder {
         depth: Option<&DepthImage>,
         captured_s: f64,
         speed: f64,
-    ) -> Result<Sighting, NoSighting> {
+    ) -> Result<LocatedBall, NoSighting> {
         let torso = self.poses.at(captured_s).map_err(NoSighting::Pose)?;
         self.sight_from(&torso, detection, depth, captured_s, speed)
     }
@@ -154,7 +154,7 @@ impl BallFinder {
         depth: Option<&DepthImage>,
         captured_s: f64,
         speed: f64,
-    ) -> Result<Sighting, NoSighting> {
+    ) -> Result<LocatedBall, NoSighting> {
         let camera = torso.compose(&self.torso_from_camera);
         let floor = self.floor_m.map(|height| Floor {
             up: camera.rot.tr_mul_vec(Vec3([0.0, 0.0, 1.0])).0,
@@ -177,6 +177,6 @@ impl BallFinder {
             Source::Depth => sigma.powi(2).max(fix.deviation_m.powi(2)),
             Source::Floor | Source::Size => sigma.powi(2) + fix.deviation_m.powi(2),
         };
-        Ok(Sighting { position, captured_s, variance, source: fix.source, score: detection.score })
+        Ok(LocatedBall { position, captured_s, variance, source: fix.source, score: detection.score })
     }
 }

@@ -4,7 +4,7 @@ mod depths;
 mod find;
 mod sphere;
 
-pub use find::{BallFinder, NoSighting, Sighting};
+pub use find::{BallFinder, LocatedBall, NoSighting};
 pub use sphere::{Fix, Floor, Source, locate};
 
 #[cfg(test)]

@@ -77,8 +77,8 @@ fn errors(distance: f64, count: usize, with_depth: bool) -> Vec<f64> {
         }
         let Some(detection) = seen(&rendered, &intrinsics) else { continue };
         let depth = with_depth.then(|| rendered.depth(&sample.depth));
-        let sighting = match finder.sight(&detection, depth.as_ref(), captured_s, 0.0) {
-            Ok(sighting) => sighting,
+        let located = match finder.sight(&detection, depth.as_ref(), captured_s, 0.0) {
+            Ok(located) => located,
             // A few balls in a hundred have depths that could be a box's: the picture is passed over.
             Err(fault) => {
                 assert_eq!((fault, with_depth), (NoSighting::Box, true));
@@ -86,8 +86,8 @@ fn errors(distance: f64, count: usize, with_depth: bool) -> Vec<f64> {
                 continue;
             }
         };
-        assert!(!with_depth || sighting.source == Source::Depth);
-        let error = (0..3).map(|k| (sighting.position[k] - ball.center[k]).powi(2)).sum::<f64>().sqrt();
+        assert!(!with_depth || located.source == Source::Depth);
+        let error = (0..3).map(|k| (located.position[k] - ball.center[k]).powi(2)).sum::<f64>().sqrt();
         errors.push(error);
     }
     assert!(errors.len() * 10 >= count * 9 && refused * 20 <= count, "{refused} refused");
@@ -213,17 +213,17 @@ fn the_place_is_where_the_torso_was_when_the_picture_was_taken() {
         finder.poses().push(StampedPose { time_s, quat: Quat::identity(), pos: Vec3([x, 0.0, 0.0]) });
     }
     // Captured at 1.1 s, half way; it arrives at 1.2 s.
-    let sighting = finder.sight(&detection, None, 1.1, 0.0).expect("placed");
-    assert!((sighting.position[0] - (center[0] + 0.2)).abs() < 2e-3, "{sighting:?}");
-    let picture = sighting.picture(1.2);
+    let located = finder.sight(&detection, None, 1.1, 0.0).expect("placed");
+    assert!((located.position[0] - (center[0] + 0.2)).abs() < 2e-3, "{located:?}");
+    let picture = located.measurement(1.2);
     assert!(
-        (picture.age_s - 0.1).abs() < 1e-12 && picture.seen && picture.position[0] == sighting.position[0]
+        (picture.age_s - 0.1).abs() < 1e-12 && picture.seen && picture.position[0] == located.position[0]
     );
     // By size alone it is less sure than by depth.
     let noise = paid_track::EyesPreset::default().noise();
-    assert!(sighting.variance > noise.deviation::<f64>(0.0, 0.5).powi(2));
+    assert!(located.variance > noise.deviation::<f64>(0.0, 0.5).powi(2));
     let faster = finder.sight(&detection, None, 1.1, 3.0).expect("placed");
-    assert!(faster.variance > sighting.variance);
+    assert!(faster.variance > located.variance);
     assert!(BallFinder::new(intrinsics, Pose::identity(), 0.0).is_err());
     assert!(DepthSensor::default().deviation(3.0) < 0.04);
 }
@@ -247,7 +247,7 @@ fn a_dome_in_the_floor_is_no_ball() {
         let depth = DepthImage::new(424, 240, (0..424 * 240).map(depth_mm).collect()).expect("whole");
         let outline = intrinsics.sphere_box(middle, 0.11).expect("ahead");
         let detection = Detection { outline, score: 0.9, mask: None, whole: true };
-        finder.sight_from(&camera, &detection, Some(&depth), 0.0, 0.0).map(|sighting| sighting.position[2])
+        finder.sight_from(&camera, &detection, Some(&depth), 0.0, 0.0).map(|located| located.position[2])
     };
     // A ball lies 0.11 m high and may bounce; half a sphere that looks out of the floor is none.
     for height in [0.11, 0.5] {

@@ -1,10 +1,10 @@
 //! Where the ball is: by the own eyes' word, or by the tracker here from virtual senses' pictures.
 
 use paid_play::RollingBall;
-use paid_track::{BallTracker, Belief, Estimate, Picture, Rolling, TrackerPreset};
+use paid_track::{BallEstimate, BallTracker, Belief, Measurement, Rolling, TrackerPreset};
 
 use super::place::Place;
-use crate::message::{EyesReport, Sighting};
+use crate::message::{BallDetection, EyesReport};
 use crate::player::Player;
 
 /// A picture that shows the ball farther from where it is believed to be shows another ball, or the same one after somebody has moved it `[m]`.
@@ -28,7 +28,7 @@ pub(super) struct Ball {
     floor: f64,
     /// What the eyes believe, and when it held `[us]`.
     report: Option<(u64, EyesReport)>,
-    pictures: Vec<Sighting>,
+    pictures: Vec<BallDetection>,
     /// Pictures in a row that showed the ball where it was believed to be.
     looks: u32,
 }
@@ -79,7 +79,7 @@ impl Ball {
     }
 
     /// Takes in a picture, to be fused at the next policy step.
-    pub fn sighting(&mut self, sighting: Sighting) {
+    pub fn sighting(&mut self, sighting: BallDetection) {
         let finite = sighting.ball.is_none_or(|ball| ball.iter().all(|x| x.is_finite()));
         if finite && sighting.deviation_m > 0.0 && self.pictures.len() < WAITING {
             self.pictures.push(sighting);
@@ -100,7 +100,7 @@ impl Ball {
             let [bx, by] = belief.ball.position;
             let same = belief.known && (x - bx).hypot(y - by) < SAME_M;
             self.looks = if same { self.looks.saturating_add(1) } else { 0 };
-            let picture = Picture {
+            let picture = Measurement {
                 position: [x, y],
                 variance: picture.deviation_m * picture.deviation_m,
                 age_s: now_us.saturating_sub(picture.captured_us) as f64 * 1e-6,
@@ -125,7 +125,7 @@ impl Ball {
         let then = RollingBall { place: ball.position, velocity: ball.velocity, decay: self.decay };
         let now = then.after(since_s);
         Belief {
-            ball: Estimate { position: now.place, velocity: now.velocity, covariance: ball.covariance },
+            ball: BallEstimate { position: now.place, velocity: now.velocity, covariance: ball.covariance },
             rest: ball.rest,
             age_s: ball.age_s + since_s,
             known: !ball.lost,

@@ -4,7 +4,7 @@ use paid_track::effective_time;
 
 use super::*;
 use crate::PlayerSpec;
-use crate::message::{KnownBall, quaternion};
+use crate::message::{BallReport, quaternion};
 use crate::player::about_z;
 
 /// Nothing is struck soon.
@@ -18,7 +18,7 @@ fn player() -> Player {
 #[test]
 fn a_late_picture_counts_from_where_the_robot_was() {
     let player = player();
-    let mut sight = Sight::new(&player);
+    let mut world = WorldBelief::new(&player);
     let mut body = Body::new(player.joints());
     let torso = player.anchor_in_base(&body.joint_pos);
     let ball = Vec3([2.0, 0.5, 0.11]);
@@ -29,24 +29,24 @@ fn a_late_picture_counts_from_where_the_robot_was() {
         let now_us = 2000 * k;
         let base = at(now_us);
         body.base_rot = about_z(-0.3).mul_mat(&base.rot);
-        sight.remember(now_us, &body, &player);
+        world.remember(now_us, &body, &player);
         if k % 5 == 0 {
             let half = 0.5 * now_us as f64 * 1e-6;
             let quaternion = [half.cos(), 0.0, 0.0, half.sin()];
-            sight.odometry(OdometryPose { stamp_us: now_us, position: base.pos.0, quaternion });
+            world.odometry(OdometryPose { stamp_us: now_us, position: base.pos.0, quaternion });
         }
         if k % 15 == 0 {
             let seen = torso.point_in_body(base.point_in_body(ball)).0;
-            pictures.push(Sighting { captured_us: now_us, ball: Some(seen), deviation_m: 0.01 });
+            pictures.push(BallDetection { captured_us: now_us, ball: Some(seen), deviation_m: 0.01 });
         }
         if pictures.first().is_some_and(|p| p.captured_us + 60_000 <= now_us) {
-            sight.sighting(pictures.remove(0));
+            world.sighting(pictures.remove(0));
         }
         if k % 10 == 0 {
-            sight.advance(now_us, 0.02, f64::INFINITY);
+            world.advance(now_us, 0.02, f64::INFINITY);
         }
     }
-    let belief = sight.belief(f64::INFINITY);
+    let belief = world.belief(f64::INFINITY);
     let [x, y] = belief.ball.position;
     assert!(belief.known && (x - 2.0).hypot(y - 0.5) < 0.01, "{x} {y}");
     // Without the times of capture it would be 6 cm and 0.06 rad off.
@@ -55,19 +55,19 @@ fn a_late_picture_counts_from_where_the_robot_was() {
 #[test]
 fn a_ball_that_was_put_elsewhere_must_be_looked_at_anew() {
     let player = player();
-    let mut sight = Sight::new(&player);
+    let mut world = WorldBelief::new(&player);
     let body = Body::new(player.joints());
     let torso = player.anchor_in_base(&body.joint_pos);
     let mut looks = Vec::new();
     for k in 0..90_u64 {
         let now_us = 20_000 * (k + 1);
         let stamp_us = now_us;
-        sight.odometry(OdometryPose {
+        world.odometry(OdometryPose {
             stamp_us,
             position: [0.0, 0.0, 0.76],
             quaternion: [1.0, 0.0, 0.0, 0.0],
         });
-        sight.remember(now_us, &body, &player);
+        world.remember(now_us, &body, &player);
         // Somebody puts the ball a meter farther; later something else is taken for it once.
         let place = match k {
             0..40 => Vec3([1.0, 0.0, 0.11]),
@@ -75,23 +75,23 @@ fn a_ball_that_was_put_elsewhere_must_be_looked_at_anew() {
             _ => Vec3([2.0, 0.3, 0.11]),
         };
         let ball = torso.point_in_body(place - Vec3([0.0, 0.0, 0.76])).0;
-        sight.sighting(Sighting { captured_us: now_us, ball: Some(ball), deviation_m: 0.01 });
-        sight.advance(now_us, 0.02, f64::INFINITY);
-        looks.push(sight.looks());
+        world.sighting(BallDetection { captured_us: now_us, ball: Some(ball), deviation_m: 0.01 });
+        world.advance(now_us, 0.02, f64::INFINITY);
+        looks.push(world.looks());
     }
     // The first picture makes it known, the next ones agree.
     assert_eq!((looks[0], looks[39]), (0, 39));
     // The tracker believes the third picture of the new place.
     assert_eq!(looks[40..44], [0, 0, 0, 1]);
     assert_eq!((looks[69], looks[70], looks[71]), (27, 0, 1));
-    let [x, y] = sight.belief(f64::INFINITY).ball.position;
+    let [x, y] = world.belief(f64::INFINITY).ball.position;
     assert!((x - 2.0).hypot(y - 0.3) < 0.01, "{x} {y}");
 }
 
 #[test]
 fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
     let player = player();
-    let mut sight = Sight::new(&player);
+    let mut world = WorldBelief::new(&player);
     let mut body = Body::new(player.joints());
     // The waist turns at 2 rad/s while the pelvis stands at (1, 0, 0.76), its inertial sensor's heading 0.3 rad beside odometry's.
     let yaw = player.model.joint_index("waist_yaw_joint").expect("a waist");
@@ -103,18 +103,18 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
         body.joint_pos[yaw] = 2.0 * now_us as f64 * 1e-6;
         let torso = player.anchor_in_base(&body.joint_pos);
         torsos.push((base.point_in_world(torso.pos), base.rot.mul_mat(&torso.rot)));
-        sight.remember(now_us, &body, &player);
+        world.remember(now_us, &body, &player);
         // A pose that is 20 ms old when it comes.
         if k >= 10 {
             let (pos, rot) = torsos[k as usize - 10];
             let quaternion = quaternion(&rot);
-            sight.torso_pose(now_us, &TorsoPose { age_us: 20_000, frame: 0, position: pos.0, quaternion });
+            world.torso_pose(now_us, &TorsoPose { age_us: 20_000, frame: 0, position: pos.0, quaternion });
         }
     }
-    let found = sight.base(120_000, &body).expect("a pose");
+    let found = world.base(120_000, &body).expect("a pose");
     assert!((found.pos - base.pos).norm() < 1e-9 && found.rot.yaw().abs() < 1e-9, "{found:?}");
     // A ball that rolls at 1 m/s and lay at x = 2 m 30 ms ago.
-    let ball = KnownBall {
+    let ball = BallReport {
         position: [2.0, 0.5],
         velocity: [1.0, 0.0],
         covariance: [1e-4, 0.0, 1e-4],
@@ -131,31 +131,31 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
         floor_m: Some(-1.2),
         ball: Some(ball),
     };
-    sight.report(120_000, &report);
-    let (belief, way) = (sight.belief(f64::INFINITY), effective_time(0.03, sight.ball.decay));
+    world.report(120_000, &report);
+    let (belief, way) = (world.belief(f64::INFINITY), effective_time(0.03, world.ball.decay));
     assert!(belief.known && (belief.ball.position[0] - 2.0 - way).abs() < 1e-12 && way > 0.025);
-    assert!((belief.age_s - 0.1).abs() < 1e-12 && sight.looks() == 33);
+    assert!((belief.age_s - 0.1).abs() < 1e-12 && world.looks() == 33);
     // The floor is 1.2 m below odometry's origin.
-    let scene = sight.scene(&base, FAR_AHEAD, f64::INFINITY);
-    assert!((scene.ball.z() + 1.2 - sight.ball.radius + 0.76).abs() < 1e-9, "{scene:?}");
-    sight.goal_ahead([5.0, 0.0]);
-    assert!(sight.goal.is_some() && sight.goal_bearing().expect("a goal").abs() < 1e-9);
+    let scene = world.scene(&base, FAR_AHEAD, f64::INFINITY);
+    assert!((scene.ball.z() + 1.2 - world.ball.radius + 0.76).abs() < 1e-9, "{scene:?}");
+    world.goal_ahead([5.0, 0.0]);
+    assert!(world.goal.is_some() && world.goal_bearing().expect("a goal").abs() < 1e-9);
     // The ball rolls, the pelvis goes on and turns.
-    sight.begin_kick();
+    world.begin_kick();
     let mut shown = Vec::new();
     for k in 0..20_u64 {
-        let ball = KnownBall { position: [2.0 + 0.02 * k as f64, 0.5], ..ball };
-        sight.report(120_000, &EyesReport { ball: Some(ball), ..report });
+        let ball = BallReport { position: [2.0 + 0.02 * k as f64, 0.5], ..ball };
+        world.report(120_000, &EyesReport { ball: Some(ball), ..report });
         let base = Pose { pos: Vec3([1.0 + 0.01 * k as f64, 0.0, 0.76]), rot: about_z(0.05 * k as f64) };
-        let scene = sight.scene(&base, FAR_AHEAD, f64::INFINITY);
+        let scene = world.scene(&base, FAR_AHEAD, f64::INFINITY);
         shown.push(base.point_in_world(scene.ball));
     }
     assert!(shown[19].x() - shown[0].x() > 0.3, "{shown:?}");
     // Odometry begins anew: ball and goal are gone, and a report of the old frame is not taken.
     body.joint_pos[yaw] = 0.0;
-    sight.remember(122_000, &body, &player);
+    world.remember(122_000, &body, &player);
     let pose = TorsoPose { age_us: 0, frame: 1, position: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
-    sight.torso_pose(122_000, &pose);
-    sight.report(122_000, &report);
-    assert!(sight.goal.is_none() && !sight.belief(f64::INFINITY).known && sight.looks() == 0);
+    world.torso_pose(122_000, &pose);
+    world.report(122_000, &report);
+    assert!(world.goal.is_none() && !world.belief(f64::INFINITY).known && world.looks() == 0);
 }

@@ -14,14 +14,14 @@ use paid_policy::{Pose, SceneView};
 use paid_track::Belief;
 
 use super::body::Body;
-use crate::message::{EyesReport, OdometryPose, Sighting, TorsoPose};
+use crate::message::{BallDetection, EyesReport, OdometryPose, TorsoPose};
 use crate::player::Player;
 use ball::Ball;
 use place::Place;
 
 /// Ball, goal and odometry as the robot believes them.
 #[derive(Clone, Debug)]
-pub(crate) struct Sight {
+pub(crate) struct WorldBelief {
     place: Place,
     ball: Ball,
     /// Center of the goal in odometry's frame `[m]`.
@@ -32,7 +32,7 @@ pub(crate) struct Sight {
     predicts: bool,
 }
 
-impl Sight {
+impl WorldBelief {
     pub fn new(player: &Player) -> Self {
         Self {
             place: Place::new(),
@@ -73,7 +73,7 @@ impl Sight {
     }
 
     /// Takes in a picture, to be fused at the next policy step.
-    pub fn sighting(&mut self, sighting: Sighting) {
+    pub fn sighting(&mut self, sighting: BallDetection) {
         self.ball.sighting(sighting);
     }
 
