@@ -14,7 +14,7 @@ fn every_value_is_printed_with_its_origin_and_nothing_is_trained() {
     let line = |name: &str| text.lines().find(|line| line.starts_with(name)).expect(name);
     assert!(line("seed").ends_with("# mine.toml:3"), "{text}");
     assert!(line("shards").ends_with("# --set"), "{text}");
-    assert!(text.contains("from 50% : "), "{text}");
+    assert!(text.contains("from 60% : "), "{text}");
     let both = succeeds(&paid(folder.path(), &["train", "--explain"]));
     assert!(both.contains("# stage1.toml, over") && both.contains("# stage2.toml, over"), "{both}");
     assert!(!folder.path().join("runs").exists());

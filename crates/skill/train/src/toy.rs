@@ -52,6 +52,9 @@ impl Toy {
             "learn.actor.hidden=[8]",
             "learn.critic.hidden=[8]",
             "learn.ppo.minibatches=2",
+            "learn.ppo.epochs=2",
+            // It has no sides.
+            "learn.ppo.mirror.weight=0.0",
         ]
         .map(str::to_owned)
         .into();

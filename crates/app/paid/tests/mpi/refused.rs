@@ -40,7 +40,7 @@ fn a_rank_that_would_train_something_else_is_refused_by_its_number_and_machine()
         return;
     };
     let expected = format!(
-        "error: rank 1 on {host}: expected '[learn.ppo] epochs = 2', as rank 0 on {host} has, found '[learn.ppo] epochs = 3'"
+        "error: rank 1 on {host}: expected '[learn.ppo] epochs = 1', as rank 0 on {host} has, found '[learn.ppo] epochs = 3'"
     );
     assert!(error.contains(&expected), "{error}");
 
