@@ -1,8 +1,6 @@
 //! The scene as a visitor plays with it: by single steps, so that nothing depends on the machine's speed.
 
-mod common;
-
-use common::{News, Page, demo, played, subject};
+use crate::common::{News, Page, demo, played, subject};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_live::Command;
 use paid_task::preset::KnowledgeMode;

@@ -1,10 +1,8 @@
 //! A page that looks on while matches are played.
 
-mod common;
-
 use std::thread;
 
-use common::{News, Page, address, subject};
+use crate::common::{News, Page, address, subject};
 use paid_eval::matches::{Audience, MatchOptions, evaluate};
 use paid_live::{Command, MatchPage, ServeOptions};
 

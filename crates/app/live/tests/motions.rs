@@ -1,7 +1,5 @@
 //! A set of motions on the page, with its figures.
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
@@ -9,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
 use std::thread;
 
-use common::{News, Page, address};
+use crate::common::{News, Page, address};
 use paid_eval::shooting::Grid;
 use paid_lab::dataset::{Dataset, PICTURES};
 use paid_live::{Command, Motions, ServeOptions, play_motions};

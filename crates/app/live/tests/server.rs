@@ -1,14 +1,12 @@
 //! The server alone: who comes in, what gets through.
 
-mod common;
-
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
-use common::{News, Page};
+use crate::common::{News, Page};
 use paid_live::{Command, Frame, LONGEST_COMMAND, LiveError, ServeOptions, Server, VERSION};
 
 fn start(port: u16) -> (Server, Receiver<Command>) {

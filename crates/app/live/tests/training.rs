@@ -1,13 +1,11 @@
 //! The page of a training, from run folders with what a training leaves in them.
 
-mod common;
-
 use std::fs;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use common::{News, Page, address};
+use crate::common::{News, Page, address};
 use paid_live::{Command, Seen, ServeOptions, TrainingPage};
 use serde_json::Value;
 

@@ -1,12 +1,10 @@
 //! A page that looks on.
 
-mod common;
-
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{News, Page, address};
+use crate::common::{News, Page, address};
 use paid_live::{Command, Frame, Outcome, ServeOptions, Shot, WatchPage, Watched};
 use paid_robot::RobotModel;
 use paid_task::TaskPreset;

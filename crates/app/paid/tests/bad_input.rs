@@ -1,12 +1,8 @@
 //! Bad input ends in one clear error and exit code 2, and leaves earlier files whole.
 
-mod common;
-#[path = "../../../skill/retarget/tests/common/mod.rs"]
-mod human;
-
 use std::fs;
 
-use common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
+use crate::common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
 use paid_motion::{Clip, KickLeg, Points, write_points};
 
 #[test]
@@ -169,7 +165,7 @@ fn wrong_arguments_are_refused() {
 #[test]
 fn options_of_the_cleaning_ask_for_it() {
     let folder = tempfile::tempdir().expect("folder");
-    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
+    fs::write(folder.path().join("kick.bvh"), crate::human::kick_bvh(130)).expect("written");
     for option in ["--clean-rate", "--stretch", "--torque", "--lead", "--facing"] {
         let args = ["motion", "retarget", "kick.bvh", "--out", "kick.npz", option, "2"];
         let error = refuses(&paid(folder.path(), &args));
@@ -198,7 +194,7 @@ fn two_files_are_not_cleaned_to_one() {
 fn files_that_belong_together_are_written_together_or_not_at_all() {
     let folder = tempfile::tempdir().expect("folder");
     let files = |name: &str| fs::read_dir(folder.path().join(name)).expect("lists").count();
-    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(40)).expect("written");
+    fs::write(folder.path().join("kick.bvh"), crate::human::kick_bvh(40)).expect("written");
     fs::create_dir_all(folder.path().join("human/k.amc")).expect("in the way");
     let error = refuses(&paid(folder.path(), &["motion", "convert", "kick.bvh", "--out", "human/k.amc"]));
     assert!(error.contains("human/k.amc"), "{error}");
@@ -252,7 +248,7 @@ fn what_is_wrong_with_a_motion_is_told_with_its_file_and_what_it_is() {
     let error = refused(&["motion", "cut", clip, "--from", "50", "--out", "a.npz"]);
     assert!(error.contains("--from, --to: expected a part of at least 3 frames"), "{error}");
     assert!(error.contains("found 50 s to the end of the ") && error.contains(clip), "{error}");
-    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(40)).expect("written");
+    fs::write(folder.path().join("kick.bvh"), crate::human::kick_bvh(40)).expect("written");
     let error = refused(&["motion", "retarget", "kick.bvh", "--from", "50", "--to", "60", "--out", "a.npz"]);
     assert!(error.contains("found 50 s to 60 s of the ") && error.contains(" s of kick.bvh"), "{error}");
 }

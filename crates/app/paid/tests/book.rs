@@ -3,14 +3,12 @@
 //! A block marked `sh` is run in a temporary folder, a page after another, with options that make long commands short. A
 //! block marked `sh norun` is not run; its subcommands and options must exist. CONTRIBUTING.md tells writers so.
 
-mod common;
-
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use common::{SMALL, paid, succeeds};
+use crate::common::{SMALL, paid, succeeds};
 use paid_mujoco::Library;
 
 /// The repository.

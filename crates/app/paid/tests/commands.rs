@@ -1,10 +1,8 @@
 //! Commands from end to end, on a motion of our own.
 
-mod common;
-
 use std::fs;
 
-use common::{SMALL, paid, refuses, small, succeeds, write_motions};
+use crate::common::{SMALL, paid, refuses, small, succeeds, write_motions};
 use paid_onnx::OnnxPolicy;
 use paid_policy::Checkpoint;
 use serde_json::Value;

@@ -1,11 +1,9 @@
 //! `paid compare` from end to end with a tiny budget.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{paid, refuses, succeeds};
+use crate::common::{paid, refuses, succeeds};
 use paid_mujoco::Library;
 
 /// Three methods on the built-in kicks, 64 environments, two iterations each.

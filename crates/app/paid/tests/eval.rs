@@ -1,11 +1,9 @@
 //! `paid eval` from end to end, on an untrained policy and motions of our own.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{folder, paid, refuses, succeeds};
+use crate::common::{folder, paid, refuses, succeeds};
 use paid_mujoco::Library;
 use serde_json::Value;
 

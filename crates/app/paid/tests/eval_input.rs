@@ -1,10 +1,8 @@
 //! What `paid eval` refuses, before it evaluates anything.
 
-mod common;
-
 use std::fs;
 
-use common::{folder, paid, refuses};
+use crate::common::{folder, paid, refuses};
 use paid_mujoco::Library;
 
 #[test]

@@ -1,8 +1,6 @@
 //! `paid train --explain`: where every value of a run comes from.
 
-mod common;
-
-use common::{paid, refuses, succeeds};
+use crate::common::{paid, refuses, succeeds};
 
 #[test]
 fn every_value_is_printed_with_its_origin_and_nothing_is_trained() {

@@ -1,11 +1,9 @@
 //! `paid eval` on policies that are not this project's: the released interface, and the TWIST2 tracker.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{paid, refuses, small, succeeds, write_motions};
+use crate::common::{paid, refuses, small, succeeds, write_motions};
 use paid_mujoco::Library;
 use paid_onnx::CONTRACT_KEY;
 use paid_onnx::proto::ModelProto;

@@ -1,14 +1,12 @@
 //! `--live` of a training and of a virtual robot: the page is there, and a watched training is the same.
 
-mod common;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::process::{Command, Stdio};
 use std::thread;
 
-use common::{paid, succeeds, text};
+use crate::common::{paid, succeeds, text};
 use paid_live::{Command as Wish, Frame};
 use paid_mujoco::Library;
 use tungstenite::Message;

@@ -1,11 +1,9 @@
 //! `paid play` with a policy, and with Rerun if the program has it.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{folder, paid, refuses, succeeds};
+use crate::common::{folder, paid, refuses, succeeds};
 
 /// Plays half a second of `run` with a ball.
 fn play(folder: &Path, more: &[&str]) -> std::process::Output {
@@ -102,7 +100,7 @@ fn a_recording_that_is_stopped_leaves_nothing_behind() {
     use std::time::Duration;
 
     let folder = tempfile::tempdir().expect("folder");
-    common::write_motions(folder.path());
+    crate::common::write_motions(folder.path());
     // The largest pictures at the highest rate: they take long enough.
     let args = ["play", "motions", "--record", "a.gif", "--size", "2000x2000", "--pictures", "50"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_paid"));
@@ -117,7 +115,7 @@ fn a_recording_that_is_stopped_leaves_nothing_behind() {
         assert!(child.try_wait().expect("waits").is_none(), "it ended before it was stopped");
         sleep(Duration::from_millis(5));
     }
-    common::kill("-INT", child.id());
+    crate::common::kill("-INT", child.id());
     assert_eq!(child.wait().expect("ends").code(), Some(130));
     let names: Vec<_> =
         fs::read_dir(folder.path()).expect("folder").map(|e| e.expect("entry").file_name()).collect();
@@ -195,7 +193,7 @@ mod rerun_file {
     fn a_motion_is_recorded_and_wrong_targets_are_refused() {
         // Motions of our own: making the built-in ones takes long without optimization.
         let folder = tempfile::tempdir().expect("folder");
-        common::write_motions(folder.path());
+        crate::common::write_motions(folder.path());
         succeeds(&paid(folder.path(), &["play", "motions", "--rerun", "kick.rrd"]));
         let rows = rows(&folder.path().join("kick.rrd"));
         assert!(rows["/world/trail"] > 50 && rows["/plots/angle/left_knee_joint/robot"] > 50, "{rows:?}");

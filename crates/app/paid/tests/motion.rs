@@ -1,12 +1,8 @@
 //! `paid motion` from end to end, and commands without motions of the user's.
 
-mod common;
-#[path = "../../../skill/retarget/tests/common/mod.rs"]
-mod human;
-
 use std::fs;
 
-use common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
+use crate::common::{paid, refuses, small, succeeds, swing, write_clip, write_motions};
 use paid_motion::{Clip, KickLeg};
 use serde_json::Value;
 
@@ -55,7 +51,7 @@ fn a_clip_that_fails_the_check_is_bad_input() {
     write_motions(folder.path());
     // These hang in the air and swing a leg: they are for other tests, not for training.
     let output = paid(folder.path(), &["motion", "check", "motions", "--json"]);
-    let reports = json(&common::text(&output));
+    let reports = json(&crate::common::text(&output));
     let verdicts: Vec<_> = reports.as_array().expect("a list").iter().map(|r| r["verdict"].clone()).collect();
     let fails = verdicts.iter().any(|v| v == "fail");
     assert_eq!(output.status.code(), Some(if fails { 2 } else { 0 }), "{verdicts:?}");
@@ -105,7 +101,7 @@ fn training_without_motions_uses_the_built_in_ones() {
 #[test]
 fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     let folder = tempfile::tempdir().expect("folder");
-    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
+    fs::write(folder.path().join("kick.bvh"), crate::human::kick_bvh(130)).expect("written");
     let args = ["motion", "retarget", "kick.bvh", "--robot", "g1", "--label", "auto", "--license", "ours"];
     let text = succeeds(&paid(folder.path(), &[&args[..], &["--out", "kick.npz"]].concat()));
     assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
@@ -198,11 +194,11 @@ fn a_kick_is_cut_mirrored_joined_and_cleaned() {
 #[test]
 fn a_cleaned_clip_that_fails_ends_in_two_and_each_reason_has_its_own_verdict() {
     let folder = tempfile::tempdir().expect("folder");
-    fs::write(folder.path().join("kick.bvh"), human::kick_bvh(130)).expect("written");
+    fs::write(folder.path().join("kick.bvh"), crate::human::kick_bvh(130)).expect("written");
     // The right foot kicks.
     let args = ["motion", "retarget", "kick.bvh", "--label", "left", "--clean", "--out", "kick.npz"];
     let output = paid(folder.path(), &args);
-    let text = common::text(&output);
+    let text = crate::common::text(&output);
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.contains("fail: labeled left") && text.contains("warn: states no license"), "{text}");

@@ -1,17 +1,13 @@
 //! `mpirun -n 2 paid train`: two processes train what one trains.
-#![cfg(feature = "mpi")]
 
-mod common;
 #[cfg(target_os = "linux")]
-#[path = "mpi/killed.rs"]
 mod killed;
-#[path = "mpi/refused.rs"]
 mod refused;
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-use common::{paid, succeeds};
+use crate::common::{paid, succeeds};
 use serde_json::Value;
 
 /// A run of seconds. Products in single precision: bfloat16 weights that round the other way would hide a mistake.

@@ -1,10 +1,8 @@
 //! `paid perceive`: detectors are judged, wrong input is refused.
 
-mod common;
-
 use std::fs;
 
-use common::{paid, refuses, succeeds};
+use crate::common::{paid, refuses, succeeds};
 use serde_json::Value;
 
 #[test]

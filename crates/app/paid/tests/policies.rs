@@ -3,11 +3,9 @@
 //! The bounds lie some four standard deviations below what the policies' pages say. A policy plays with the knowledge that it was
 //! trained with.
 
-mod common;
-
 use std::path::Path;
 
-use common::{paid, succeeds};
+use crate::common::{paid, succeeds};
 use paid_mujoco::Library;
 use serde_json::Value;
 

@@ -1,7 +1,5 @@
 //! `paid robot` as a program of its own: killed while it holds a virtual robot, and refusing what it must.
 
-mod common;
-
 use std::cell::Cell;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{IpAddr, Ipv4Addr};
@@ -12,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::{paid, refuses, succeeds};
+use crate::common::{paid, refuses, succeeds};
 use paid_runtime::log::LogReader;
 use paid_runtime::wire::{Key, LowState};
 use paid_runtime::{DdsLink, Packet, Player, PlayerSpec, Side};
@@ -98,7 +96,7 @@ impl Watcher for Killer<'_> {
 
 #[test]
 fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
-    if !common::mujoco("a_robot_whose_runtime_is_killed_stops_by_its_own_timeout") {
+    if !crate::common::mujoco("a_robot_whose_runtime_is_killed_stops_by_its_own_timeout") {
         return;
     }
     let player = Player::load(&PlayerSpec { policy: policy(), motions: None, sets: Vec::new() });
@@ -175,7 +173,7 @@ fn a_robot_whose_runtime_is_killed_stops_by_its_own_timeout() {
 
 #[test]
 fn a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have() {
-    if !common::mujoco("a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have") {
+    if !crate::common::mujoco("a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -220,7 +218,8 @@ fn a_virtual_robot_begins_standing_and_refuses_faults_that_it_cannot_have() {
 
 #[test]
 fn a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them() {
-    if !common::mujoco("a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them") {
+    if !crate::common::mujoco("a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them")
+    {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -253,7 +252,7 @@ fn a_virtual_robot_on_the_network_records_its_pictures_though_nobody_reads_them(
 
 #[test]
 fn matches_in_lockstep_have_a_log_each_and_write_over_none() {
-    if !common::mujoco("matches_in_lockstep_have_a_log_each_and_write_over_none") {
+    if !crate::common::mujoco("matches_in_lockstep_have_a_log_each_and_write_over_none") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,7 +1,5 @@
 //! `paid robot` as a program: a dry run, real signals, a closed pipe, lines of JSON, and exit codes. The virtual robot runs in the test, over DDS on the loopback.
 
-mod common;
-
 use std::io::{BufRead, BufReader};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
@@ -11,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use common::{paid, refuses, succeeds, text};
+use crate::common::{paid, refuses, succeeds, text};
 use paid_runtime::wire::{Key, LowCmd};
 use paid_runtime::{DdsLink, Player, PlayerSpec, Side};
 use paid_twin::{Order, ServeOptions, VirtualG1, serve};
@@ -111,7 +109,9 @@ fn play(
         }
         if signal.is_none() && up.is_some_and(|at| enough(held, at.elapsed())) {
             match ends {
-                Ends::Signals(names) => names.iter().for_each(|name| common::kill(name, program.0.id())),
+                Ends::Signals(names) => {
+                    names.iter().for_each(|name| crate::common::kill(name, program.0.id()))
+                }
                 Ends::Reader => from = None,
             }
             signal = Some(Instant::now());
@@ -142,7 +142,7 @@ fn end(course: &Course) -> &Value {
 
 #[test]
 fn a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went() {
-    if !common::mujoco("a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went") {
+    if !crate::common::mujoco("a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -162,7 +162,7 @@ fn a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went() {
 
 #[test]
 fn a_terminal_that_is_closed_damps_the_robot() {
-    if !common::mujoco("a_terminal_that_is_closed_damps_the_robot") {
+    if !crate::common::mujoco("a_terminal_that_is_closed_damps_the_robot") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -176,7 +176,7 @@ fn a_terminal_that_is_closed_damps_the_robot() {
 
 #[test]
 fn a_reader_that_goes_away_damps_the_robot() {
-    if !common::mujoco("a_reader_that_goes_away_damps_the_robot") {
+    if !crate::common::mujoco("a_reader_that_goes_away_damps_the_robot") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -187,7 +187,7 @@ fn a_reader_that_goes_away_damps_the_robot() {
 
 #[test]
 fn a_dry_run_thinks_and_logs_and_commands_nothing() {
-    if !common::mujoco("a_dry_run_thinks_and_logs_and_commands_nothing") {
+    if !crate::common::mujoco("a_dry_run_thinks_and_logs_and_commands_nothing") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");
@@ -224,7 +224,7 @@ fn exit_codes_tell_what_was_found() {
     assert_eq!(output.status.code(), Some(1));
     let said = text(&output);
     assert!(said.contains("no state came") && said.ends_with("NOT good: do not start\n"), "{said}");
-    if common::mujoco("exit_codes_tell_what_was_found") {
+    if crate::common::mujoco("exit_codes_tell_what_was_found") {
         let policy = policy();
         let policy = policy.to_str().expect("a path");
         let drill = ["robot", "drill", "--trials", "1", "--fault", "StopKey", "--policy", policy];
@@ -314,7 +314,7 @@ fn a_signal_while_the_motion_switcher_is_waited_for_says_stopped() {
         assert!(begin.elapsed() < PATIENCE, "no log");
         std::thread::sleep(Duration::from_millis(5));
     }
-    common::kill("-INT", run.id());
+    crate::common::kill("-INT", run.id());
     let output = run.wait_with_output().expect("it ends");
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{error}");

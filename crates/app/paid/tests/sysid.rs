@@ -1,11 +1,9 @@
 //! `paid sysid` from end to end: simulated films in, a surface out.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 
-use common::{paid, refuses, succeeds};
+use crate::common::{paid, refuses, succeeds};
 use serde_json::Value;
 
 /// Searches short enough for a test.

@@ -1,9 +1,6 @@
 //! `paid perceive train`: two steps, and the file is a detector. How well it finds is judged with the committed network.
-#![cfg(feature = "train-detector")]
 
-mod common;
-
-use common::{paid, refuses, succeeds};
+use crate::common::{paid, refuses, succeeds};
 use serde_json::Value;
 
 #[test]

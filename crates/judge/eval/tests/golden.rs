@@ -3,13 +3,11 @@
 //!
 //! `PAID_GOLDEN=write cargo test -p paid-eval --test golden` writes the figures anew; look at the difference before keeping it.
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use common::{Puppet, demo, setup};
+use crate::common::{Puppet, demo, setup};
 use paid_eval::engine::EngineChoice;
 use paid_eval::policy::Driver;
 use paid_eval::shooting::{self, Grid, ShootingOptions};

@@ -1,8 +1,5 @@
 //! Matches of the demo policy on the built-in engine.
 
-#[expect(dead_code, reason = "other tests use the rest")]
-mod common;
-
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
@@ -13,7 +10,7 @@ use paid_eval::policy::{Driver, DriverInput};
 
 #[test]
 fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() {
-    let (mut setup, plain) = common::demo();
+    let (mut setup, plain) = crate::common::demo();
     let rule = ["ball.after_strike.show=where_it_lay".to_owned()];
     setup.preset = setup.preset.with_overrides(&rule).expect("valid");
     let maker = || Ok(Box::new(plain.clone()) as Box<dyn Driver>);
@@ -72,7 +69,7 @@ impl Driver for Counting {
 
 #[test]
 fn a_policy_forgets_between_the_kicks_of_a_match_as_it_did_between_episodes() {
-    let (setup, plain) = common::demo();
+    let (setup, plain) = crate::common::demo();
     let kicks = Arc::new(AtomicUsize::new(0));
     let maker = || {
         let (plain, kicks) = (Box::new(plain.clone()) as Box<dyn Driver>, Arc::clone(&kicks));
@@ -106,7 +103,7 @@ impl Spectator for Crowd {
 
 #[test]
 fn who_looks_on_sees_every_step_and_changes_nothing() {
-    let (setup, plain) = common::demo();
+    let (setup, plain) = crate::common::demo();
     let maker = || Ok(Box::new(plain.clone()) as Box<dyn Driver>);
     let options = MatchOptions { kicks: 2, matches: 2, ..MatchOptions::default() };
     let crowd = Crowd::default();

@@ -1,5 +1,4 @@
 //! The generated scene of the G1 against the table of its numbers (`shared/data/g1/g1_bodies.json`).
-#![cfg(feature = "mujoco")]
 
 use std::fmt::Write as _;
 

@@ -1,5 +1,4 @@
 //! The simulator interface on MuJoCo, with a small robot of three bodies.
-#![cfg(feature = "mujoco")]
 
 use paid_mujoco::{BallOptions, FootShapes, Library, MujocoSim, PdControl, SceneOptions, World, mjcf_scene};
 use paid_physics::{BallParams, EnvParams, LaneState, Simulator};

@@ -1,10 +1,8 @@
 //! Each limit from both sides: a value just inside does nothing, one just outside damps.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::player;
+use crate::common::player;
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{Limits, Packet, Player, Runtime, State};
 

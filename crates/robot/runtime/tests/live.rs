@@ -1,7 +1,5 @@
 //! What becomes of the robot when a part of the running program dies.
 
-mod common;
-
 use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use common::player;
+use crate::common::player;
 use paid_runtime::log::{LogHeader, LogWriter};
 use paid_runtime::switcher::Line;
 use paid_runtime::wire::{Key, LowCmd, LowState, Remote};

@@ -1,7 +1,5 @@
 //! The log after a killed program and on a full disk.
 
-mod common;
-
 use std::io::{self, BufRead, BufReader, Cursor, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -9,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
-use common::player;
+use crate::common::player;
 use paid_runtime::log::{Frame, LogHeader, LogReader, LogWriter};
 use paid_runtime::wire::LowState;
 use paid_runtime::{

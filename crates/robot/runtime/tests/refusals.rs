@@ -1,11 +1,9 @@
 //! What a runtime refuses, and what the flag for states without checksum does not weaken.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::player;
+use crate::common::player;
 use paid_play::PolicyFile;
 use paid_runtime::wire::{Key, LowState, Remote};
 use paid_runtime::{DeployError, Limits, Packet, Player, PlayerSpec, Runtime, State};

@@ -1,5 +1,4 @@
 //! Samples over ROS 2's topics on the loopback.
-#![cfg(feature = "dds")]
 
 use std::time::{Duration, Instant};
 

@@ -1,11 +1,9 @@
 //! Who commands the robot, noticed over DDS on the loopback.
 
-mod common;
-
 use std::net::{IpAddr, Ipv4Addr};
 use std::time::{Duration, Instant};
 
-use common::player;
+use crate::common::player;
 use paid_runtime::wire::{Key, LowCmd, LowState, Remote};
 use paid_runtime::{DdsLink, Inlet, Limits, Outlet, Packet, Runtime, Side, State};
 

@@ -1,15 +1,15 @@
 //! The robot's own eyes in lockstep: rendered pictures and a simulated LiDAR, and nothing else.
 
-mod common;
-
-use common::player;
+use crate::common::player;
 use paid_runtime::{Limits, State};
 use paid_twin::{Fault, Lockstep, LockstepOptions, OwnEyesOptions, TorsoSource};
 use paid_world::{Message, Recorded, Recording};
 
 #[test]
 fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed() {
-    if !common::mujoco("a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed") {
+    if !crate::common::mujoco(
+        "a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_noticed",
+    ) {
         return;
     }
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
@@ -39,7 +39,7 @@ fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_notic
 
 #[test]
 fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
-    if !common::mujoco("without_odometry_no_kick_is_allowed_and_no_ball_has_a_place") {
+    if !crate::common::mujoco("without_odometry_no_kick_is_allowed_and_no_ball_has_a_place") {
         return;
     }
     let limits = Limits { stand_up_s: 0.3, listen_s: 0.0, ..Limits::default() };
@@ -60,7 +60,7 @@ fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
 
 #[test]
 fn pictures_and_beliefs_of_a_lockstep_are_recorded() {
-    if !common::mujoco("pictures_and_beliefs_of_a_lockstep_are_recorded") {
+    if !crate::common::mujoco("pictures_and_beliefs_of_a_lockstep_are_recorded") {
         return;
     }
     let folder = tempfile::tempdir().expect("a folder");

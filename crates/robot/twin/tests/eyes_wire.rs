@@ -1,12 +1,9 @@
 //! The camera and the odometry on the wire: pictures and poses over DDS on the loopback become what the runtime believes.
-#![cfg(feature = "dds")]
-
-mod common;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use common::player;
+use crate::common::player;
 use paid_runtime::eyes::{CameraInput, Eyes, EyesConfig, EyesPlace, OdometryInput, SensedLink, StampClock};
 use paid_runtime::ros::{CAMERA_INFO, IMAGE, ODOMETRY, RosTopics};
 use paid_runtime::{ChannelLink, LastWords, Limits, Link, Runtime};
@@ -25,7 +22,7 @@ fn domain() -> u16 {
 
 #[test]
 fn a_rendered_ball_becomes_a_belief_near_its_place() {
-    if !common::mujoco("a_rendered_ball_becomes_a_belief_near_its_place") {
+    if !crate::common::mujoco("a_rendered_ball_becomes_a_belief_near_its_place") {
         return;
     }
     let player = player();

@@ -1,12 +1,10 @@
 //! Runtime and virtual robot in step, with a policy and motions that are part of the repository.
 
-mod common;
-
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use common::player;
+use crate::common::player;
 use paid_runtime::log::{LogHeader, LogReader, LogWriter, replay};
 use paid_runtime::wire::{DAMPING_KEYS, Key, LowCmd, LowState, Remote};
 use paid_runtime::{Limits, Packet, Player, PlayerSpec, Runtime, State, Writer};
@@ -27,7 +25,7 @@ fn ready(player: &Arc<Player>) -> Lockstep {
 
 #[test]
 fn a_robot_that_is_let_go_stands_for_ten_seconds() {
-    if !common::mujoco("a_robot_that_is_let_go_stands_for_ten_seconds") {
+    if !crate::common::mujoco("a_robot_that_is_let_go_stands_for_ten_seconds") {
         return;
     }
     let player = player();
@@ -40,7 +38,7 @@ fn a_robot_that_is_let_go_stands_for_ten_seconds() {
 
 #[test]
 fn commands_reach_the_robot_as_late_as_was_asked() {
-    if !common::mujoco("commands_reach_the_robot_as_late_as_was_asked") {
+    if !crate::common::mujoco("commands_reach_the_robot_as_late_as_was_asked") {
         return;
     }
     let player = player();
@@ -65,7 +63,7 @@ fn commands_reach_the_robot_as_late_as_was_asked() {
 
 #[test]
 fn a_rolling_ball_slows_as_the_runtime_predicts() {
-    if !common::mujoco("a_rolling_ball_slows_as_the_runtime_predicts") {
+    if !crate::common::mujoco("a_rolling_ball_slows_as_the_runtime_predicts") {
         return;
     }
     let player = player();
@@ -84,7 +82,7 @@ fn a_rolling_ball_slows_as_the_runtime_predicts() {
 
 #[test]
 fn a_kicked_ball_slides_to_the_goal() {
-    if !common::mujoco("a_kicked_ball_slides_to_the_goal") {
+    if !crate::common::mujoco("a_kicked_ball_slides_to_the_goal") {
         return;
     }
     let player = player();
@@ -98,7 +96,7 @@ fn a_kicked_ball_slides_to_the_goal() {
 
 #[test]
 fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
-    if !common::mujoco("a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit") {
+    if !crate::common::mujoco("a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit") {
         return;
     }
     let player = player();
@@ -137,7 +135,8 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
 
 #[test]
 fn a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log() {
-    if !common::mujoco("a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log") {
+    if !crate::common::mujoco("a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log")
+    {
         return;
     }
     let player = player();
@@ -159,7 +158,7 @@ fn a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log(
 
 #[test]
 fn every_fault_of_a_standing_robot_is_damped_in_time() {
-    if !common::mujoco("every_fault_of_a_standing_robot_is_damped_in_time") {
+    if !crate::common::mujoco("every_fault_of_a_standing_robot_is_damped_in_time") {
         return;
     }
     let faults = [
@@ -187,7 +186,7 @@ fn every_fault_of_a_standing_robot_is_damped_in_time() {
 
 #[test]
 fn a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick() {
-    if !common::mujoco("a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick") {
+    if !crate::common::mujoco("a_spoiled_policy_and_lost_senses_are_noticed_in_the_kick") {
         return;
     }
     let faults = [
@@ -328,7 +327,7 @@ fn no_kick_is_allowed_without_odometry_detector_and_goal() {
 
 #[test]
 fn targets_never_jump_when_the_controller_changes() {
-    if !common::mujoco("targets_never_jump_when_the_controller_changes") {
+    if !crate::common::mujoco("targets_never_jump_when_the_controller_changes") {
         return;
     }
     let player = player();
@@ -401,7 +400,7 @@ fn a_robot_that_it_has_not_moved_is_left_to_whoever_begins_to_command_it() {
 
 #[test]
 fn a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop() {
-    if !common::mujoco("a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop") {
+    if !crate::common::mujoco("a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop") {
         return;
     }
     let player = player();
@@ -435,7 +434,7 @@ fn a_runtime_that_is_told_to_stop_before_it_has_listened_goes_on_listening() {
 
 #[test]
 fn without_checksums_every_other_fault_is_damped_as_before() {
-    if !common::mujoco("without_checksums_every_other_fault_is_damped_as_before") {
+    if !crate::common::mujoco("without_checksums_every_other_fault_is_damped_as_before") {
         return;
     }
     let limits = Limits { check_crc: false, ..Limits::default() };

@@ -1,10 +1,8 @@
 //! The runtime sees through sensor messages what the task shows from the simulator's state.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::player;
+use crate::common::player;
 use paid_lanes::Vec3;
 use paid_lanes::rng::Rng;
 use paid_mujoco::{MujocoSim, SceneOptions};
@@ -50,7 +48,7 @@ fn messages(
 
 #[test]
 fn the_first_observation_of_a_kick_is_the_tasks() {
-    if !common::mujoco("the_first_observation_of_a_kick_is_the_tasks") {
+    if !crate::common::mujoco("the_first_observation_of_a_kick_is_the_tasks") {
         return;
     }
     let player = player();
@@ -141,7 +139,7 @@ fn with_memory(player: &Player) -> Arc<Player> {
 
 #[test]
 fn a_policy_that_remembers_begins_every_kick_with_an_empty_memory() {
-    if !common::mujoco("a_policy_that_remembers_begins_every_kick_with_an_empty_memory") {
+    if !crate::common::mujoco("a_policy_that_remembers_begins_every_kick_with_an_empty_memory") {
         return;
     }
     let player = with_memory(&player());

@@ -1,7 +1,5 @@
 //! The robot's own programs at the other end of the wire: CycloneDDS 0.10.2, and the vendor's SDKs on it. `.ci/peers` installs them.
 
-mod common;
-
 use std::io::{BufRead, BufReader};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
@@ -10,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::player;
+use crate::common::player;
 use paid_runtime::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_runtime::wire::{BmsState, LowCmd, LowState};
 use paid_runtime::{
@@ -150,7 +148,7 @@ fn cyclone_and_the_runtime_exchange_command_and_state_byte_for_byte() {
 fn a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot() {
     let test = "a_program_on_the_vendors_sdk_releases_and_moves_the_virtual_robot";
     let Some(folder) = peers(test, SDK) else { return };
-    if !common::mujoco(test) {
+    if !crate::common::mujoco(test) {
         return;
     }
     let player = player();
@@ -248,7 +246,7 @@ fn the_virtual_robots_battery_is_heard_by_the_vendors_sdk() {
 fn a_program_on_the_vendors_cpp_sdk_moves_the_virtual_robot() {
     let test = "a_program_on_the_vendors_cpp_sdk_moves_the_virtual_robot";
     let Some(folder) = peers(test, CPP) else { return };
-    if !common::mujoco(test) {
+    if !crate::common::mujoco(test) {
         return;
     }
     let player = player();

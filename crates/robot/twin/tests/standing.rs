@@ -1,10 +1,8 @@
 //! A virtual robot that begins standing, held by hands until its joints hold it.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::player;
+use crate::common::player;
 use paid_runtime::switcher::{Line, SwitcherService};
 use paid_runtime::{ChannelLink, LinkError, State};
 use paid_twin::{Lockstep, LockstepOptions, Mount, VendorLink, VirtualG1};
@@ -23,7 +21,7 @@ impl Line for Quiet {
 
 #[test]
 fn hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone() {
-    if !common::mujoco("hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone") {
+    if !crate::common::mujoco("hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone") {
         return;
     }
     let player = player();
@@ -41,7 +39,7 @@ fn hands_hold_a_robot_until_the_runtime_does_and_then_it_stands_alone() {
 
 #[test]
 fn hands_let_go_of_a_robot_that_the_vendors_controller_holds_and_of_no_other() {
-    if !common::mujoco("hands_let_go_of_a_robot_that_the_vendors_controller_holds_and_of_no_other") {
+    if !crate::common::mujoco("hands_let_go_of_a_robot_that_the_vendors_controller_holds_and_of_no_other") {
         return;
     }
     let player = player();

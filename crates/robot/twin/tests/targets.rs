@@ -1,10 +1,8 @@
 //! What a policy's targets are held to: the joints' soft ranges, a step's length, and a slow begin of every kick.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::player;
+use crate::common::player;
 use paid_runtime::log::{LogHeader, LogReader, LogWriter};
 use paid_runtime::wire::{LowCmd, LowState};
 use paid_runtime::{Limits, Packet, Player, PlayerSpec, State};
@@ -44,7 +42,7 @@ fn stubborn(player: &Player, action: f32) -> Arc<Player> {
 
 #[test]
 fn a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range() {
-    if !common::mujoco("a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range") {
+    if !crate::common::mujoco("a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range") {
         return;
     }
     let good = player();
@@ -63,7 +61,7 @@ fn a_policy_that_asks_for_too_much_gets_the_edge_of_the_soft_range() {
 
 #[test]
 fn targets_move_no_farther_in_a_step_than_allowed() {
-    if !common::mujoco("targets_move_no_farther_in_a_step_than_allowed") {
+    if !crate::common::mujoco("targets_move_no_farther_in_a_step_than_allowed") {
         return;
     }
     let good = player();
@@ -91,7 +89,7 @@ fn targets_move_no_farther_in_a_step_than_allowed() {
 
 #[test]
 fn the_first_target_of_a_second_kick_does_not_jump() {
-    if !common::mujoco("the_first_target_of_a_second_kick_does_not_jump") {
+    if !crate::common::mujoco("the_first_target_of_a_second_kick_does_not_jump") {
         return;
     }
     let player = player();
@@ -127,7 +125,7 @@ fn the_first_target_of_a_second_kick_does_not_jump() {
 
 #[test]
 fn no_command_of_a_kick_asks_a_motor_for_more_than_it_has() {
-    if !common::mujoco("no_command_of_a_kick_asks_a_motor_for_more_than_it_has") {
+    if !crate::common::mujoco("no_command_of_a_kick_asks_a_motor_for_more_than_it_has") {
         return;
     }
     let player = player();

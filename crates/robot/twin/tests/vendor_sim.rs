@@ -2,14 +2,12 @@
 //!
 //! It usually sits on domain 1; here the domain is one that no test beside this one has.
 
-mod common;
-
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use common::player;
+use crate::common::player;
 use paid_runtime::wire::{Key, LowCmd};
 use paid_runtime::{
     DdsLink, Inlet, LastWords, Limits, Live, LiveReport, Outlet, Packet, Runtime, Side, State, Told,
@@ -93,7 +91,7 @@ fn stands(domain: u16, check_crc: bool) -> (LiveReport, bool) {
 
 #[test]
 fn the_vendors_simulator_is_heard_only_where_the_limits_forgive_its_checksums() {
-    if !common::mujoco("the_vendors_simulator_is_heard_only_where_the_limits_forgive_its_checksums") {
+    if !crate::common::mujoco("the_vendors_simulator_is_heard_only_where_the_limits_forgive_its_checksums") {
         return;
     }
     let domain = 20 + ((3 * std::process::id() + 1) % 80) as u16;

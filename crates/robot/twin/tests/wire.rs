@@ -1,12 +1,10 @@
 //! The release of the vendor's controller over DDS on the loopback.
 
-mod common;
-
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use common::player;
+use crate::common::player;
 use paid_runtime::switcher::{Patience, SwitcherClient, SwitcherService, await_release};
 use paid_runtime::wire::LowCmd;
 use paid_runtime::{DdsLink, Inlet, Packet, Side};

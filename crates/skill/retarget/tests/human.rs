@@ -1,7 +1,5 @@
 //! A whole retargeting of a human made of numbers; needs no data.
 
-mod common;
-
 use std::path::Path;
 
 use paid_motion::KickLeg;
@@ -11,7 +9,7 @@ use paid_retarget::{HumanMotion, RetargetOptions, TimeScale, parse_bvh, retarget
 use paid_robot::{RobotModel, RobotSpec};
 
 fn human() -> HumanMotion {
-    parse_bvh(&common::kick_bvh(130), Path::new("kick.bvh"), 0.01).expect("a good file")
+    parse_bvh(&crate::common::kick_bvh(130), Path::new("kick.bvh"), 0.01).expect("a good file")
 }
 
 #[test]

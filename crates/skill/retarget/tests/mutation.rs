@@ -1,7 +1,6 @@
 //! The readers of human motion on thousands of damaged files: an error that names file, line and column, or a motion that is whole;
 //! never a panic. `fuzz/` does the same without end.
 
-mod common;
 use std::path::Path;
 
 use paid_motion::Points;
@@ -54,7 +53,7 @@ fn run(name: &str, seed: &str, times: u32, read: impl Fn(&str) -> Result<HumanMo
 
 #[test]
 fn damaged_bvh_is_refused_or_whole() {
-    run("bvh", &common::kick_bvh(3), 6000, |text| parse_bvh(text, Path::new("a.bvh"), 0.01));
+    run("bvh", &crate::common::kick_bvh(3), 6000, |text| parse_bvh(text, Path::new("a.bvh"), 0.01));
 }
 
 #[test]

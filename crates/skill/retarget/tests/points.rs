@@ -1,7 +1,5 @@
 //! Positions of points of a known motion: the robot does what it does for the motion itself.
 
-mod common;
-
 use std::path::Path;
 
 use paid_motion::{Points, write_points};
@@ -18,7 +16,7 @@ const SHEET: &str = "[joints]\nleft_hip = 'LeftUpLeg'\nleft_knee = 'LeftLeg'\nle
 
 /// A human made of numbers, with all orientations.
 fn known() -> HumanMotion {
-    parse_bvh(&common::kick_bvh(130), Path::new("kick.bvh"), 0.01).expect("a good file")
+    parse_bvh(&crate::common::kick_bvh(130), Path::new("kick.bvh"), 0.01).expect("a good file")
 }
 
 /// Its positions alone, with y up, in centimeters.

@@ -1,7 +1,5 @@
 //! Short files, other units and another axis up, for each reader: one clear error, or a note that says what was recognized.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 
 use paid_motion::{Points, write_points};
@@ -19,7 +17,8 @@ const SHEET: &str = "[joints]\nleft_hip = 'LeftUpLeg'\nleft_knee = 'LeftLeg'\nle
 
 /// A player made of numbers, who stands at (0.5, 2) `[m]`.
 fn player(frames: usize) -> HumanMotion {
-    let mut motion = parse_bvh(&common::kick_bvh(frames), Path::new("kick.bvh"), 0.01).expect("a good file");
+    let mut motion =
+        parse_bvh(&crate::common::kick_bvh(frames), Path::new("kick.bvh"), 0.01).expect("a good file");
     motion.pos.iter_mut().for_each(|p| *p = [p[0] + 0.5, p[1] + 2.0, p[2]]);
     motion
 }

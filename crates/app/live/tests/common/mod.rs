@@ -1,7 +1,5 @@
 //! A page without a browser, and the scene that it looks at.
 
-#![allow(dead_code, reason = "each test file uses a part")]
-
 use std::net::{SocketAddr, TcpStream};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};

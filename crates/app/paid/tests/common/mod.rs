@@ -1,9 +1,8 @@
 //! What the end-to-end tests share: the program, and a motion of our own.
 
-#![allow(dead_code)] // Each test program uses its part.
-
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
 use paid_lanes::{Quat, Vec3};
 use paid_motion::{Clip, KickLeg, resample, write_npz};
@@ -130,12 +129,32 @@ pub fn small<'a>(args: &[&'a str]) -> Vec<&'a str> {
     [args, &SMALL].concat()
 }
 
-/// A folder with motions and a policy of two iterations in `run`.
+/// A folder with motions and a policy of two iterations in `run`. It is trained once and copied for each test.
 pub fn folder() -> tempfile::TempDir {
+    static TRAINED: OnceLock<PathBuf> = OnceLock::new();
+    let trained = TRAINED.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("folder");
+        write_motions(folder.path());
+        let train =
+            ["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"];
+        succeeds(&paid(folder.path(), &small(&train)));
+        folder
+    });
     let folder = tempfile::tempdir().expect("folder");
-    write_motions(folder.path());
-    let train =
-        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
-    succeeds(&paid(folder.path(), &train));
+    copy(trained, folder.path());
     folder
+}
+
+/// Copies what is in a folder.
+fn copy(from: &Path, to: &Path) {
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let target = to.join(path.file_name().expect("a name"));
+        if path.is_dir() {
+            std::fs::create_dir(&target).expect("a folder");
+            copy(&path, &target);
+        } else {
+            std::fs::copy(&path, &target).expect("a copy");
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use paid_policy::VecEnv;
 use paid_task::{EpisodeRules, InitialState, TaskShard};
 
-use crate::simulator::{steps, task};
+use super::simulator::{steps, task};
 
 /// Ahead of the base in what policy and critic are shown of the ball, after every step up to the 60th. The ball lies 0.59 m ahead of the
 /// first frame, the robot slides on by 1 cm a frame, the ball flies at 4 m/s from frame 40 on, which is the strike.

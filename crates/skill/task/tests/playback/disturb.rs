@@ -4,7 +4,7 @@ use paid_physics::Simulator;
 use paid_policy::VecEnv;
 use paid_task::{Disturbance, EpisodeRules, EvalControl, InitialState, TaskShard};
 
-use crate::simulator::{Playback, steps, task};
+use super::simulator::{Playback, steps, task};
 
 fn standing() -> paid_task::Task<f64, Playback> {
     let mut task = task("stage2", &[], 1, 40);

@@ -11,7 +11,7 @@ use paid_task::{
     TaskPreset, TaskShard, TimeLimit, TrainShard, reward_names,
 };
 
-use crate::simulator::{FRAMES, Playback, SPEED, clip, playback, playback_with_height, steps, task};
+use super::simulator::{FRAMES, Playback, SPEED, clip, playback, playback_with_height, steps, task};
 
 #[test]
 fn a_state_that_is_not_finite_ends_the_episode_and_nothing_else() {

@@ -3,7 +3,7 @@
 use paid_policy::VecEnv;
 use paid_task::{EpisodeRules, EvalControl, InitialState, NextKick, TaskShard, TimeLimit};
 
-use crate::simulator::{FRAMES, Playback, steps, task};
+use super::simulator::{FRAMES, Playback, steps, task};
 
 const NEXT: NextKick =
     NextKick { motion: 0, ball_xy: [1.0, 0.25], ball_velocity: [0.1, 0.2], goal_xy: [5.0, -1.0], look: 1 };

@@ -3,7 +3,7 @@
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{EndCause, EvalControl, TrainShard, reward_names};
 
-use crate::simulator::{FRAMES, clip, playback, playback_with_height, preset, steps, task, term};
+use super::simulator::{FRAMES, clip, playback, playback_with_height, preset, steps, task, term};
 
 #[test]
 fn perfect_tracking_earns_every_weight_until_the_motion_ends() {

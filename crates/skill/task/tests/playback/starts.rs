@@ -7,7 +7,7 @@ use paid_task::{
     TrainShard, reward_names,
 };
 
-use crate::simulator::{FRAMES, Playback, SPEED, clip, playback, preset, steps, task};
+use super::simulator::{FRAMES, Playback, SPEED, clip, playback, preset, steps, task};
 
 /// Undisturbed starts of 200 episodes that last one step each.
 fn starts(more: &[&str], mut each: impl FnMut(&Task<f64, Playback>)) {

@@ -3,14 +3,12 @@
 //! `PAID_CHROMIUM` names the program; without it the test is skipped, for it takes minutes where a software renderer draws two pictures a
 //! second. `PAID_LIVE_SHOTS` names a folder for the screenshots.
 
-#[path = "../common/mod.rs"]
-mod common;
 mod devtools;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use common::{played, subject};
+use crate::common::{played, subject};
 use devtools::Browser;
 
 /// How long the page may take for anything. A software renderer on a busy machine draws a few pictures a second.

@@ -1,0 +1,12 @@
+//! The tests of `paid-runtime` as one program: one link instead of one a file. `cargo test -p paid-runtime --test all FILE::` runs a file's.
+
+mod common;
+mod last_words;
+mod limits;
+mod live;
+mod log;
+mod refusals;
+#[cfg(feature = "dds")]
+mod ros;
+#[cfg(feature = "dds")]
+mod wire;
