@@ -19,7 +19,7 @@ const NEVER: [(&str, &[&str]); 6] = [
     ("paid-robot-program", &ROBOT_NEVER),
     // What a policy is shown, the same in training, evaluation and on the robot.
     ("paid-play", &["amp", "eval", "learn", "mujoco", "physics", "task", "train"]),
-    ("paid-task", &["amp", "learn", "onnx", "train"]),
+    ("paid-task", &["amp", "learn", "train"]),
     ("paid-plot", &["policy", "motion", "physics", "play", "task"]),
     ("paid-live", &["lab", "runtime", "twin"]),
 ];
