@@ -1,7 +1,7 @@
 //! Small evaluations whose figures are known: the demo policy's goals, and an open-loop kick at balls beside the foot in both
 //! engines.
 //!
-//! `PAID_GOLDEN=write cargo test -p paid-eval --test golden` writes the figures anew; look at the difference before keeping it.
+//! `PAID_GOLDEN=write cargo test -p paid-eval --test all golden::` writes the figures anew; look at the difference before keeping it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
