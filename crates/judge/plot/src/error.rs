@@ -10,7 +10,7 @@ pub enum PlotError {
     #[error(transparent)]
     File(#[from] FileError),
     /// An animation's file name or size.
-    #[error("animation: expected {expected}, found {found}")]
+    #[error("record: expected {expected}, found {found}")]
     Animation {
         /// What is allowed.
         expected: String,
