@@ -5,8 +5,8 @@ use paid_play::{MotionFacts, ReferenceLibrary, body_index, followed_bodies, side
 use paid_policy::{Dimensions, ObservationLayout, Sides};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
-use crate::observe::ObservationConfig;
 use crate::preset::ReferenceSource;
+use crate::preset::observation::ObservationConfig;
 use crate::{TaskError, TaskPreset};
 
 /// What every environment of a task shares. "Followed" indices are positions in [`ReferenceLibrary::followed`].

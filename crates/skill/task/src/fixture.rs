@@ -8,10 +8,10 @@ use paid_robot::{RobotModel, RobotSpec};
 
 use crate::TaskPreset;
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
-use crate::kick::KickStep;
+use crate::kernels::group::GroupTask;
+use crate::references::tracking::TrackingErrors;
+use crate::scene::kick::KickStep;
 use crate::terms::TermInput;
-use crate::tracking::TrackingErrors;
 
 /// What a term reads. A test sets what its term measures; all else is zero and upright.
 pub(crate) struct Fixture {

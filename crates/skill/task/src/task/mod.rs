@@ -1,7 +1,11 @@
 //! The task over an engine: all environments of a shard, and how their episodes begin. What they show is in `observe`, a control
 //! step in `step`.
 
+mod image;
+mod next_kick;
 mod observe;
+mod shard_impl;
+mod snapshot;
 mod step;
 
 use std::sync::Arc;
@@ -12,18 +16,18 @@ use paid_physics::{EnvParams, Simulator};
 use paid_play::{KickTimes, ReferenceLibrary};
 use paid_track::effective_time;
 
-use crate::anchoring::Anchoring;
 use crate::config::TaskConfig;
-use crate::eyes::{begin_lane, start_rng};
-use crate::group::GroupTask;
-use crate::image::Image;
+use crate::episode::reset::{Start, StartContext};
+use crate::episode::stance::EndStates;
 use crate::kernels::Gather;
-use crate::observe::RobotBuffer;
-use crate::reset::{Start, StartContext};
-use crate::rolling::roll_decay;
-use crate::score::{OwnScore, Sums};
-use crate::stance::EndStates;
-use crate::tracking::TrackingErrors;
+use crate::kernels::group::GroupTask;
+use crate::kernels::observe::RobotBuffer;
+use crate::kernels::score::{OwnScore, Sums};
+use crate::references::anchoring::Anchoring;
+use crate::references::tracking::TrackingErrors;
+use crate::scene::eyes::{begin_lane, start_rng};
+use crate::scene::rolling::roll_decay;
+use crate::task::image::Image;
 use crate::{
     BallCurriculum, Disturbances, EndCause, EpisodeRules, InitialState, KickEvent, SamplerState, TaskError,
     TaskMetrics, TaskSetup,

@@ -4,9 +4,9 @@ use paid_lanes::{MAX_LANES, Real};
 use paid_physics::Simulator;
 
 use super::{BLOCK_GROUPS, Task};
-use crate::delay::Remember;
-use crate::eyes::Look;
-use crate::observe::{Draw, Observe};
+use crate::kernels::delay::Remember;
+use crate::kernels::observe::{Draw, Observe};
+use crate::scene::eyes::Look;
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
     /// Writes observations, see [`paid_policy::VecEnv::observe`].

@@ -5,13 +5,13 @@ use paid_lanes::rng::Rng;
 use paid_physics::{GroupState, Simulator};
 
 use super::{EnvTask, Task};
-use crate::act::Act;
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
+use crate::episode::reset::velocity_noise;
+use crate::episode::stance::Stance;
 use crate::kernels::ScoreGroup;
-use crate::reset::velocity_noise;
-use crate::score::Score;
-use crate::stance::Stance;
+use crate::kernels::act::Act;
+use crate::kernels::group::GroupTask;
+use crate::kernels::score::Score;
 use crate::{
     AfterEnd, AfterKick, AtMotionEnd, EndCause, KickEvent, OnFailure, SamplingStatistics, TaskMetrics,
 };

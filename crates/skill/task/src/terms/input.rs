@@ -6,9 +6,9 @@ use paid_policy::{Pose, ReferenceView};
 
 use crate::TaskPreset;
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
-use crate::kick::{KickStep, is_set};
-use crate::tracking::TrackingErrors;
+use crate::kernels::group::GroupTask;
+use crate::references::tracking::TrackingErrors;
+use crate::scene::kick::{KickStep, is_set};
 
 /// A group of environments after a control step, one per lane.
 #[derive(Clone, Copy, Debug)]

@@ -14,10 +14,10 @@ use super::TermInput;
 use super::set::{own_rewards, own_terminations};
 use crate::TaskError;
 use crate::config::TaskConfig;
-use crate::parameters::Requirement;
-use crate::rewards::{self, RewardTerm};
-use crate::terminations::{self, TerminationTerm};
-use crate::terms_table::TermInfo;
+use crate::terms::parameters::Requirement;
+use crate::terms::rewards::{self, RewardTerm};
+use crate::terms::table::TermInfo;
+use crate::terms::terminations::{self, TerminationTerm};
 
 /// A term of another crate.
 #[derive(Debug)]

@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 use paid_policy::observation::{Observation, ObservationSet, TermSetError};
 
 use super::own::OwnTerm;
-use crate::rewards::{REWARD_NAMES, RewardTerm};
-use crate::terminations::{TERMINATION_NAMES, TerminationTerm};
+use crate::terms::rewards::{REWARD_NAMES, RewardTerm};
+use crate::terms::terminations::{TERMINATION_NAMES, TerminationTerm};
 
 static INSTALLED: OnceLock<[Vec<OwnTerm>; 2]> = OnceLock::new();
 
@@ -112,7 +112,7 @@ pub(super) fn own_terminations() -> &'static [OwnTerm] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rewards::Upright;
+    use crate::terms::rewards::Upright;
 
     #[test]
     fn a_name_that_exists_is_refused_and_so_is_a_set_after_the_first_preset() {

@@ -6,8 +6,8 @@ use paid_policy::Views;
 use paid_policy::observation::Sink;
 
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
-use crate::observe::RobotBuffer;
+use crate::kernels::group::GroupTask;
+use crate::kernels::observe::RobotBuffer;
 
 /// Delays of a group and what they need to remember.
 #[derive(Clone, Debug)]

@@ -6,8 +6,8 @@ use paid_physics::{
 };
 
 use crate::TaskError;
+use crate::preset::randomization::RandomizationPreset;
 use crate::preset::{Range, value_error};
-use crate::randomization_preset::RandomizationPreset;
 
 /// Longest time constant `[s]`: a ball would sink in by its radius.
 const LONGEST_S: f64 = 0.1;

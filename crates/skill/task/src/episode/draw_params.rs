@@ -3,9 +3,9 @@
 use paid_lanes::rng::Rng;
 use paid_physics::{EnvParams, Material};
 
-use crate::contact_kind::draw_kind;
+use crate::episode::reset::{StartContext, draw};
 use crate::preset::Range;
-use crate::reset::{StartContext, draw};
+use crate::scene::contact_kind::draw_kind;
 
 /// A factor that changes nothing.
 const NONE: Range = [1.0, 1.0];

@@ -16,9 +16,9 @@ use paid_lanes::{Mask, Real};
 use serde::{Deserialize, Serialize};
 
 use crate::TaskError;
-use crate::parameters::{Parameters, Requirement};
+use crate::terms::parameters::{Parameters, Requirement};
+use crate::terms::table::TermInfo;
 use crate::terms::{OwnTerminations, TermInput, own_termination_names, own_termination_table};
-use crate::terms_table::TermInfo;
 
 /// A termination term: its limits, which [`parameters!`](crate::parameters) declares, and which lanes are beyond them.
 pub trait TerminationTerm: Parameters {

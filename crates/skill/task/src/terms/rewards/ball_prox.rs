@@ -4,7 +4,7 @@ use paid_lanes::Real;
 use serde::{Deserialize, Serialize};
 
 use super::kernel::gaussian;
-use crate::kick::{horizontal2, is_set};
+use crate::scene::kick::{horizontal2, is_set};
 use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 /// Which point of the robot a distance is measured from.

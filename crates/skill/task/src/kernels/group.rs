@@ -4,12 +4,12 @@ use paid_lanes::{Real, Vec3};
 use paid_play::SceneMemory;
 use paid_track::Eyes;
 
-use crate::anchoring::LaneAnchoring;
 use crate::config::TaskConfig;
-use crate::delay::Delays;
-use crate::kick::KickState;
-use crate::reference::Reference;
-use crate::shown::ShownScene;
+use crate::kernels::delay::Delays;
+use crate::references::anchoring::LaneAnchoring;
+use crate::references::frame::Reference;
+use crate::scene::kick::KickState;
+use crate::scene::shown::ShownScene;
 
 /// Task state of `V::LANES` environments.
 #[derive(Clone, Debug)]

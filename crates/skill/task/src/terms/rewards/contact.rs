@@ -2,7 +2,7 @@
 
 use paid_lanes::Real;
 
-use crate::kick::flag;
+use crate::scene::kick::flag;
 use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {

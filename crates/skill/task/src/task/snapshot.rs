@@ -7,10 +7,10 @@ use paid_lanes::Real;
 use paid_physics::{EnvParams, LaneState, Simulator};
 use serde::{Deserialize, Serialize};
 
-use crate::anchoring::Anchoring;
 use crate::codec::{Reader, append, expect};
-use crate::kick::KickState;
-use crate::stance::EndStates;
+use crate::episode::stance::EndStates;
+use crate::references::anchoring::Anchoring;
+use crate::scene::kick::KickState;
 use crate::task::EnvTask;
 use crate::{
     BallCurriculum, EndCause, InitialState, KickEvent, SamplerState, Task, TaskMetrics, end_names,
@@ -172,7 +172,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     }
 
     pub(crate) fn save_bytes(&self) -> Vec<u8> {
-        let group = |group: &crate::group::GroupTask<V>| {
+        let group = |group: &crate::kernels::group::GroupTask<V>| {
             let mut group = group.clone();
             widen(group.fields().into_iter().map(|field| &*field))
         };

@@ -5,7 +5,7 @@ use paid_physics::GroupState;
 
 use crate::TRACKING_NAMES;
 use crate::config::TaskConfig;
-use crate::reference::Reference;
+use crate::references::frame::Reference;
 
 /// Differences of one body from the yaw-aligned reference.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@ use paid_lanes::{MAX_LANES, Mat3, Quat, Real, Vec3, load_f32};
 use paid_play::{FrameLayout, ReferenceLibrary};
 use paid_policy::{Pose, ReferenceView};
 
-use crate::anchoring::LaneAnchoring;
+use crate::references::anchoring::LaneAnchoring;
 
 /// One packed frame a lane, see [`FrameLayout`].
 #[derive(Clone, Debug)]

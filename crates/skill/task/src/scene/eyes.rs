@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::BelievedBall;
 use crate::config::TaskConfig;
-use crate::reset::Start;
-use crate::rolling::roll_decay;
+use crate::episode::reset::Start;
+use crate::scene::rolling::roll_decay;
 
 /// What the policy knows of ball and goal, in training and in evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

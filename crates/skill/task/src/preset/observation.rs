@@ -71,3 +71,52 @@ impl ObservationPreset {
         Ok(())
     }
 }
+
+/// A term of the policy's observation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PolicyTerm {
+    pub id: ObservationId,
+    /// True if it is delayed where the preset has a delay of observations.
+    pub sensed: bool,
+    /// Half-width of its noise; 0 draws no random numbers.
+    pub half_width: f64,
+}
+
+/// The preset's lists of terms, and what follows from them.
+#[derive(Clone, Debug)]
+pub(crate) struct ObservationConfig {
+    pub policy: Vec<PolicyTerm>,
+    pub critic: Vec<ObservationId>,
+    pub style: Vec<ObservationId>,
+    /// Numbers of a frame that a discriminator sees; 0 without one.
+    pub style_dim: usize,
+    /// Random numbers of one observation.
+    pub noisy: usize,
+    /// Numbers of the policy's sensed terms.
+    pub sensed: usize,
+    /// True if a list has the ball where it will be.
+    pub predicts: bool,
+}
+
+impl ObservationConfig {
+    pub(crate) fn new(preset: &ObservationPreset, dimensions: Dimensions) -> Self {
+        let term = |&id: &ObservationId| PolicyTerm {
+            id,
+            sensed: id.info().sensed,
+            half_width: preset.noise.half_width(id),
+        };
+        let policy: Vec<PolicyTerm> = preset.policy.iter().map(term).collect();
+        let count = |counts: fn(&PolicyTerm) -> bool| {
+            policy.iter().filter(|term| counts(term)).map(|term| term.id.info().shape.size(dimensions)).sum()
+        };
+        Self {
+            critic: preset.critic.clone(),
+            style_dim: preset.style.iter().map(|id| id.info().shape.size(dimensions)).sum(),
+            style: preset.style.clone(),
+            noisy: count(|term| term.half_width > 0.0),
+            sensed: count(|term| term.sensed),
+            predicts: preset.predicts(),
+            policy,
+        }
+    }
+}

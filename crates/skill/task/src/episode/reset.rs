@@ -6,15 +6,15 @@ use paid_physics::{EnvParams, LaneState, Simulator};
 use paid_play::{ReferenceLibrary, RollingBall, from_start_frame, nearest_motion, nominal_ball, turned};
 
 use crate::config::TaskConfig;
-use crate::eyes::believed;
-use crate::placement::{
+use crate::episode::stance::{EndStates, RobotState, Sole};
+use crate::episode::starts::{Struck, gone, happens};
+use crate::preset::{BallRule, Range, VelocityNoise};
+use crate::scene::eyes::believed;
+use crate::scene::placement::{
     clear_ball, draw_ball_about, draw_ball_of_motion, draw_from_workspace, draw_goal, drawn_in, moved_clear,
     nominal_goal,
 };
-use crate::preset::{BallRule, Range, VelocityNoise};
-use crate::rolling::roll_decay;
-use crate::stance::{EndStates, RobotState, Sole};
-use crate::starts::{Struck, gone, happens};
+use crate::scene::rolling::roll_decay;
 use crate::{BallCurriculum, InitialState, SamplerState};
 
 /// Everything drawn for a new episode.

@@ -1,7 +1,11 @@
 //! Every constant of a task, as typed TOML. Unknown keys are refused. Reward and termination terms, their parameters and the noise of
 //! observation terms may be left out; every other key must be there.
 
+pub(crate) mod ball;
+pub(crate) mod episode;
 pub(crate) mod numbers;
+pub(crate) mod observation;
+pub(crate) mod randomization;
 
 use std::path::Path;
 
@@ -11,17 +15,17 @@ use paid_policy::PlayContract;
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
 
-use crate::ball_preset::check_after_strike;
-pub use crate::ball_preset::{BallPlacement, BallRule, GoalPreset};
-use crate::contact_kind;
-pub use crate::episode_preset::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
-pub use crate::eyes::KnowledgeMode;
 use crate::layers::{LayerError, Tree};
-pub use crate::observation_preset::ObservationPreset;
-pub use crate::randomization_preset::{RandomizationPreset, SurfacePreset};
+use crate::scene::contact_kind;
+pub use crate::scene::eyes::KnowledgeMode;
 use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
+use ball::check_after_strike;
+pub use ball::{BallPlacement, BallRule, GoalPreset};
+pub use episode::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
 use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
+pub use observation::ObservationPreset;
 pub use paid_track::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
+pub use randomization::{RandomizationPreset, SurfacePreset};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.
 pub type Range = [f64; 2];

@@ -4,8 +4,8 @@
 use paid_lanes::rng::Rng;
 use paid_lanes::{Quat, Vec3};
 
-use crate::reset::{StartContext, draw};
-use crate::stance::{RobotState, Sole, Stance};
+use crate::episode::reset::{StartContext, draw};
+use crate::episode::stance::{RobotState, Sole, Stance};
 
 /// How far off the heading of a start from another pose is, half-width `[rad]`: a robot that turns on the spot before its next kick
 /// does it no better.

@@ -1,13 +1,19 @@
 //! The vector parts of a control step, each entered with the lane type's instruction set.
 
+pub(crate) mod act;
+pub(crate) mod delay;
+pub(crate) mod group;
+pub(crate) mod observe;
+pub(crate) mod score;
+
 use paid_lanes::{Kernel, MAX_LANES, Real, store_f32};
 use paid_physics::GroupState;
 use paid_play::ReferenceLibrary;
 
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
-use crate::score::{OwnScore, Score, Sums, score};
-use crate::tracking::TrackingErrors;
+use crate::kernels::group::GroupTask;
+use crate::kernels::score::{OwnScore, Score, Sums, score};
+use crate::references::tracking::TrackingErrors;
 
 /// Loads every lane's reference frame.
 pub(crate) struct Gather<'a, V> {

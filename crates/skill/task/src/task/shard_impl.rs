@@ -5,11 +5,11 @@ use paid_physics::Simulator;
 use paid_policy::env::STYLE_GROUP;
 use paid_policy::{Mirrors, ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
-use crate::eyes::believed_ball;
-use crate::image;
-use crate::score::Sums;
-use crate::shown::ShownScene;
-use crate::stance::heading_of;
+use super::image;
+use crate::episode::stance::heading_of;
+use crate::kernels::score::Sums;
+use crate::scene::eyes::believed_ball;
+use crate::scene::shown::ShownScene;
 use crate::task::EnvTask;
 use crate::{
     BallCurriculum, BelievedBall, BodySample, Disturbance, EnvSample, EpisodeRules, EvalControl,

@@ -3,7 +3,7 @@
 use paid_lanes::{Mask, Real};
 
 use super::kernel::gaussian;
-use crate::kick::horizontal2;
+use crate::scene::kick::horizontal2;
 use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {

@@ -86,16 +86,16 @@ macro_rules! parameters {
             }
         }
 
-        impl $crate::parameters::Parameters for $Term {
+        impl $crate::terms::parameters::Parameters for $Term {
             const SUMMARY: &'static str = concat!($($summary),+);
 
-            fn parameters() -> Vec<$crate::parameters::ParameterInfo> {
+            fn parameters() -> Vec<$crate::terms::parameters::ParameterInfo> {
                 let rows = [$((stringify!($key), concat!($($doc),+), $unit, $reason)),*];
-                $crate::parameters::rows(&Self::default(), &rows)
+                $crate::terms::parameters::rows(&Self::default(), &rows)
             }
 
             fn validate(&self, key: &str) -> Result<(), $crate::TaskError> {
-                $($crate::parameters::check(key, stringify!($key), &self.$key, $crate::parameters::range::$range)?;)*
+                $($crate::terms::parameters::check(key, stringify!($key), &self.$key, $crate::terms::parameters::range::$range)?;)*
                 Ok(())
             }
         }

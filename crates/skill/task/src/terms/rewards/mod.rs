@@ -45,9 +45,9 @@ pub use kick_preset::KickPreset;
 
 use crate::TaskError;
 use crate::config::TaskConfig;
-use crate::parameters::{Parameters, Requirement};
+use crate::terms::parameters::{Parameters, Requirement};
+use crate::terms::table::TermInfo;
 use crate::terms::{OwnRewards, TermInput, own_reward_names, own_reward_table};
-use crate::terms_table::TermInfo;
 
 /// A reward term: its parameters with a weight, and its value over lanes. [`reward_term!`](crate::reward_term) declares the parameters.
 pub trait RewardTerm: Weighted {

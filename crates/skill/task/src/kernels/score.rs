@@ -4,12 +4,12 @@ use paid_lanes::{Mask, Real, Vec3};
 use paid_physics::GroupState;
 
 use crate::config::TaskConfig;
-use crate::group::GroupTask;
-use crate::kick::KickStep;
-use crate::rewards::REWARD_TERMS;
-use crate::terminations::TERMINATION_TERMS;
+use crate::kernels::group::GroupTask;
+use crate::references::tracking::TrackingErrors;
+use crate::scene::kick::KickStep;
 use crate::terms::TermInput;
-use crate::tracking::TrackingErrors;
+use crate::terms::rewards::REWARD_TERMS;
+use crate::terms::terminations::TERMINATION_TERMS;
 use crate::{TRACKING_NAMES, TaskPreset};
 
 /// Sums over steps and groups, one number per lane.

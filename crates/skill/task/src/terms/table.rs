@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use paid_policy::observation::{ObservationId, ObservationInfo};
 
-use crate::parameters::{ParameterInfo, Parameters, Requirement};
+use crate::terms::parameters::{ParameterInfo, Parameters, Requirement};
 use crate::{RewardPreset, TerminationPreset};
 
 /// A term as a row of the table.
@@ -71,8 +71,8 @@ pub fn terms_table() -> Vec<TermInfo> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rewards::REWARD_NAMES;
-    use crate::terminations::TERMINATION_NAMES;
+    use crate::terms::rewards::REWARD_NAMES;
+    use crate::terms::terminations::TERMINATION_NAMES;
 
     #[test]
     fn every_term_has_a_row_with_its_summary_and_parameters() {

@@ -3,10 +3,10 @@
 use paid_lanes::Real;
 use paid_physics::Simulator;
 
-use crate::anchoring::{Anchoring, LaneAnchoring};
-use crate::eyes::{begin_lane, start_rng};
-use crate::reset::Start;
-use crate::task::begin_to_see;
+use super::begin_to_see;
+use crate::episode::reset::Start;
+use crate::references::anchoring::{Anchoring, LaneAnchoring};
+use crate::scene::eyes::{begin_lane, start_rng};
 use crate::{NextKick, Task, TaskError};
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {

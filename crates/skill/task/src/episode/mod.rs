@@ -1,0 +1,11 @@
+//! How episodes begin, go on and end: starts and resets, which motion and phase, what is drawn for each, and what an evaluation rules.
+
+pub(crate) mod control;
+pub(crate) mod curriculum;
+pub(crate) mod disturb;
+pub(crate) mod draw_params;
+pub(crate) mod reset;
+pub(crate) mod rules;
+pub(crate) mod sampler;
+pub(crate) mod stance;
+pub(crate) mod starts;
