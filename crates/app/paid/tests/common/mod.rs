@@ -133,11 +133,12 @@ pub fn small<'a>(args: &[&'a str]) -> Vec<&'a str> {
 pub fn folder() -> tempfile::TempDir {
     static TRAINED: OnceLock<PathBuf> = OnceLock::new();
     let trained = TRAINED.get_or_init(|| {
-        let folder = tempfile::tempdir().expect("folder");
-        write_motions(folder.path());
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("trained-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        write_motions(&folder);
         let train =
             ["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"];
-        succeeds(&paid(folder.path(), &small(&train)));
+        succeeds(&paid(&folder, &small(&train)));
         folder
     });
     let folder = tempfile::tempdir().expect("folder");
