@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::net::SocketAddr;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::common::{News, Page, address};
 use paid_live::{Command, Seen, ServeOptions, TrainingPage};
@@ -20,8 +20,8 @@ fn start() -> (TrainingPage, SocketAddr) {
 fn after(run: &Path, stage: &str, iteration: u64) {
     fs::create_dir_all(run).expect("a folder");
     let samples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../skill/train/tests/samples");
-    let policy: PathBuf = samples.join(format!("{stage}.safetensors"));
-    fs::copy(policy, run.join(format!("model_{iteration}.safetensors"))).expect("a checkpoint");
+    let policy = if stage == "stage1" { "stage1.safetensors" } else { "policy.safetensors" };
+    fs::copy(samples.join(policy), run.join(format!("model_{iteration}.safetensors"))).expect("a checkpoint");
     let path = run.join("metrics.jsonl");
     let mut log = fs::File::options().append(true).create(true).open(path).expect("a log");
     let reach = if stage == "stage2" { r#","kick/reach":1.0"# } else { "" };

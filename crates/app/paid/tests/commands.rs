@@ -235,8 +235,12 @@ fn a_training_keeps_the_measured_contacts_in_its_policy_file() {
     for tensor in demo.net.layout().tensors() {
         file.put_f32s(format!("actor.{}", tensor.name), &tensor.shape, &demo.params[tensor.range.clone()]);
     }
+    let log_std: Vec<f32> = demo.std.iter().map(|std| std.ln()).collect();
+    file.put_f32s("actor.log_std".to_owned(), &[log_std.len()], &log_std);
+    // A policy file keeps mean and deviation: here they are of as many samples as a training has, so that one iteration does not move them.
     let moments = demo.normalizer.moments();
-    for (name, values) in [("mean", &moments.mean), ("m2", &moments.m2), ("count", &vec![moments.count])] {
+    let (count, m2) = (1e8 * moments.count, moments.m2.iter().map(|m2| 1e8 * m2).collect::<Vec<_>>());
+    for (name, values) in [("mean", &moments.mean), ("m2", &m2), ("count", &vec![count])] {
         file.put_f64s(format!("normalizer.policy.{name}"), &[values.len()], values);
     }
     file.path = folder.path().join("start.safetensors");
@@ -247,7 +251,15 @@ fn a_training_keeps_the_measured_contacts_in_its_policy_file() {
     let play = kept.preset.task.play();
     assert!(play.contact_s.len() > 6, "{play:?}");
     let file = OnnxPolicy::load(&folder.path().join("run/policy.onnx")).expect("a policy");
-    assert_eq!(file.contract().play, Some(play));
+    let found = file.contract().play.clone().expect("how it is played");
+    assert!(found.contact_s.keys().eq(play.contact_s.keys()), "{found:?}");
+    assert_eq!(found.mirror_left_kicks, play.mirror_left_kicks);
+    assert_eq!(found.where_it_lay, play.where_it_lay);
+    // Their decimals may be rounded.
+    assert!(
+        found.contact_s.iter().all(|(name, time)| (time - play.contact_s[name]).abs() < 1e-9),
+        "{found:?}"
+    );
 }
 
 #[test]

@@ -74,7 +74,8 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
     fs::write(&file, scores.to_string()).expect("writes");
     // Its checkpoints are not needed either.
     for entry in fs::read_dir(folder.path().join("out/amp/seed-1/amp")).expect("a run").flatten() {
-        if entry.path().extension().is_some_and(|extension| extension == "safetensors") {
+        if entry.path().extension().is_some_and(|extension| extension == "safetensors" || extension == "onnx")
+        {
             fs::remove_file(entry.path()).expect("removes");
         }
     }
@@ -123,18 +124,31 @@ fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
     let error = refuses(&paid(path, &line("here", "Two stages")));
     assert!(error.contains("preset.toml: expected the preset of the run"), "{error}");
     copy("preset.toml");
+    // The next stage goes on with the critic, which the policy file does not hold.
+    let error = refuses(&paid(path, &line("here", "Two stages")));
+    assert!(error.contains("stage1/policy.onnx: a policy file holds no critic"), "{error}");
+    let runs = fs::read_dir(&from).expect("a run").flatten().map(|entry| entry.file_name());
+    let models: Vec<_> = runs.filter(|name| name.to_string_lossy().starts_with("model_")).collect();
+    for name in &models {
+        copy(&name.to_string_lossy());
+    }
     let output = paid(path, &line("here", "Two stages"));
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     succeeds(&output);
     assert!(said.contains("stage2: 100%") && !said.contains("stage1: "), "{said}");
-    let files = fs::read_dir(&to).expect("a run").flatten().map(|entry| entry.file_name());
-    assert_eq!(files.count(), 3, "the carried stage is left as it is");
+    for name in
+        models.iter().filter_map(|name| name.to_str()).chain(["policy.onnx", "metrics.jsonl", "preset.toml"])
+    {
+        let [before, after] = [&from, &to].map(|run| fs::read(run.join(name)).expect("a file"));
+        assert!(before == after, "{name}: the carried stage is left as it is");
+    }
 
     // Killed before its first checkpoint the second stage begins anew.
     let entry = path.join("here/two-stages/seed-1");
     fs::remove_file(entry.join("scores.json")).expect("removed");
     for file in fs::read_dir(entry.join("stage2")).expect("a run").flatten() {
-        if file.path().extension().is_some_and(|extension| extension == "safetensors") {
+        if file.path().extension().is_some_and(|extension| extension == "safetensors" || extension == "onnx")
+        {
             fs::remove_file(file.path()).expect("removed");
         }
     }

@@ -239,7 +239,10 @@ fn a_film_has_a_strip_and_frames() {
 #[test]
 fn a_demo_scores_draws_and_records() {
     let folder = folder();
-    succeeds(&paid(folder.path(), &["export", "run", "--out", "policy.onnx"]));
+    let error = refuses(&paid(folder.path(), &["demo", "--policy", "run", "--motions", "motions"]));
+    assert!(error.contains("task 'stage1': expected one with a physical ball"), "{error}");
+    let policy = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
+    fs::copy(policy, folder.path().join("policy.onnx")).expect("copies");
     let args = ["demo", "--policy", "policy.onnx", "--motions", "motions", "--trials", "1", "--record", "2"];
     let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--json"]].concat())));
     assert_eq!((&report["kind"], report["trials"].as_array().map(Vec::len)), (&"demo".into(), Some(63)));

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::common::{paid, refuses, small, succeeds, write_motions};
 use paid_mujoco::Library;
-use paid_onnx::CONTRACT_KEY;
+use paid_onnx::PRESET_KEY;
 use paid_onnx::proto::ModelProto;
 use prost::Message;
 use serde_json::Value;
@@ -29,15 +29,19 @@ fn a_file_with_the_released_interface_brings_its_own_gains() {
         small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
     succeeds(&paid(folder.path(), &train));
     let bytes = fs::read(folder.path().join("run/policy.onnx")).expect("the export");
-    // The same network without this project's entry is a file with the released interface alone.
+    // The same network without this project's entries is a file with the released interface alone.
     let released = |name: &str, change: &dyn Fn(&mut ModelProto)| {
         let mut model = ModelProto::decode(&bytes[..]).expect("ONNX");
-        model.metadata_props.retain(|e| e.key.as_deref() != Some(CONTRACT_KEY));
+        model.metadata_props.retain(|e| !e.key.as_deref().is_some_and(|key| key.starts_with("paid_")));
         change(&mut model);
         fs::write(folder.path().join(name), model.encode_to_vec()).expect("writes");
     };
     released("same.onnx", &|_| {});
-    let own = mpjpe(folder.path(), "run/policy.onnx");
+    // As files of the first format were: without a preset, so that the ONNX runtime plays it too.
+    let mut first = ModelProto::decode(&bytes[..]).expect("ONNX");
+    first.metadata_props.retain(|e| e.key.as_deref() != Some(PRESET_KEY));
+    fs::write(folder.path().join("first.onnx"), first.encode_to_vec()).expect("writes");
+    let own = mpjpe(folder.path(), "first.onnx");
     let same = mpjpe(folder.path(), "same.onnx");
     assert!((same - own).abs() < 1e-6 * own, "{same} and {own}");
     // Joints of a tenth of the stiffness give way.

@@ -52,7 +52,7 @@ fn after_kill_9_no_more_than_a_tenth_of_a_second_is_missing() {
     let dir = tempfile::tempdir().expect("dir");
     let file = dir.path().join("killed.mcap");
     let mut child = Command::new(std::env::current_exe().expect("this program"))
-        .args(["--exact", "child_that_logs_until_it_is_killed", "--nocapture"])
+        .args(["--exact", "log::child_that_logs_until_it_is_killed", "--nocapture"])
         .env(CHILD, &file)
         .stdout(Stdio::piped())
         .spawn()

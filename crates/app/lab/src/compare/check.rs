@@ -152,9 +152,8 @@ mod tests {
         fs::copy(root.join("configs/robots/g1.toml"), folder.path().join("twin.toml")).expect("copies");
         fs::copy(root.join("crates/base/robot/assets/g1.xml"), folder.path().join("twin.xml"))
             .expect("copies");
-        let robot =
-            format!("sets = ['robot={:?}']\n[judge]", folder.path().join("twin.toml").display().to_string());
-        let twin = with("demo/policy.onnx").replace("[judge]", &robot).replace(FROM, "");
+        let robot = format!("sets = ['robot={:?}', ", folder.path().join("twin.toml").display().to_string());
+        let twin = with("demo/policy.onnx").replace("sets = [", &robot).replace(FROM, "");
         let error = checked(&twin, None).expect_err("another robot");
         assert!(
             error.contains("entry.policy: expected a policy of robot") && error.contains("twin.toml"),

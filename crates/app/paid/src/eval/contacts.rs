@@ -29,13 +29,13 @@ pub struct Args {
 /// Kicks with every clip, prints when the foot meets the ball, and keeps it if asked.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.common.setting.one_engine()?;
-    let spec = args.common.spec("paper_stage2")?;
-    if args.keep && !spec.policy.is_file() {
-        let found = spec.policy.display();
+    if args.keep && !args.common.policy.is_file() {
+        let found = args.common.policy.display();
         return Err(Failure::input(format!(
             "--keep: expected --policy to be a file, such as a run's policy.onnx, found {found}"
         )));
     }
+    let spec = args.common.spec("paper_stage2")?;
     let mut subject = Subject::load(&spec)?;
     subject.require_ball()?;
     let (monitor, progress) = Progress::start(args.json)?;

@@ -19,7 +19,7 @@ pub struct Common {
     /// Policy to score: a run folder (the mean of its last checkpoints), a checkpoint, or an ONNX file (of this project, with PAiD's
     /// released interface, or the TWIST2 tracker).
     #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
-    policy: PathBuf,
+    pub policy: PathBuf,
     #[command(flatten)]
     pub setting: Setting,
 }
