@@ -110,7 +110,7 @@ fn play(
         if signal.is_none() && up.is_some_and(|at| enough(held, at.elapsed())) {
             match ends {
                 Ends::Signals(names) => {
-                    names.iter().for_each(|name| crate::common::kill(name, program.0.id()))
+                    names.iter().for_each(|name| crate::common::kill(name, program.0.id()));
                 }
                 Ends::Reader => from = None,
             }
