@@ -4,7 +4,7 @@
 //! - [`agreement`], [`tracking_agreement`], [`gap`]: one policy in both engines, where they part ([`divergence`]) and why.
 //! - [`impacts`]: single impacts of ball and leg in both engines.
 //! - [`dataset`]: what a set of kicks covers.
-//! - [`bench`]: physics steps a second.
+//! - [`mod@bench`]: physics steps a second.
 //!
 //! Begin reading with `compare/plan.rs`.
 
