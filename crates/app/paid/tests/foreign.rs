@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::common::{paid, refuses, small, succeeds, write_motions};
+use crate::common::{folder, paid, refuses, succeeds};
 use paid_mujoco::Library;
 use paid_onnx::PRESET_KEY;
 use paid_onnx::proto::ModelProto;
@@ -23,11 +23,7 @@ fn mpjpe(folder: &Path, policy: &str) -> f64 {
 
 #[test]
 fn a_file_with_the_released_interface_brings_its_own_gains() {
-    let folder = tempfile::tempdir().expect("folder");
-    write_motions(folder.path());
-    let train =
-        small(&["train", "stage1", "--motions", "motions", "--iterations", "2", "--out", "run", "--quiet"]);
-    succeeds(&paid(folder.path(), &train));
+    let folder = folder();
     let bytes = fs::read(folder.path().join("run/policy.onnx")).expect("the export");
     // The same network without this project's entries is a file with the released interface alone.
     let released = |name: &str, change: &dyn Fn(&mut ModelProto)| {
