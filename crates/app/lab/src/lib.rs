@@ -2,7 +2,6 @@
 //!
 //! - [`compare`]: methods trained with one budget and judged alike, from one plan.
 //! - [`agreement`], [`tracking_agreement`], [`gap`]: one policy in both engines, where they part ([`divergence`]) and why.
-//! - [`impacts`]: single impacts of ball and leg in both engines.
 //! - [`dataset`]: what a set of kicks covers.
 //! - [`mod@bench`]: physics steps a second.
 //!
@@ -14,7 +13,6 @@ pub mod compare;
 pub mod dataset;
 pub mod divergence;
 pub mod gap;
-pub mod impacts;
 pub mod like_mujoco;
 pub mod results;
 pub mod tracking_agreement;

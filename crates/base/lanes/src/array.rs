@@ -1,7 +1,7 @@
 //! Portable lanes: `[f32; N]`, left to the compiler's vectorizer.
 
 use crate::ops::assign_ops;
-use crate::{Kernel, MAX_LANES, Mask, Real, functions};
+use crate::{Kernel, MAX_LANES, Mask, Real};
 
 /// `N` lanes of `f32` without any instruction-set requirement. `N` is at most [`MAX_LANES`]: more do not
 /// compile.
@@ -205,25 +205,5 @@ impl<const N: usize> Real for F32Array<N> {
             if_false.0[i] = if mask.0[i] { if_true.0[i] } else { if_false.0[i] };
         }
         if_false
-    }
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        functions::sin_cos(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        functions::exp(self)
-    }
-    #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
-        functions::atan2(self, x)
-    }
-    #[inline(always)]
-    fn lane(&self, i: usize) -> f64 {
-        f64::from(self.0[i])
-    }
-    #[inline(always)]
-    fn set_lane(&mut self, i: usize, x: f64) {
-        self.0[i] = x as f32;
     }
 }

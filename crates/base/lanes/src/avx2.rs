@@ -2,8 +2,8 @@
 
 use core::arch::x86_64::*;
 
-use crate::ops::{assign_ops, intrinsic_op};
-use crate::{Kernel, Mask, Real, functions};
+use crate::ops::{assign_ops, intrinsic_method, intrinsic_op};
+use crate::{Kernel, Mask, Real};
 
 // SAFETY (all intrinsics in this file): a value of these types exists only on a CPU with AVX2: kernels are entered
 // through `Real::run`, which checks the CPU, and `Isa` hands out this type only after detection.
@@ -99,6 +99,12 @@ impl Real for F32x8 {
         // SAFETY: the features are present, checked just above.
         unsafe { enter(kernel) }
     }
+    intrinsic_method!(mul_add(b, c), _mm256_fmadd_ps);
+    intrinsic_method!(neg_mul_add(b, c), _mm256_fnmadd_ps);
+    intrinsic_method!(max(other), _mm256_max_ps);
+    intrinsic_method!(min(other), _mm256_min_ps);
+    intrinsic_method!(sqrt(), _mm256_sqrt_ps);
+    intrinsic_method!(floor(), _mm256_floor_ps);
     #[inline(always)]
     fn splat(x: f32) -> Self {
         // SAFETY: see the top of the file.
@@ -117,26 +123,6 @@ impl Real for F32x8 {
         unsafe { _mm256_storeu_ps(out.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm256_fmadd_ps(self.0, b.0, c.0)) }
-    }
-    #[inline(always)]
-    fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm256_fnmadd_ps(self.0, b.0, c.0)) }
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm256_max_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm256_min_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
     fn abs(self) -> Self {
         // SAFETY: see the top of the file.
         unsafe { Self(_mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0)) }
@@ -153,16 +139,6 @@ impl Real for F32x8 {
         let estimate = unsafe { Self(_mm256_rsqrt_ps(self.0)) };
         let error = (self * estimate).neg_mul_add(estimate, Self::splat(3.0));
         estimate * Self::splat(0.5) * error
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm256_sqrt_ps(self.0)) }
-    }
-    #[inline(always)]
-    fn floor(self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm256_floor_ps(self.0)) }
     }
     #[inline(always)]
     fn exp2_int(self) -> Self {
@@ -186,30 +162,5 @@ impl Real for F32x8 {
     fn select(mask: Mask8, if_true: Self, if_false: Self) -> Self {
         // SAFETY: see the top of the file.
         unsafe { Self(_mm256_blendv_ps(if_false.0, if_true.0, mask.0)) }
-    }
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        functions::sin_cos(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        functions::exp(self)
-    }
-    #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
-        functions::atan2(self, x)
-    }
-    #[inline(always)]
-    fn lane(&self, i: usize) -> f64 {
-        let mut lanes = [0.0; 8];
-        self.store(&mut lanes);
-        f64::from(lanes[i])
-    }
-    #[inline(always)]
-    fn set_lane(&mut self, i: usize, x: f64) {
-        let mut lanes = [0.0; 8];
-        self.store(&mut lanes);
-        lanes[i] = x as f32;
-        *self = Self::load(&lanes);
     }
 }

@@ -2,8 +2,8 @@
 
 use core::arch::x86_64::*;
 
-use crate::ops::{assign_ops, intrinsic_op};
-use crate::{Kernel, Mask, Real, functions};
+use crate::ops::{assign_ops, intrinsic_method, intrinsic_op};
+use crate::{Kernel, Mask, Real};
 
 // SAFETY (all intrinsics in this file): a value of these types exists only on a CPU with AVX-512: kernels are entered
 // through `Real::run`, which checks the CPU, and `Isa` hands out this type only after detection.
@@ -93,6 +93,12 @@ impl Real for F32x16 {
         // SAFETY: the features are present, checked just above.
         unsafe { enter(kernel) }
     }
+    intrinsic_method!(mul_add(b, c), _mm512_fmadd_ps);
+    intrinsic_method!(neg_mul_add(b, c), _mm512_fnmadd_ps);
+    intrinsic_method!(max(other), _mm512_max_ps);
+    intrinsic_method!(min(other), _mm512_min_ps);
+    intrinsic_method!(abs(), _mm512_abs_ps);
+    intrinsic_method!(sqrt(), _mm512_sqrt_ps);
     #[inline(always)]
     fn splat(x: f32) -> Self {
         // SAFETY: see the top of the file.
@@ -111,31 +117,6 @@ impl Real for F32x16 {
         unsafe { _mm512_storeu_ps(out.as_mut_ptr(), self.0) }
     }
     #[inline(always)]
-    fn mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm512_fmadd_ps(self.0, b.0, c.0)) }
-    }
-    #[inline(always)]
-    fn neg_mul_add(self, b: Self, c: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm512_fnmadd_ps(self.0, b.0, c.0)) }
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm512_max_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm512_min_ps(self.0, other.0)) }
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm512_abs_ps(self.0)) }
-    }
-    #[inline(always)]
     fn recip(self) -> Self {
         // One Newton step on the 14-bit estimate.
         // SAFETY: see the top of the file.
@@ -150,11 +131,6 @@ impl Real for F32x16 {
         let estimate = unsafe { Self(_mm512_rsqrt14_ps(self.0)) };
         let error = (self * estimate).neg_mul_add(estimate, Self::splat(3.0));
         estimate * Self::splat(0.5) * error
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        // SAFETY: see the top of the file.
-        unsafe { Self(_mm512_sqrt_ps(self.0)) }
     }
     #[inline(always)]
     fn floor(self) -> Self {
@@ -180,30 +156,5 @@ impl Real for F32x16 {
     fn select(mask: Mask16, if_true: Self, if_false: Self) -> Self {
         // SAFETY: see the top of the file.
         unsafe { Self(_mm512_mask_blend_ps(mask.0, if_false.0, if_true.0)) }
-    }
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        functions::sin_cos(self)
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        functions::exp(self)
-    }
-    #[inline(always)]
-    fn atan2(self, x: Self) -> Self {
-        functions::atan2(self, x)
-    }
-    #[inline(always)]
-    fn lane(&self, i: usize) -> f64 {
-        let mut lanes = [0.0; 16];
-        self.store(&mut lanes);
-        f64::from(lanes[i])
-    }
-    #[inline(always)]
-    fn set_lane(&mut self, i: usize, x: f64) {
-        let mut lanes = [0.0; 16];
-        self.store(&mut lanes);
-        lanes[i] = x as f32;
-        *self = Self::load(&lanes);
     }
 }

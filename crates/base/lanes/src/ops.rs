@@ -37,5 +37,16 @@ macro_rules! intrinsic_op {
         }
     };
 }
+
+/// Method of [`crate::Real`] that is one intrinsic.
+macro_rules! intrinsic_method {
+    ($name:ident($($argument:ident),*), $intrinsic:ident) => {
+        #[inline(always)]
+        fn $name(self $(, $argument: Self)*) -> Self {
+            // SAFETY: a value of this type exists only on a CPU with the instruction set (see `Isa`).
+            unsafe { Self($intrinsic(self.0 $(, $argument.0)*)) }
+        }
+    };
+}
 #[cfg(target_arch = "x86_64")]
-pub(crate) use intrinsic_op;
+pub(crate) use {intrinsic_method, intrinsic_op};

@@ -3,6 +3,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
+use crate::functions;
+
 /// No lane type has more lanes: the length of buffers with one element per lane.
 pub const MAX_LANES: usize = 16;
 
@@ -133,11 +135,20 @@ pub trait Real:
     /// `if_true` where `mask` is set, else `if_false`.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
     /// Sine and cosine of any angle `[rad]`; absolute error below 2e-7 in `f32` for |x| < 100.
-    fn sin_cos(self) -> (Self, Self);
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        functions::sin_cos(self)
+    }
     /// `e^self`; arguments below -87 give 0 in `f32`. Relative error below 4e-7 in `f32`.
-    fn exp(self) -> Self;
+    #[inline(always)]
+    fn exp(self) -> Self {
+        functions::exp(self)
+    }
     /// Angle of the point (`x`, `self`) `[rad]`. Absolute error below 1e-6 in `f32`. `atan2(0, 0)` is 0.
-    fn atan2(self, x: Self) -> Self;
+    #[inline(always)]
+    fn atan2(self, x: Self) -> Self {
+        functions::atan2(self, x)
+    }
 
     /// A constant in every lane.
     #[inline(always)]
@@ -182,7 +193,18 @@ pub trait Real:
         (self * Self::zero()).le(Self::zero())
     }
     /// The value of lane `i`.
-    fn lane(&self, i: usize) -> f64;
+    #[inline(always)]
+    fn lane(&self, i: usize) -> f64 {
+        let mut lanes = [Self::Scalar::default(); MAX_LANES];
+        self.store(&mut lanes[..Self::LANES]);
+        lanes[..Self::LANES][i].to_f64()
+    }
     /// Sets lane `i`.
-    fn set_lane(&mut self, i: usize, x: f64);
+    #[inline(always)]
+    fn set_lane(&mut self, i: usize, x: f64) {
+        let mut lanes = [Self::Scalar::default(); MAX_LANES];
+        self.store(&mut lanes[..Self::LANES]);
+        lanes[..Self::LANES][i] = Self::Scalar::from_f64(x);
+        *self = Self::load(&lanes[..Self::LANES]);
+    }
 }

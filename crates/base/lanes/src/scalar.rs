@@ -119,14 +119,4 @@ impl Real for f64 {
     fn atan2(self, x: Self) -> Self {
         f64::atan2(self, x)
     }
-    #[inline(always)]
-    fn lane(&self, i: usize) -> f64 {
-        debug_assert_eq!(i, 0);
-        *self
-    }
-    #[inline(always)]
-    fn set_lane(&mut self, i: usize, x: f64) {
-        debug_assert_eq!(i, 0);
-        *self = x;
-    }
 }

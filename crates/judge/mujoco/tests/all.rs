@@ -4,4 +4,6 @@ mod contact;
 #[cfg(feature = "mujoco")]
 mod g1_bodies;
 #[cfg(feature = "mujoco")]
+mod impacts;
+#[cfg(feature = "mujoco")]
 mod simulator;

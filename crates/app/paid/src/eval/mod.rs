@@ -9,7 +9,6 @@ pub mod episode;
 mod eyes;
 mod film;
 mod gap;
-mod impacts;
 mod likeness;
 mod matches;
 pub mod out;
@@ -64,8 +63,6 @@ enum Command {
     /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
     /// turf and in a hall.
     Panel(Box<panel::Args>),
-    /// Compare random impacts of ball and leg in both engines: speed, direction and spin of the ball afterwards.
-    Impacts(Box<impacts::Args>),
     /// Draw one episode.
     Film(film::Args),
     /// Write the scene of the evaluation as MJCF for MuJoCo's viewer.
@@ -87,7 +84,6 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Contacts(args) => contacts::run(&args),
         Command::Likeness(args) => likeness::run(&args),
         Command::Panel(args) => panel::run(&args),
-        Command::Impacts(args) => impacts::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }

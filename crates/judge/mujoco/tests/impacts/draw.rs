@@ -32,10 +32,6 @@ pub struct Impact {
     pub targets: Vec<f64>,
     /// Factor of the joint gains: 1, or 0 for a free leg.
     pub gain: f64,
-    /// The body at which the ball is aimed.
-    pub body: usize,
-    /// Approach speed of the two surfaces `[m/s]`.
-    pub approach: f64,
 }
 
 /// What impacts are drawn for.
@@ -143,6 +139,6 @@ impl Leg<'_> {
             ball_ang_vel: vector(rng, BALL_SPIN),
             warm_start: Vec::new(),
         };
-        Some(Impact { state, targets, gain, body: aimed.body, approach })
+        Some(Impact { state, targets, gain })
     }
 }
