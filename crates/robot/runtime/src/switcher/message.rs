@@ -1,7 +1,10 @@
 //! A request to one of the robot's services and its response, in CDR.
 
+use byteorder::LittleEndian;
+use serde::{Deserialize, Serialize};
+
 /// `unitree_api::msg::dds_::Request_`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ApiRequest {
     /// Number of the request; the response repeats it.
     pub id: i64,
@@ -20,7 +23,7 @@ pub struct ApiRequest {
 }
 
 /// `unitree_api::msg::dds_::Response_`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ApiResponse {
     /// Number of the request.
     pub id: i64,
@@ -34,95 +37,26 @@ pub struct ApiResponse {
     pub binary: Vec<u8>,
 }
 
-impl ApiRequest {
-    /// CDR, little-endian, without the header.
-    pub fn to_cdr(&self) -> Vec<u8> {
-        let mut out = Vec::new();
-        for value in [self.id, self.api_id, self.lease] {
-            out.extend(value.to_le_bytes());
+macro_rules! as_cdr {
+    ($Message:ident) => {
+        impl $Message {
+            /// CDR, little-endian, without the header.
+            ///
+            /// # Panics
+            /// Never: numbers, texts and bytes can always be written.
+            pub fn to_cdr(&self) -> Vec<u8> {
+                cdr_encoding::to_vec::<_, LittleEndian>(self).expect("numbers, texts and bytes")
+            }
+
+            /// From [`Self::to_cdr`]'s bytes; `None` if they are no such message.
+            pub fn from_cdr(bytes: &[u8]) -> Option<Self> {
+                cdr_encoding::from_bytes::<_, LittleEndian>(bytes).ok().map(|(message, _)| message)
+            }
         }
-        out.extend(self.priority.to_le_bytes());
-        out.push(u8::from(self.noreply));
-        put_sequence(&mut out, self.parameter.as_bytes(), true);
-        put_sequence(&mut out, &self.binary, false);
-        out
-    }
-
-    /// From [`Self::to_cdr`]'s bytes; `None` if they are no request.
-    pub fn from_cdr(bytes: &[u8]) -> Option<Self> {
-        let mut take = Take(bytes, 0);
-        Some(Self {
-            id: i64::from_le_bytes(take.array()?),
-            api_id: i64::from_le_bytes(take.array()?),
-            lease: i64::from_le_bytes(take.array()?),
-            priority: i32::from_le_bytes(take.array()?),
-            noreply: take.array::<1>()? != [0],
-            parameter: take.text()?,
-            binary: take.sequence()?.to_vec(),
-        })
-    }
+    };
 }
-
-impl ApiResponse {
-    /// CDR, little-endian, without the header.
-    pub fn to_cdr(&self) -> Vec<u8> {
-        let mut out = Vec::new();
-        for value in [self.id, self.api_id] {
-            out.extend(value.to_le_bytes());
-        }
-        out.extend(self.code.to_le_bytes());
-        put_sequence(&mut out, self.data.as_bytes(), true);
-        put_sequence(&mut out, &self.binary, false);
-        out
-    }
-
-    /// From [`Self::to_cdr`]'s bytes; `None` if they are no response.
-    pub fn from_cdr(bytes: &[u8]) -> Option<Self> {
-        let mut take = Take(bytes, 0);
-        Some(Self {
-            id: i64::from_le_bytes(take.array()?),
-            api_id: i64::from_le_bytes(take.array()?),
-            code: i32::from_le_bytes(take.array()?),
-            data: take.text()?,
-            binary: take.sequence()?.to_vec(),
-        })
-    }
-}
-
-/// A length of four bytes, then the bytes; a text has a zero at its end, which counts.
-fn put_sequence(out: &mut Vec<u8>, bytes: &[u8], text: bool) {
-    out.resize(out.len().next_multiple_of(4), 0);
-    let length = u32::try_from(bytes.len() + usize::from(text)).unwrap_or(u32::MAX);
-    out.extend(length.to_le_bytes());
-    out.extend(bytes);
-    if text {
-        out.push(0);
-    }
-}
-
-/// Reads on from a place.
-struct Take<'a>(&'a [u8], usize);
-
-impl<'a> Take<'a> {
-    fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
-        let end = self.1.checked_add(length)?;
-        let found = self.0.get(self.1..end)?;
-        self.1 = end;
-        Some(found)
-    }
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
-        self.1 = self.1.next_multiple_of(N);
-        self.bytes(N)?.try_into().ok()
-    }
-    fn sequence(&mut self) -> Option<&'a [u8]> {
-        let length = u32::from_le_bytes(self.array()?);
-        self.bytes(length as usize)
-    }
-    fn text(&mut self) -> Option<String> {
-        let bytes = self.sequence()?;
-        String::from_utf8(bytes.strip_suffix(&[0]).unwrap_or(bytes).to_vec()).ok()
-    }
-}
+as_cdr!(ApiRequest);
+as_cdr!(ApiResponse);
 
 #[cfg(test)]
 mod tests {
