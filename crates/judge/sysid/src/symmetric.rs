@@ -1,42 +1,12 @@
-//! Eigenvalues of small symmetric matrices, by Jacobi rotations.
+//! Eigenvalues of small symmetric matrices.
+
+use nalgebra::DMatrix;
 
 /// Eigenvalues and eigenvectors (`vectors[k][i]`: component `k` of the `i`-th vector) of a symmetric matrix.
 pub(crate) fn eigen<const N: usize>(matrix: &[[f64; N]; N]) -> ([f64; N], [[f64; N]; N]) {
-    let mut a = *matrix;
-    let mut vectors = [[0.0; N]; N];
-    for (i, row) in vectors.iter_mut().enumerate() {
-        row[i] = 1.0;
-    }
-    // A few sweeps suffice; the bound only guards against NaN.
-    for _ in 0..60 {
-        let off: f64 = (0..N).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| a[i][j] * a[i][j]).sum();
-        let size: f64 = a.as_flattened().iter().map(|x| x * x).sum();
-        if off <= 1e-30 * size || !size.is_finite() {
-            break;
-        }
-        for p in 0..N {
-            for q in p + 1..N {
-                if a[p][q] == 0.0 {
-                    continue;
-                }
-                let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
-                let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
-                let c = 1.0 / t.hypot(1.0);
-                let s = t * c;
-                for k in 0..N {
-                    (a[k][p], a[k][q]) = (c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]);
-                }
-                for k in 0..N {
-                    (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
-                }
-                for k in 0..N {
-                    let (x, y) = (vectors[k][p], vectors[k][q]);
-                    (vectors[k][p], vectors[k][q]) = (c * x - s * y, s * x + c * y);
-                }
-            }
-        }
-    }
-    (std::array::from_fn(|i| a[i][i]), vectors)
+    let found = DMatrix::from_fn(N, N, |i, j| matrix[i][j]).symmetric_eigen();
+    let vectors = std::array::from_fn(|k| std::array::from_fn(|i| found.eigenvectors[(k, i)]));
+    (std::array::from_fn(|i| found.eigenvalues[i]), vectors)
 }
 
 #[cfg(test)]

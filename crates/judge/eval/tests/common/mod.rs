@@ -23,38 +23,25 @@ fn swing(kick_leg: KickLeg) -> Clip {
     let joint = |name: &str| model.joints.iter().position(|j| j.name == format!("{kick_leg}_{name}_joint"));
     let hip = joint("hip_pitch").expect("a hip");
     let (frames, fps) = (60, 30.0);
-    let mut clip = Clip {
-        name: format!("swing_{kick_leg}"),
-        path: "swing.npz".into(),
-        fps,
-        kick_leg,
-        kick_frame: None,
-        license: Some("CC0".to_owned()),
-        frames,
-        joints: model.joints.len(),
-        bodies: model.bodies.len(),
-        joint_pos: Vec::new(),
-        joint_vel: vec![0.0; frames * model.joints.len()],
-        body_pos: Vec::new(),
-        body_quat: Vec::new(),
-        body_lin_vel: vec![[0.0; 3]; frames * model.bodies.len()],
-        body_ang_vel: vec![[0.0; 3]; frames * model.bodies.len()],
-    };
-    for t in 0..frames {
+    let angles = (0..frames).flat_map(|t| {
         let mut angles = default_pos.clone();
-        let phase = core::f64::consts::TAU * t as f64 / frames as f64;
+        let phase = core::f64::consts::TAU * f64::from(t) / f64::from(frames);
         if 2 * t < frames {
             angles[hip] -= 0.5 * (1.0 - (2.0 * phase).cos());
         }
-        let base = Vec3::c([0.0, 0.0, spec.nominal_height_m]);
-        let poses = kinematics::forward::<f64>(&model, base, Quat::c([1.0, 0.0, 0.0, 0.0]), &angles);
-        clip.joint_pos.extend(angles);
-        for pose in poses {
-            clip.body_pos.push(pose.pos.0);
-            clip.body_quat.push(pose.quat.0);
-        }
-    }
-    resample(&clip, &model, 50.0)
+        angles
+    });
+    let angles: Vec<f64> = angles.collect();
+    let base = vec![([0.0, 0.0, spec.nominal_height_m], [1.0, 0.0, 0.0, 0.0]); frames as usize];
+    let clip = Clip::from_poses(&model, fps, &base, &angles);
+    let labels = Clip {
+        name: format!("swing_{kick_leg}"),
+        path: "swing.npz".into(),
+        kick_leg,
+        license: Some("CC0".to_owned()),
+        ..clip
+    };
+    resample(&labels, &model, 50.0)
 }
 
 /// A task over a swing of each leg, on one thread, with arithmetic that every machine has.

@@ -45,7 +45,8 @@ fn errors(reference: &Exit, found: &Exit) -> [f64; 3] {
 fn medians(contact: &Contact, change: impl FnOnce(&mut SceneOptions)) -> [f64; 3] {
     let (robot, spec) = (RobotModel::g1(), RobotSpec::g1());
     let control = spec.resolve(&robot).expect("the robot's own file");
-    let mut scene = SceneOptions { gravity: 0.0, substeps: 1, self_collision: false, ..SceneOptions::default() };
+    let mut scene =
+        SceneOptions { gravity: 0.0, substeps: 1, self_collision: false, ..SceneOptions::default() };
     change(&mut scene);
     scene.feet = FootShapes::Sole;
     let usual = scene.ball.unwrap_or_default();

@@ -32,7 +32,6 @@ use paid_robot::{RobotModel, RobotSpec, kinematics};
 use plan::{KICK, PLANT};
 use thiserror::Error;
 
-use crate::resample::differentiate;
 use crate::{Balance, Clip, KickLeg, balance, rotation_log, support_margin};
 
 /// Rounds of correcting the center of mass by the whole body's pressure.
@@ -216,33 +215,13 @@ fn poses(figure: &Biped<'_>, pose: &Pose) -> Vec<paid_robot::BodyPose<f64>> {
 
 /// Forward kinematics of all frames, velocities as differences.
 fn clip_of(figure: &Biped<'_>, frames: &[Pose], request: &KickRequest) -> Clip {
-    let model = figure.model;
-    let mut clip = Clip {
+    Clip {
         name: request.name.clone(),
         path: format!("{}.npz", request.name).into(),
-        fps: FPS,
         kick_leg: request.leg,
-        kick_frame: None,
         license: Some(BUILTIN_LICENSE.to_owned()),
-        frames: frames.len(),
-        joints: model.joints.len(),
-        bodies: model.bodies.len(),
-        joint_pos: Vec::with_capacity(frames.len() * model.joints.len()),
-        joint_vel: Vec::new(),
-        body_pos: Vec::with_capacity(frames.len() * model.bodies.len()),
-        body_quat: Vec::with_capacity(frames.len() * model.bodies.len()),
-        body_lin_vel: Vec::new(),
-        body_ang_vel: Vec::new(),
-    };
-    for frame in frames {
-        clip.joint_pos.extend(&frame.joints);
-        for pose in poses(figure, frame) {
-            clip.body_pos.push(pose.pos.0);
-            clip.body_quat.push(pose.quat.0);
-        }
+        ..Clip::of_poses(figure.model, FPS, frames)
     }
-    differentiate(&mut clip, model);
-    clip
 }
 
 /// A plan on its way to joint angles.
