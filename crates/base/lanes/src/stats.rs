@@ -29,6 +29,17 @@ pub fn quantile(values: &mut [f64], share: f64) -> Option<f64> {
     values.get((share * last as f64).round() as usize).copied()
 }
 
+/// The first bin of a histogram up to which there is this share of all counts, 0 to 1; `None` while nothing is counted.
+pub fn quantile_of_counts(counts: &[u64], share: f64) -> Option<usize> {
+    let all: u64 = counts.iter().sum();
+    let wanted = ((share * all as f64).ceil() as u64).max(1);
+    let mut seen = 0;
+    counts.iter().position(|count| {
+        seen += count;
+        seen >= wanted
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,4 @@
-//! Processor time and memory.
+//! What the program takes of the machine, and the real-time priority of its threads.
 
 use std::time::Instant;
 
@@ -38,6 +38,28 @@ impl Usage {
     /// At the begin of a measurement.
     pub fn now() -> Self {
         Self::since(Instant::now(), &Self::default())
+    }
+}
+
+/// Real-time priority of the thread that writes commands.
+pub(crate) const WRITER_PRIORITY: i32 = 60;
+/// Real-time priority of the thread that runs the policy.
+pub(crate) const THINKER_PRIORITY: i32 = 50;
+
+/// Asks the system for real-time priority of the calling thread; true if it was granted. Only Linux has it.
+pub(crate) fn ask_for_real_time(priority: i32) -> bool {
+    #[cfg(target_os = "linux")]
+    {
+        // SAFETY: a plain structure of the system, for which all zeros is a value.
+        let mut parameters: libc::sched_param = unsafe { std::mem::zeroed() };
+        parameters.sched_priority = priority;
+        // SAFETY: process 0 is the calling thread, and the structure lives through the call.
+        unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
+    }
+    #[cfg(not(target_os = "linux"))]
+    {
+        let _ = priority;
+        false
     }
 }
 

@@ -6,9 +6,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use paid_lanes::stats::quantile_of_counts;
 use serde::Serialize;
 
-use crate::runtime::COMMAND_US;
+use crate::cpu::{WRITER_PRIORITY, ask_for_real_time};
+use crate::wire::COMMAND_US;
 
 /// How late a loop came, in steps of 10 microseconds up to a tenth of a second.
 #[derive(Clone, Debug)]
@@ -20,17 +22,6 @@ impl Default for Lateness {
     fn default() -> Self {
         Self { counts: vec![0; 10_000] }
     }
-}
-
-/// The first bin of a histogram up to which there is this share of all; `None` while nothing is counted.
-pub(crate) fn quantile(counts: &[u64], share: f64) -> Option<usize> {
-    let all: u64 = counts.iter().sum();
-    let wanted = ((share * all as f64).ceil() as u64).max(1);
-    let mut seen = 0;
-    counts.iter().position(|count| {
-        seen += count;
-        seen >= wanted
-    })
 }
 
 /// Upper edges of the bins of [`Lateness::shares`] `[ms]`; the last bin has none.
@@ -61,7 +52,7 @@ impl Lateness {
 
     /// The lateness that a share of the periods stayed within `[ms]`.
     pub fn quantile_ms(&self, share: f64) -> f64 {
-        quantile(&self.counts, share).map_or(f64::NAN, |bin| (bin + 1) as f64 * 0.01)
+        quantile_of_counts(&self.counts, share).map_or(f64::NAN, |bin| (bin + 1) as f64 * 0.01)
     }
 
     /// Share of the periods in each bin of [`LATENESS_EDGES_MS`], and beyond the last edge.
@@ -96,7 +87,7 @@ impl BareTimer {
         let over = Arc::new(AtomicBool::new(false));
         let ended = Arc::clone(&over);
         let run = move || {
-            crate::live::ask_for_real_time(crate::live::WRITER_PRIORITY);
+            ask_for_real_time(WRITER_PRIORITY);
             let (mut out, mut pace) = (Lateness::default(), Pace::new(COMMAND_US));
             while !ended.load(Ordering::Relaxed) {
                 out.add(pace.wait());
@@ -162,7 +153,7 @@ impl Durations {
 
     /// What this share of them stayed within, to a microsecond.
     pub fn quantile(&self, share: f64) -> Duration {
-        let bin = quantile(&self.counts, share);
+        let bin = quantile_of_counts(&self.counts, share);
         bin.map_or(self.longest, |k| Duration::from_micros(k as u64 + 1).min(self.longest))
     }
 

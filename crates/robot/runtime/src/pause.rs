@@ -1,7 +1,7 @@
 //! A computer that stood still, told from a peer that is silent.
 
 use crate::limits::Limits;
-use crate::runtime::COMMAND_US;
+use crate::wire::COMMAND_US;
 
 /// Lateness from which a thread was not run, rather than scheduled a little late `[us]`: two periods.
 const PAUSE_US: u64 = 2 * COMMAND_US;

@@ -22,13 +22,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use crate::DeployError;
+use crate::cpu::{THINKER_PRIORITY, ask_for_real_time};
 use crate::lateness::{Lateness, Pace};
 use crate::link::{Link, LinkError};
 use crate::log::LogWriter;
 use crate::mailbox::Mailbox;
 use crate::message::Packet;
-use crate::runtime::{COMMAND_US, Event, Runtime, State, Status};
+use crate::runtime::{Event, Runtime, State, Status};
 use crate::switcher::{Line, Reply, SwitcherClient};
+use crate::wire::COMMAND_US;
 use crate::writer::Writer;
 pub use keys::TypedKeys;
 use panics::{Prints, Watching, guarded, print_the_rest, said};
@@ -48,9 +50,6 @@ const LAST_WORDS: usize = 8;
 const ENDING: u32 = 50;
 /// Time between two statuses.
 const STATUS_EVERY: Duration = Duration::from_millis(100);
-/// Real-time priorities of the writing and the thinking thread.
-pub(crate) const WRITER_PRIORITY: i32 = 60;
-const THINKER_PRIORITY: i32 = 50;
 
 /// What to run live.
 pub struct Live {
@@ -74,15 +73,6 @@ pub struct Live {
 
 /// Steps of the thinking thread between two statuses: a fiftieth of a second, so that there is always a fresh one.
 const STATUS_STEPS: u64 = 10;
-
-/// Asks the system for real-time priority of the calling thread; true if it was granted.
-pub(crate) fn ask_for_real_time(priority: i32) -> bool {
-    // SAFETY: a plain structure of the system, for which all zeros is a value.
-    let mut parameters: libc::sched_param = unsafe { std::mem::zeroed() };
-    parameters.sched_priority = priority;
-    // SAFETY: process 0 is the calling thread, and the structure lives through the call.
-    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameters) == 0 }
-}
 
 /// Asks every second who is in command, until it is over.
 fn watch_the_switcher(

@@ -7,12 +7,11 @@ use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
 use super::panics::{Prints, Watching, said};
-use super::{WRITER_PRIORITY, ask_for_real_time};
+use crate::cpu::{WRITER_PRIORITY, ask_for_real_time};
 use crate::lateness::{Lateness, Pace};
 use crate::link::{LinkError, Outlet};
 use crate::mailbox::Mailbox;
-use crate::runtime::COMMAND_US;
-use crate::wire::LowCmd;
+use crate::wire::{COMMAND_US, LowCmd};
 use crate::writer::Writer;
 
 /// Damping is sent for so many periods once the thinking thread has ended: half a second.

@@ -7,7 +7,7 @@ use paid_policy::observation::observe;
 use paid_policy::{Pose, RobotView, SceneView, Views};
 
 use super::{Controller, POLICY_US, Playing, Reason, Runtime, State};
-use crate::wire::{LowCmd, MotorCmd};
+use crate::wire::{COMMAND_US, LowCmd, MotorCmd};
 
 impl Runtime {
     /// A control step: decides, and lets the policy act where it moves the robot. True if it has acted.
@@ -223,7 +223,7 @@ impl Runtime {
             return LowCmd::damping(self.intake.mode_machine, joints, limits.passive_kd);
         }
         let limited = (now_us - self.switched_us) as f64 * 1e-6 < limits.switch_s;
-        let reach = self.switch_rad_s * super::COMMAND_US as f64 * 1e-6;
+        let reach = self.switch_rad_s * COMMAND_US as f64 * 1e-6;
         let mut command = LowCmd { mode_machine: self.intake.mode_machine, ..LowCmd::default() };
         for j in 0..joints {
             let wanted = self.wanted[j];

@@ -1,8 +1,7 @@
 //! How old a picture is when it moves a joint.
 
+use paid_lanes::stats::quantile_of_counts;
 use serde::Serialize;
-
-use crate::lateness::quantile;
 
 /// Bins of a millisecond.
 const BINS: usize = 512;
@@ -62,7 +61,7 @@ impl Latency {
     /// The distribution in figures; `None` before the first picture.
     pub fn figures(&self) -> Option<LatencyFigures> {
         let pictures: u64 = self.counts.iter().sum();
-        let within = |share: f64| quantile(&self.counts, share).unwrap_or(BINS - 1) as f64;
+        let within = |share: f64| quantile_of_counts(&self.counts, share).unwrap_or(BINS - 1) as f64;
         (pictures > 0).then(|| LatencyFigures {
             pictures,
             within_ms: [0.0, 0.01, 0.05, 0.5, 0.95, 0.99, 1.0].map(within),

@@ -31,8 +31,6 @@ pub use status::{JointStatus, Status};
 
 /// Time between two policy steps `[us]`.
 pub const POLICY_US: u64 = 20_000;
-/// Time between two commands `[us]`.
-pub const COMMAND_US: u64 = 2_000;
 
 /// What the policy got and gave in one step.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]

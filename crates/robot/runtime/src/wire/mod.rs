@@ -22,3 +22,5 @@ pub(crate) use walk::{Layout, Message};
 pub const MOTORS: usize = 35;
 /// `mode_machine` of a G1 with 29 free joints.
 pub const MODE_MACHINE_G1_29: u8 = 5;
+/// Time between two commands `[us]`.
+pub const COMMAND_US: u64 = 2_000;
