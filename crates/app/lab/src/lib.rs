@@ -1,7 +1,7 @@
 //! What measures this project, not a policy: the program uses it, no other crate.
 //!
 //! - [`compare`]: methods trained with one budget and judged alike, from one plan.
-//! - [`agreement`], [`tracking_agreement`], [`gap`]: one policy in both engines, where they part ([`divergence`]) and why.
+//! - [`agreement`], [`tracking_agreement`]: one policy in both engines, and where they part ([`divergence`]).
 //! - [`dataset`]: what a set of kicks covers.
 //! - [`mod@bench`]: physics steps a second.
 //!
@@ -12,7 +12,5 @@ pub mod bench;
 pub mod compare;
 pub mod dataset;
 pub mod divergence;
-pub mod gap;
-pub mod like_mujoco;
 pub mod results;
 pub mod tracking_agreement;

@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use paid_eval::EvalError;
-use paid_eval::results::{to_json, write_forms, write_shooting, write_tracking};
+use paid_eval::results::{to_json, write_shooting, write_tracking};
 use paid_files::write_whole;
 
 use crate::agreement::AgreementReport;
-use crate::gap::GapReport;
 use crate::tracking_agreement::TrackingAgreement;
 
 /// Writes both reports and their comparison.
@@ -31,12 +30,4 @@ pub fn write_tracking_agreement(folder: &Path, report: &TrackingAgreement) -> Re
     write_tracking(folder, "mujoco", &report.mujoco, &to_json(&report.mujoco)?)?;
     write_whole(&folder.join("both_tracking_runs.csv"), report.csv().as_bytes())?;
     Ok(write_whole(&folder.join("both_tracking.txt"), report.table().as_bytes())?)
-}
-
-/// Writes the gap between the engines for a kind of ball (`static` or `rolling`) as JSON, CSV and table.
-///
-/// # Errors
-/// If a file cannot be written.
-pub fn write_gap(folder: &Path, ball: &str, report: &GapReport, json: &str) -> Result<(), EvalError> {
-    write_forms(folder, &format!("gap_{ball}"), json, Some(report.csv()), &report.table())
 }

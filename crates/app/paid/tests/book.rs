@@ -267,7 +267,7 @@ fn run_page(page: &Path) {
 
 /// True for a command that runs in MuJoCo: it names the engine, or has no other.
 fn in_mujoco(args: &[String]) -> bool {
-    let only = ["mujoco", "compare", "drill", "gap", "panel", "sim"];
+    let only = ["mujoco", "compare", "drill", "panel", "sim"];
     args.iter().any(|a| only.contains(&a.as_str()))
 }
 

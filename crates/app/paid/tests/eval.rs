@@ -163,25 +163,6 @@ fn both_engines_run_the_same_trials() {
 }
 
 #[test]
-fn the_gap_between_the_engines_has_a_row_a_difference() {
-    if !mujoco("the_gap_between_the_engines_has_a_row_a_difference") {
-        return;
-    }
-    let folder = folder();
-    let args =
-        ["eval", "gap", "--policy", "run", "--task", "paper_stage2", "--trials", "1", "--limit", "0.1"];
-    let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "gap", "--json"]].concat())));
-    let rows = report["rows"].as_array().expect("rows");
-    let names: Vec<&str> = rows.iter().filter_map(|r| r["name"].as_str()).collect();
-    for name in ["built-in engine", "MuJoCo", "soles", "implicit PD", "bouncing ball", "all together"] {
-        assert!(names.contains(&name), "{names:?}");
-    }
-    assert!(rows[0]["same_outcome"].is_null() && rows[1]["same_outcome"]["trials"] == 63, "{rows:?}");
-    let csv = fs::read_to_string(folder.path().join("gap/gap_static.csv")).expect("the table");
-    assert_eq!(csv.lines().count(), rows.len() + 1);
-}
-
-#[test]
 fn a_panel_has_a_row_a_ball_and_kind() {
     if !mujoco("a_panel_has_a_row_a_ball_and_kind") {
         return;

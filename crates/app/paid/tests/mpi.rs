@@ -163,10 +163,10 @@ fn two_processes_share_the_trials_of_an_evaluation_out() {
     if paid_testing::mujoco(test, paid_mujoco::Library::get()).is_none() {
         return;
     }
-    let gap = ["eval", "gap", "--policy", demo];
+    let contacts = ["eval", "contacts", "--policy", demo];
     let both = of(&["--engine", "both"]);
     for (command, expected) in
-        [(&gap[..], "expected one process for this evaluation"), (&both, "expected one engine")]
+        [(&contacts[..], "expected one process for this evaluation"), (&both, "expected one engine")]
     {
         let command: Vec<&str> =
             ["-n", "2", env!("CARGO_BIN_EXE_paid")].into_iter().chain(command.to_vec()).collect();

@@ -22,7 +22,7 @@ use crate::worst::STRIPS;
 /// An evaluation as JSON: the report, what it is about, and what it cost.
 #[derive(Clone, Debug, Serialize)]
 pub struct Evaluation<'a, R: Serialize> {
-    /// `tracking`, `shooting`, `agreement`, `gap`, ...
+    /// `tracking`, `shooting`, `agreement`, ...
     pub kind: &'static str,
     /// Where the policy came from.
     pub policy: &'a str,

@@ -1,6 +1,6 @@
 //! A contact of the built-in engine in MuJoCo's terms.
 //!
-//! This is the one conversion; evaluation and `eval gap` use it. MuJoCo's contact is a spring and
+//! This is the one conversion; the evaluation and the tests of both engines use it. MuJoCo's contact is a spring and
 //! damper with one friction coefficient, so the conversion has limits:
 //!
 //! - **Friction.** MuJoCo does not distinguish sticking from sliding. The contact gets the dynamic coefficient: a kicked

@@ -8,7 +8,6 @@ pub mod episode;
 #[cfg_attr(not(feature = "full"), path = "no_eyes.rs")]
 mod eyes;
 mod film;
-mod gap;
 mod likeness;
 mod matches;
 pub mod out;
@@ -50,8 +49,6 @@ enum Command {
     Tracking(track::Args),
     /// Shoot at the goal from a grid of ball places.
     Shooting(Box<shoot::Args>),
-    /// Find out which difference between the engines matters: repeat the same shots in MuJoCo with one difference removed at a time.
-    Gap(Box<gap::Args>),
     /// Kick ball after ball without a reset: kicks until the first fall, goals, drift.
     Match(Box<matches::Args>),
     /// Compare the kicks with the clips: jerk, joint angles, path of the foot, swing of arms, hips and leg.
@@ -78,7 +75,6 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
     match args.command {
         Command::Tracking(args) => track::run(&args),
         Command::Shooting(args) => shoot::run(&args),
-        Command::Gap(args) => gap::run(&args),
         Command::Match(args) => matches::run(&args),
         Command::Clips(args) => clips::run(&args),
         Command::Contacts(args) => contacts::run(&args),

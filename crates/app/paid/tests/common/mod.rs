@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-use paid_lanes::{Quat, Vec3};
 use paid_motion::{Clip, KickLeg, resample, write_npz};
-use paid_robot::{RobotModel, RobotSpec, kinematics};
+use paid_robot::{RobotModel, RobotSpec};
 
 /// Runs the program in `folder`.
 pub fn paid(folder: &Path, args: &[&str]) -> Output {

@@ -8,11 +8,11 @@ use paid_eval::engine::EngineChoice;
 use paid_eval::episodes::EvalSetup;
 use paid_eval::monitor::Monitor;
 use paid_eval::policy::{Driver, DriverInput};
-use paid_lanes::{Isa, Quat, Vec3};
+use paid_lanes::Isa;
 use paid_motion::{Clip, KickLeg, MotionLibrary, resample, write_npz};
 use paid_play::{ReferenceLibrary, ShownAfterStrike};
 use paid_policy::observation::ObservationId;
-use paid_robot::{Permutation, RobotModel, RobotSpec, kinematics};
+use paid_robot::{Permutation, RobotModel, RobotSpec};
 use paid_task::TaskPreset;
 use paid_train::TrainedPolicy;
 
