@@ -3,8 +3,7 @@
 //!
 //! Lines that begin with `#` are comments, which other readers skip. Ours state there what the numbers leave open, a key a line:
 //! `# fps: 50`, `# kick_leg: right`, `# kick_frame: 141`, `# joint_order: model` (or `policy`),
-//! `# license: ...`. A first line of column names is understood: its last
-//! names are then those of the joints, in any order.
+//! `# quat: xyzw` (or `wxyz`), `# license: ...`. A first line of column names is understood (`crate::columns`), in any order.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -12,8 +11,10 @@ use std::path::Path;
 
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
+use crate::columns::columns;
+use crate::quat_order::stands_in_the_other_order;
 use crate::read::{LARGEST_VALUE, RATES_HZ, a_rate, first_bad_rate, no_other_rate};
-use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
+use crate::{Clip, JointOrder, KickLeg, MotionError, QuatOrder, ReadOptions, fastest_kick};
 
 /// Columns before the joints: three of position, four of orientation.
 const BASE: usize = 7;
@@ -68,8 +69,9 @@ pub fn parse_csv(
         let expected = format!("a kick frame from 0 to {}", frames.len() - 1);
         return Err(reader.error(stated.kick_line, 1, expected, frame.to_string()));
     }
-    let base: Vec<_> =
-        frames.iter().map(|row| ([row[0], row[1], row[2]], [row[6], row[3], row[4], row[5]])).collect();
+    let order = options.quat.or(stated.quat).filter(|_| !named);
+    let quat = |row: &[f64]| order.unwrap_or(QuatOrder::Xyzw).quat([row[3], row[4], row[5], row[6]]);
+    let base: Vec<_> = frames.iter().map(|row| ([row[0], row[1], row[2]], quat(row))).collect();
     let angles: Vec<f64> = frames.iter().flat_map(|row| row[BASE..].iter().copied()).collect();
     let mut clip = Clip {
         name: path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default(),
@@ -82,9 +84,22 @@ pub fn parse_csv(
         let expected = format!("speeds up to {LARGEST_VALUE:e} m/s or rad/s");
         return Err(reader.error(lines[frame], 1, expected, format!("{rate:e}")));
     }
+    if order.is_none() && !named && stands_in_the_other_order(&clip, model, spec) {
+        return Err(MotionError::QuatOrder { path: path.to_owned() });
+    }
     let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
     clip.kick_leg = options.kick_leg.or(stated.kick_leg).or_else(fastest).unwrap_or(KickLeg::Right);
     Ok(clip)
+}
+
+/// What a line without commas between its numbers looks like.
+fn separators(line: &str) -> &'static str {
+    match line {
+        _ if line.contains(';') => ": they look separated by semicolons",
+        _ if line.contains('\t') => ": they look separated by tabs",
+        _ if line.contains(' ') && !line.contains(',') => ": they look separated by blanks",
+        _ => "",
+    }
 }
 
 /// Brings the joints of a row into model order.
@@ -104,6 +119,7 @@ struct Stated {
     kick_line: usize,
     license: Option<String>,
     joint_order: Option<JointOrder>,
+    quat: Option<QuatOrder>,
 }
 
 /// What a file holds.
@@ -111,7 +127,7 @@ struct Text {
     stated: Stated,
     /// Whether a line names the columns.
     named: bool,
-    /// Position, unit quaternion x, y, z, w, joints in model order if they are named.
+    /// Position, unit quaternion (x, y, z, w if it is named), joints in model order if they are named.
     frames: Vec<Vec<f64>>,
     /// The line of each frame.
     lines: Vec<usize>,
@@ -154,34 +170,31 @@ impl Reader<'_> {
 
     fn lines(&self, text: &str) -> Result<Text, MotionError> {
         let mut stated = Stated { fps_line: 1, ..Stated::default() };
-        let mut order: Option<Permutation> = None;
+        let mut order: Option<Vec<usize>> = None;
         let (mut frames, mut lines) = (Vec::new(), Vec::new());
-        for (i, line) in text.lines().enumerate() {
+        for (i, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             let (number, line) = (i + 1, line.trim());
             if let Some(comment) = line.strip_prefix('#') {
                 self.comment(number, comment, &mut stated)?;
             } else if !line.is_empty() {
                 let fields: Vec<&str> = line.split(',').map(str::trim).collect();
-                let columns = BASE + self.joints.len();
-                if fields.len() != columns {
-                    let expected = format!(
-                        "{columns} numbers (x, y, z, quaternion x, y, z, w, {} joints)",
-                        self.joints.len()
-                    );
-                    return Err(self.error(
-                        number,
-                        fields.len(),
-                        expected,
-                        format!("{} fields", fields.len()),
-                    ));
-                }
-                let named = fields.iter().all(|f| f.parse::<f64>().is_err());
+                let named = fields.len() > BASE && fields.iter().all(|f| f.parse::<f64>().is_err());
                 if named && frames.is_empty() && order.is_none() {
-                    order = Some(self.order(&fields[BASE..])?);
-                } else {
-                    frames.push(self.row(number, &fields, order.as_ref())?);
-                    lines.push(number);
+                    let found = columns(&fields, &self.joints);
+                    order = Some(found.map_err(|(expected, found)| self.error(number, 1, expected, found))?);
+                    continue;
                 }
+                let width = BASE + self.joints.len();
+                if fields.len() != width {
+                    let expected = format!(
+                        "{width} numbers with commas between them (x, y, z, quaternion, {} joints)",
+                        width - BASE
+                    );
+                    let found = format!("{} fields{}", fields.len(), separators(line));
+                    return Err(self.error(number, fields.len(), expected, found));
+                }
+                frames.push(self.row(number, &fields, order.as_deref())?);
+                lines.push(number);
             }
         }
         Ok(Text { stated, named: order.is_some(), frames, lines })
@@ -195,12 +208,7 @@ impl Reader<'_> {
         })
     }
 
-    fn row(
-        &self,
-        line: usize,
-        fields: &[&str],
-        order: Option<&Permutation>,
-    ) -> Result<Vec<f64>, MotionError> {
+    fn row(&self, line: usize, fields: &[&str], order: Option<&[usize]>) -> Result<Vec<f64>, MotionError> {
         let mut row = Vec::with_capacity(fields.len());
         for (i, field) in fields.iter().enumerate() {
             match field.parse::<f64>() {
@@ -212,14 +220,14 @@ impl Reader<'_> {
                 _ => return Err(self.error(line, i + 1, "a finite number", format!("'{field}'"))),
             }
         }
+        if let Some(order) = order {
+            row = order.iter().map(|&column| row[column]).collect();
+        }
         let norm = row[3..BASE].iter().map(|q| q * q).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(self.error(line, 4, "a unit quaternion x, y, z, w", format!("norm {norm}")));
+            return Err(self.error(line, 4, "a unit quaternion", format!("norm {norm}")));
         }
         row[3..BASE].iter_mut().for_each(|q| *q /= norm);
-        if let Some(order) = order {
-            reorder(&mut row, order);
-        }
         Ok(row)
     }
 
@@ -241,6 +249,7 @@ impl Reader<'_> {
             "joint_order" => {
                 stated.joint_order = Some(value.parse().map_err(|_| bad("'model' or 'policy'"))?);
             }
+            "quat" => stated.quat = Some(value.parse().map_err(|_| bad("'xyzw' or 'wxyz'"))?),
             "license" | "licence" => stated.license = Some(value.to_owned()),
             _ => {}
         }
@@ -254,7 +263,8 @@ impl Reader<'_> {
 /// # Errors
 /// If the file cannot be written.
 pub fn write_csv(path: &Path, clip: &Clip) -> Result<(), MotionError> {
-    let mut text = format!("# fps: {}\n# kick_leg: {}\n# joint_order: model\n", clip.fps, clip.kick_leg);
+    let mut text =
+        format!("# fps: {}\n# kick_leg: {}\n# joint_order: model\n# quat: xyzw\n", clip.fps, clip.kick_leg);
     if let Some(frame) = clip.kick_frame {
         text += &format!("# kick_frame: {frame}\n");
     }

@@ -149,7 +149,8 @@ fn faults_are_shown_with_line_and_field() {
     let error = refusal(&["# fps: 50\n# kick_frame: 2\n", ROW, ROW].concat());
     assert!(error.ends_with("clip.csv:2:1: expected a kick frame from 0 to 1, found 2"), "{error}");
     assert!(
-        refusal("# fps: 50\na,b,c,d,e,f,g,left_hip,tail\n").contains("'right_hip' is expected but not found")
+        refusal("# fps: 50\nx,y,z,qx,qy,qz,qw,left_hip,tail\n")
+            .ends_with("the robot's joints, found 'tail' in column 9")
     );
 }
 
@@ -219,4 +220,27 @@ fn the_folder_of_a_motion_is_made() {
     let error = write_motion(&dir.path().join("c/kick.txt"), &steady_clip(5, 50.0, 0.0), &model(), &spec());
     assert!(matches!(error, Err(MotionError::Extension { .. })));
     assert!(!dir.path().join("c").exists(), "nothing is made for a name that is refused");
+}
+
+#[test]
+fn a_byte_order_mark_is_skipped_and_other_separators_are_called_so() {
+    let (_dir, path) = written(&["\u{feff}# fps: 50\n", ROW, ROW].concat());
+    let clip = read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect("reads");
+    assert_eq!((clip.frames, clip.body_pos(0)[0]), (2, [0.1, 0.2, 0.7]));
+    for (separator, name) in [(" ", "blanks"), ("\t", "tabs"), (";", "semicolons")] {
+        let error = refusal(&["# fps: 50\n", &ROW.replace(',', separator)].concat());
+        assert!(error.contains("expected 9 numbers with commas") && error.contains(name), "{error}");
+    }
+}
+
+#[test]
+fn named_columns_say_the_order_of_the_quaternion() {
+    let names = "pos_x,pos_y,pos_z,quat_w,quat_x,quat_y,quat_z,right_hip,left_hip\n";
+    let (_dir, path) = written(
+        &["# fps: 50\n", names, "0.1,0.2,0.7,0.8,0,0,0.6,-0.4,0.3\n", "0.1,0.2,0.7,0.8,0,0,0.6,-0.4,0.3\n"]
+            .concat(),
+    );
+    let clip = read_motion(&path, &model(), &spec(), &ReadOptions::default()).expect("reads");
+    assert_eq!(clip.body_quat(0)[0], [0.8, 0.0, 0.0, 0.6]);
+    assert_eq!(clip.joint_pos(0), [0.3, -0.4]);
 }

@@ -90,6 +90,33 @@ pub enum MotionError {
         /// What is there.
         found: String,
     },
+    /// A quaternion whose numbers seem to stand in another order.
+    #[error(
+        "{path}: expected quaternions in the order x, y, z, w, found a robot that stays on its feet only in the order w, x, y, z; \
+             give the order (--quat wxyz, or --quat xyzw to read it as it is) or write '# quat: wxyz' into the first line of a CSV file"
+    )]
+    QuatOrder {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file of another kind that is known.
+    #[error("{path}: expected a motion, found {found}; {remedy}")]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// A clip that cannot be a motion of this robot.
+    #[error("{path}: {what}; `paid motion check` says more")]
+    Implausible {
+        /// The file.
+        path: PathBuf,
+        /// What was expected and what was found.
+        what: String,
+    },
     /// Something that the file does not say and that nobody gave.
     #[error("{path}: {what} is not stated in the file; {remedy}")]
     Unstated {

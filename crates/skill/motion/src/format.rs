@@ -6,9 +6,10 @@ use std::path::Path;
 
 use paid_robot::{RobotModel, RobotSpec};
 
+use crate::foreign::refuse_by_head;
 use crate::gmr::{begins_as_pickle, read_gmr};
 use crate::read::read_npz;
-use crate::{Clip, KickLeg, MotionError, fastest_kick, read_csv, write_csv, write_npz};
+use crate::{Clip, KickLeg, MotionError, QuatOrder, fastest_kick, read_csv, write_csv, write_npz};
 
 /// Endings of the names of files that [`read_motion`] reads.
 pub const EXTENSIONS: [&str; 4] = ["npz", "csv", "pkl", "pickle"];
@@ -46,6 +47,9 @@ pub struct ReadOptions {
     /// Joint order of a CSV file without column names or of a pickle; wins over what the file states. Without either, [`JointOrder::Model`].
     /// An error beside an NPZ file, which has its own.
     pub joint_order: Option<JointOrder>,
+    /// Order of the base's quaternion in a CSV file without column names or in a pickle; wins over what the file states. Without either,
+    /// [`QuatOrder::Xyzw`], and a file that stands only in the other order is an error. NPZ files have their own.
+    pub quat: Option<QuatOrder>,
 }
 
 /// Reads a motion file of any known format (NPZ, CSV, GMR's pickle), at its own frame rate. A zip archive is taken for NPZ and a pickle for
@@ -61,8 +65,9 @@ pub fn read_motion(
 ) -> Result<Clip, MotionError> {
     let io = |source| MotionError::Io { path: path.to_owned(), source };
     let mut head = Vec::new();
-    File::open(path).map_err(io)?.take(4).read_to_end(&mut head).map_err(io)?;
-    if head == *b"PK\x03\x04" || has_extension(path, "npz") {
+    File::open(path).map_err(io)?.take(32).read_to_end(&mut head).map_err(io)?;
+    refuse_by_head(path, &head)?;
+    if head.starts_with(b"PK\x03\x04") || has_extension(path, "npz") {
         let (mut clip, labeled) = read_npz(path, model, spec, options)?;
         let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
         let leg = if labeled { options.kick_leg } else { options.kick_leg.or_else(fastest) };

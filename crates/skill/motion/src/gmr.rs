@@ -6,9 +6,11 @@ use std::path::Path;
 
 use paid_robot::{Permutation, RobotModel, RobotSpec};
 
+use crate::foreign::refuse_joblib;
 use crate::pickle::{Id, Machine, PickleError, Value};
+use crate::quat_order::stands_in_the_other_order;
 use crate::read::{LARGEST_VALUE, RATES_HZ, a_rate, first_bad, first_bad_rate, no_other_rate};
-use crate::{Clip, JointOrder, KickLeg, MotionError, ReadOptions, fastest_kick};
+use crate::{Clip, JointOrder, KickLeg, MotionError, QuatOrder, ReadOptions, fastest_kick};
 
 const UNIT_TOLERANCE: f64 = 1e-2;
 /// A larger file is no motion `[bytes]`.
@@ -19,7 +21,7 @@ pub(crate) fn begins_as_pickle(head: &[u8]) -> bool {
     matches!(head, [0x80, 2..=5, ..])
 }
 
-/// Reads a GMR motion: a pickled dictionary with `fps` (a number), `root_pos` `[T, 3]` `[m]`, `root_rot` `[T, 4]` (x, y, z, w) and
+/// Reads a GMR motion: a pickled dictionary with `fps` (a number), `root_pos` `[T, 3]` `[m]`, `root_rot` `[T, 4]` (x, y, z, w; [`ReadOptions::quat`]) and
 /// `dof_pos` `[T, J]` `[rad]` in model order (depth-first), numpy arrays or lists. Other keys are ignored. No code of the file is run.
 ///
 /// # Errors
@@ -57,6 +59,7 @@ pub fn parse_gmr(
         expected: e.expected,
         found: e.found,
     };
+    refuse_joblib(path, bytes)?;
     let (machine, top) = Machine::load(bytes).map_err(broken)?;
     let Value::Dict(items) = machine.get(top) else {
         return Err(broken(machine.error("a dictionary", machine.get(top).name())));
@@ -90,17 +93,14 @@ pub fn parse_gmr(
             return Err(error(key, &format!("{frames} frames as in 'dof_pos'"), rows.to_string()));
         }
     }
+    let order = options.quat.unwrap_or(QuatOrder::Xyzw);
     let mut base = Vec::with_capacity(frames);
     for (t, (p, q)) in pos.chunks_exact(3).zip(rot.chunks_exact(4)).enumerate() {
         let norm = q.iter().map(|x| x * x).sum::<f64>().sqrt();
         if (norm - 1.0).abs() > UNIT_TOLERANCE {
-            return Err(error(
-                "root_rot",
-                "unit quaternions x, y, z, w",
-                format!("norm {norm} in frame {t}"),
-            ));
+            return Err(error("root_rot", "unit quaternions", format!("norm {norm} in frame {t}")));
         }
-        base.push(([p[0], p[1], p[2]], [q[3], q[0], q[1], q[2]].map(|x| x / norm)));
+        base.push(([p[0], p[1], p[2]], order.quat([q[0], q[1], q[2], q[3]]).map(|x| x / norm)));
     }
     let joint_pos = if options.joint_order == Some(JointOrder::Policy) {
         let order =
@@ -119,6 +119,9 @@ pub fn parse_gmr(
     if let Some((frame, rate)) = first_bad_rate(&clip) {
         let expected = format!("speeds up to {LARGEST_VALUE:e} m/s or rad/s");
         return Err(error("root_pos and dof_pos", &expected, format!("{rate:e} in frame {frame}")));
+    }
+    if options.quat.is_none() && stands_in_the_other_order(&clip, model, spec) {
+        return Err(MotionError::QuatOrder { path: path.to_owned() });
     }
     let fastest = || fastest_kick(&clip, model, spec).map(|kick| kick.leg);
     clip.kick_leg = options.kick_leg.or_else(fastest).unwrap_or(KickLeg::Right);

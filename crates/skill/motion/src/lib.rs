@@ -21,6 +21,7 @@ mod balance;
 pub mod check;
 pub mod clean;
 mod clip;
+mod columns;
 mod csv;
 #[cfg(test)]
 mod csv_tests;
@@ -28,11 +29,13 @@ pub mod edit;
 mod error;
 #[cfg(test)]
 mod file_tests;
+mod foreign;
 mod format;
 pub mod generate;
 mod gmr;
 #[cfg(test)]
 mod gmr_tests;
+mod implausible;
 mod kick;
 mod label;
 mod library;
@@ -42,12 +45,12 @@ mod npz;
 mod pickle;
 mod points;
 mod poses;
+mod quat_order;
 mod read;
 mod resample;
 mod rotation;
 #[cfg(test)]
 mod testing;
-mod upright;
 mod write;
 
 pub use balance::{Balance, GRAVITY, balance, hull, support_margin};
@@ -60,6 +63,7 @@ pub use kick::{KickFacts, ball_ahead, displacement_in_heading, kick_facts, lowes
 pub use label::{KickLabel, fastest_kick};
 pub use library::{MotionLibrary, motion_files};
 pub use points::{Points, is_points_file, parse_points, read_points, write_points};
+pub use quat_order::QuatOrder;
 pub use read::{no_other_rate, parse_npz, read_clip};
 pub use resample::resample;
 pub use rotation::{rotation_log, slerp};

@@ -7,6 +7,7 @@ use paid_robot::{RobotModel, RobotSpec};
 
 use crate::format::has_extension;
 use crate::generate::{Look, generate_builtin};
+use crate::implausible::Implausible;
 use crate::points::refuse_points;
 use crate::{Clip, EXTENSIONS, MotionError, ReadOptions, read_motion, resample};
 
@@ -49,7 +50,8 @@ impl MotionLibrary {
     }
 
     /// Reads every motion file below `dir` in sorted order ([`motion_files`]), checks every key, permutes to model order by name, and
-    /// resamples what is not at `control_rate_hz`. Where a file does not state the kicking leg, the faster foot decides.
+    /// resamples what is not at `control_rate_hz`. Where a file does not state the kicking leg, the faster foot decides. What cannot be a
+    /// motion of the robot is refused: upside down, in degrees or centimeters, with feet faster than any robot's.
     ///
     /// # Errors
     /// The first problem found, naming the file, the key, what was expected and what was found.
@@ -61,6 +63,11 @@ impl MotionLibrary {
     ) -> Result<Self, MotionError> {
         check_rate(control_rate_hz)?;
         let mut library = Self::load_unchanged(dir, model, spec)?;
+        for clip in &library.clips {
+            if let Some(what) = Implausible::of(clip, model, spec) {
+                return Err(MotionError::Implausible { path: clip.path.clone(), what: what.to_string() });
+            }
+        }
         library.clips = library.clips.into_iter().map(|c| at_rate(c, model, control_rate_hz)).collect();
         Ok(library)
     }
@@ -190,11 +197,25 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         unlabeled(&folder.path().join("kick.npz"));
         // Both feet are as fast: the left one comes first.
-        let library = MotionLibrary::load(folder.path(), &model(), &spec(), 50.0).expect("the faster foot");
+        let library =
+            MotionLibrary::load_unchanged(folder.path(), &model(), &spec()).expect("the faster foot");
         assert_eq!(library.clips[0].kick_leg, KickLeg::Left);
         let told = ReadOptions { kick_leg: Some(KickLeg::Right), ..ReadOptions::default() };
         let library = MotionLibrary::load_with(folder.path(), &model(), &spec(), &told).expect("told");
         assert_eq!(library.clips[0].kick_leg, KickLeg::Right);
+    }
+
+    #[test]
+    fn what_cannot_be_a_motion_is_refused_before_it_is_trained_on() {
+        let folder = tempfile::tempdir().expect("a folder");
+        // Quaternions of four halves: the robot lies.
+        unlabeled(&folder.path().join("kick.npz"));
+        let error =
+            MotionLibrary::load(folder.path(), &model(), &spec(), 50.0).expect_err("lies").to_string();
+        assert!(
+            error.contains("kick.npz: expected a robot that stands") && error.contains("motion check"),
+            "{error}"
+        );
     }
 
     #[test]

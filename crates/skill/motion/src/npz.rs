@@ -1,13 +1,14 @@
 //! Arrays in a zip archive: reading with checks, and nothing about motions.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor, Read, Seek};
+use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use npyz::{DType, Deserialize, NpyFile, Order, TypeChar};
 use zip::ZipArchive;
 
 use crate::MotionError;
+use crate::foreign::refuse_by_head;
 
 /// An array of more bytes than this is no motion [bytes]: an hour of a humanoid at 50 Hz is a tenth of it.
 const LARGEST_ENTRY: u64 = 1 << 30;
@@ -31,7 +32,10 @@ pub(crate) struct Numbers {
 impl Npz {
     pub fn open(path: &Path) -> Result<Self, MotionError> {
         let file = File::open(path).map_err(|source| MotionError::Io { path: path.to_owned(), source })?;
-        Self::new(path, Box::new(BufReader::new(file)))
+        let mut reader = BufReader::new(file);
+        let head = reader.fill_buf().map_err(|source| MotionError::Io { path: path.to_owned(), source })?;
+        refuse_by_head(path, head)?;
+        Self::new(path, Box::new(reader))
     }
 
     /// From the bytes of a file; `path` names it.
@@ -128,9 +132,6 @@ impl Npz {
         if promised.is_none_or(|n| n > bytes.len() as u64) {
             return Err(self.broken(key, format!("shape {:?} in {} bytes", array.shape(), bytes.len())));
         }
-        if array.order() != Order::C && array.shape().len() > 1 {
-            return Err(self.broken(key, "column-major order".to_owned()));
-        }
         Ok(array)
     }
 
@@ -147,8 +148,39 @@ impl Npz {
         array: NpyFile<&[u8]>,
         convert: fn(T) -> f64,
     ) -> Result<Numbers, MotionError> {
-        let shape = array.shape().iter().map(|&n| n as usize).collect();
+        let shape: Vec<usize> = array.shape().iter().map(|&n| n as usize).collect();
+        let row_major = array.order() == Order::C;
         let values = array.into_vec::<T>().map_err(|e| self.broken(key, e.to_string()))?;
-        Ok(Numbers { shape, values: values.into_iter().map(convert).collect() })
+        let values = values.into_iter().map(convert).collect();
+        Ok(Numbers { values: if row_major { values } else { to_row_major(&shape, &values) }, shape })
+    }
+}
+
+/// The numbers of a column-major array (the first index runs fastest, as in Fortran and MATLAB) in row-major order.
+fn to_row_major(shape: &[usize], values: &[f64]) -> Vec<f64> {
+    let strides: Vec<usize> = (0..shape.len()).map(|axis| shape[..axis].iter().product()).collect();
+    let at = |mut rest: usize| {
+        let steps = shape.iter().zip(&strides).rev().map(|(&n, stride)| {
+            let index = rest % n;
+            rest /= n;
+            index * stride
+        });
+        values[steps.sum::<usize>()]
+    };
+    (0..values.len()).map(at).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_column_major_array_is_read_by_its_indices() {
+        // a[i][j] = 10 i + j, three rows of two.
+        assert_eq!(
+            to_row_major(&[3, 2], &[0.0, 10.0, 20.0, 1.0, 11.0, 21.0]),
+            [0.0, 1.0, 10.0, 11.0, 20.0, 21.0]
+        );
+        assert_eq!(to_row_major(&[4], &[1.0, 2.0, 3.0, 4.0]), [1.0, 2.0, 3.0, 4.0]);
     }
 }

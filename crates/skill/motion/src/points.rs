@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::MotionError;
+use crate::foreign::refuse_smpl;
 use crate::npz::Npz;
 use crate::read::{RATES_HZ, a_rate};
 
@@ -33,9 +34,14 @@ impl Points {
 /// True if a file is an NPZ archive with the key `positions`; false for a file of another name.
 ///
 /// # Errors
-/// An `.npz` that cannot be read or is no archive.
+/// An `.npz` that cannot be read, is no archive or is one of AMASS.
 pub fn is_points_file(path: &Path) -> Result<bool, MotionError> {
-    Ok(crate::format::has_extension(path, "npz") && Npz::open(path)?.has("positions"))
+    if !crate::format::has_extension(path, "npz") {
+        return Ok(false);
+    }
+    let npz = Npz::open(path)?;
+    refuse_smpl(path, |key| npz.has(key))?;
+    Ok(npz.has("positions"))
 }
 
 /// Refuses a human's points where a motion of the robot is expected.
@@ -44,6 +50,7 @@ pub(crate) fn refuse_points(path: &Path) -> Result<(), MotionError> {
         return Ok(());
     }
     let npz = Npz::open(path)?;
+    refuse_smpl(path, |key| npz.has(key))?;
     if !npz.has("positions") || npz.has("joint_pos") {
         return Ok(());
     }

@@ -9,6 +9,9 @@ use crate::generate::Pose;
 use crate::resample::differentiate;
 use crate::{Clip, KickLeg};
 
+/// Position `[m]` and unit quaternion (w, x, y, z) of the base.
+pub(crate) type Base = ([f64; 3], [f64; 4]);
+
 impl Clip {
     /// The poses of its frames.
     pub(crate) fn poses(&self) -> impl Iterator<Item = Pose> {

@@ -6,7 +6,7 @@ use paid_robot::{RobotModel, RobotSpec, SpecError};
 use serde::Serialize;
 
 use super::{CheckLimits, Limit, Measures, Worst, measure};
-use crate::upright::NotUpright;
+use crate::implausible::Implausible;
 use crate::{Clip, KickLeg};
 
 /// How fit a clip is; the worse is the greater.
@@ -119,7 +119,7 @@ pub fn check_clip(
 ) -> Result<ClipReport, SpecError> {
     let measures = measure(clip, model, spec)?;
     let mut findings = findings(clip, &measures, limits);
-    if let Some(what) = NotUpright::of(clip, spec) {
+    if let Some(what) = Implausible::of(clip, model, spec) {
         let (aspect, verdict) = (Aspect::Upright, Verdict::Fail);
         findings.push(Finding { aspect, verdict, frame: None, reason: what.to_string() });
     }

@@ -28,7 +28,7 @@ pub enum CleanError {
     },
     /// No robot on its feet, in meters, with z up.
     #[error("{name}: {what}")]
-    NotUpright {
+    Implausible {
         /// The clip.
         name: String,
         /// What was expected and what was found.
@@ -73,7 +73,7 @@ impl CleanError {
         match &mut self {
             Self::Length { name, .. }
             | Self::Number { name, .. }
-            | Self::NotUpright { name, .. }
+            | Self::Implausible { name, .. }
             | Self::Feet { name }
             | Self::Air { name, .. } => *name = by.into(),
             Self::Option { .. } | Self::Robot(_) => {}

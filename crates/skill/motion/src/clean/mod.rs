@@ -82,7 +82,7 @@ pub fn clean(
 ) -> Result<Cleaned, CleanError> {
     let begun = Instant::now();
     sanity::options(options)?;
-    sanity::motion(clip, spec)?;
+    sanity::motion(clip, model, spec)?;
     let figure = Figure::new(model, spec)?;
     let limits = CheckLimits::default();
     let before = check_clip(clip, model, spec, &limits)?;

@@ -1,10 +1,10 @@
 //! Input that is no kick of a robot on its feet, told before anything is computed.
 
-use paid_robot::RobotSpec;
+use paid_robot::{RobotModel, RobotSpec};
 
 use super::{CleanError, CleanOptions};
 use crate::Clip;
-use crate::upright::NotUpright;
+use crate::implausible::Implausible;
 
 /// Shortest and longest motion `[s]`.
 const LENGTH: std::ops::RangeInclusive<f64> = 0.5..=120.0;
@@ -23,7 +23,7 @@ pub(super) fn options(options: &CleanOptions) -> Result<(), CleanError> {
     }
 }
 
-pub(super) fn motion(clip: &Clip, spec: &RobotSpec) -> Result<(), CleanError> {
+pub(super) fn motion(clip: &Clip, model: &RobotModel, spec: &RobotSpec) -> Result<(), CleanError> {
     let name = || clip.name.clone();
     let bad = |t: &usize| {
         let numbers = clip.body_pos(*t)[0].into_iter().chain(clip.body_quat(*t)[0]);
@@ -36,8 +36,8 @@ pub(super) fn motion(clip: &Clip, spec: &RobotSpec) -> Result<(), CleanError> {
     if !LENGTH.contains(&seconds) || clip.frames < 10 {
         return Err(CleanError::Length { name: name(), frames: clip.frames, seconds });
     }
-    match NotUpright::of(clip, spec) {
-        Some(what) => Err(CleanError::NotUpright { name: name(), what: what.to_string() }),
+    match Implausible::of(clip, model, spec) {
+        Some(what) => Err(CleanError::Implausible { name: name(), what: what.to_string() }),
         None => Ok(()),
     }
 }
