@@ -24,7 +24,7 @@ pub struct ControlSpec {
 }
 
 impl RobotSpec {
-    /// The control numbers of `model`'s joints (formulas: release-facts, "Robot and control").
+    /// The control numbers of `model`'s joints (formulas of the paper's public release).
     ///
     /// # Errors
     /// A pattern that matches no joint, a joint without velocity limit or armature, a default angle outside the range.

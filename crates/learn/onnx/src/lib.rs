@@ -1,7 +1,7 @@
 //! Policies as ONNX files: written for deployment, read back and checked term by term.
 //!
-//! A policy file holds the graph (observation normalization, optional LSTM, layers), the metadata keys of PAiD's public release
-//! (release-facts, "Released ONNX interface") and one entry of this project, [`CONTRACT_KEY`], in which the file describes itself
+//! A policy file holds the graph (observation normalization, optional LSTM, layers), the metadata keys of PAiD's public release,
+//! and one entry of this project, [`CONTRACT_KEY`], in which the file describes itself
 //! ([`Contract`]). The graph's interface is the released one:
 //!
 //! | input | shape | output | shape |

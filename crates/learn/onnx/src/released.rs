@@ -1,7 +1,7 @@
 //! Policies with the interface of PAiD's public release, which do not carry this project's contract.
 //!
 //! Their metadata name joints, gains, default pose and action scales; what an observation term means is known from the release
-//! only (release-facts, "Observations"), so the caller's contract is the template, and everything that the file does say is
+//! only, so the caller's contract is the template, and everything that the file does say is
 //! compared with it.
 
 use std::path::Path;

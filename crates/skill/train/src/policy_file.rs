@@ -327,7 +327,7 @@ pub(crate) mod tests {
         let contract = trained(NetworkKind::Mlp).contract("none").expect("contract");
         assert_eq!((contract.joints.len(), contract.bodies.len()), (29, 14));
         assert_eq!((contract.observation_size(), contract.control_period_s), (160, 0.02));
-        // release-facts: the order is breadth-first; hip pitch: armature 0.010177520, 10 Hz, default -0.312 rad.
+        // The public release: the order is breadth-first; hip pitch: armature 0.010177520, 10 Hz, default -0.312 rad.
         let hip = &contract.joints[0];
         let w = 2.0 * core::f64::consts::PI * 10.0;
         assert_eq!((hip.name.as_str(), hip.default_pos), ("left_hip_pitch_joint", -0.312));

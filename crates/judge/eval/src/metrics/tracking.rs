@@ -1,7 +1,7 @@
 //! How closely one trajectory of bodies follows another.
 //!
-//! Definitions as in the public MuJoCo evaluation of the paper's policy (release-facts, "MuJoCo evaluation"): positions
-//! of both trajectories are first shifted so that body 0 (the root) starts at the origin.
+//! Definitions as in the public MuJoCo evaluation of the paper's policy: positions of both trajectories are first
+//! shifted so that body 0 (the root) starts at the origin.
 
 /// Positions of `bodies` bodies over time `[T, B]`, world axes `[m]`; body 0 is the root.
 #[derive(Clone, Debug, Default, PartialEq)]
