@@ -261,7 +261,8 @@ fn open(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<(Clip, Opti
             Ok((out.clip, Some(out.human)))
         }
         Some(path) => {
-            let options = ReadOptions { fps: args.how.fps(), kick_leg: None, joint_order: args.joint_order };
+            let options =
+                ReadOptions { fps: args.how.fps(), joint_order: args.joint_order, ..ReadOptions::default() };
             Ok((read_motion(path, model, spec, &options).map_err(Failure::input)?, None))
         }
     }

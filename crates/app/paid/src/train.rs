@@ -18,7 +18,9 @@ use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
 use paid_live::TrainingPage;
-use paid_play::{POLICY_FILE, PRESET_FILE};
+use paid_motion::MotionLibrary;
+use paid_motion::check::doubts;
+use paid_play::{POLICY_FILE, PRESET_FILE, load_robot};
 use paid_task::TaskPreset;
 use paid_terminal::{STOPPED, flag};
 use paid_train::folder::forget_unsaved;
@@ -351,6 +353,15 @@ fn run_stage(
     if !printer.quiet && job.ranks.count() == 1 && !matches!(job.start, Start::Resume) {
         // A run that goes on keeps its shards.
         without_work(threads, &job.preset.run).iter().for_each(|text| eprintln!("{text}"));
+    }
+    if !printer.quiet && !job.preset.run.motions.is_empty() && !matches!(job.start, Start::Resume) {
+        let (model, spec) = load_robot(&job.preset.robot).map_err(Failure::input)?;
+        let folder = Path::new(&job.preset.run.motions);
+        let clips = MotionLibrary::load_unchanged(folder, &model, &spec).map_err(Failure::input)?.clips;
+        doubts(&clips, &model, &spec)
+            .map_err(Failure::input)?
+            .iter()
+            .for_each(|text| eprintln!("note: {}: {text}", folder.display()));
     }
     let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);

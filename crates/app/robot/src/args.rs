@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use paid_runtime::wire::LARGEST_DOMAIN;
 use paid_runtime::{Event, Latency, Limits, Player, PlayerSpec, Usage};
 
 use paid_terminal::Failure;
@@ -71,11 +72,20 @@ pub fn at_least_one(option: &str, found: usize) -> Result<usize, Failure> {
     if found > 0 { Ok(found) } else { Err(Failure::input(format!("{option}: expected at least 1, found 0"))) }
 }
 
+/// A DDS domain whose ports exist.
+///
+/// # Errors
+/// What was expected.
+pub fn domain(text: &str) -> Result<u16, String> {
+    let number = text.parse().ok().filter(|number| *number <= LARGEST_DOMAIN);
+    number.ok_or_else(|| format!("expected a whole number from 0 to {LARGEST_DOMAIN}"))
+}
+
 /// The network, named in full: nothing is chosen by itself.
 #[derive(Debug, clap::Args)]
 pub struct NetworkArgs {
     /// DDS domain: 0 is the robot's, 1 the simulators'.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = domain)]
     pub domain: u16,
     /// Address of this machine's interface to the robot, such as 192.168.123.99; 127.0.0.1 for a virtual robot on this machine.
     #[arg(long, value_name = "ADDRESS")]

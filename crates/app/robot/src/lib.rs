@@ -14,7 +14,8 @@ mod replay;
 mod screen;
 
 pub use args::{
-    NetworkArgs, PlayerArgs, at_least_one, duration, print_event, print_latency, print_usage, read_limits,
+    NetworkArgs, PlayerArgs, at_least_one, domain, duration, print_event, print_latency, print_usage,
+    read_limits,
 };
 pub use network::{CheckArgs, RunArgs, Teller, check, run};
 pub use replay::{ReplayArgs, replay};

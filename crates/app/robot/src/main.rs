@@ -35,7 +35,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => replay(&args, |_| Ok(())),
     };
     result.unwrap_or_else(|failure| {
-        eprintln!("error: {failure}");
+        paid_terminal::eprintln!("error: {failure}");
         failure.exit_code()
     })
 }

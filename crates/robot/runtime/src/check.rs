@@ -17,6 +17,11 @@ const APART_US: u64 = 200_000;
 /// An angle may be so far beyond the joint's range: more is an offset `[rad]`.
 const OFFSET_RAD: f64 = 0.1;
 
+/// The robot's clock over this machine's.
+const CLOCK: std::ops::RangeInclusive<f64> = 0.95..=1.05;
+/// The squared norm of an orientation that is one.
+const UNIT_NORM2: std::ops::RangeInclusive<f32> = 0.95..=1.05;
+
 /// A joint's movement since the first state.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moved {
@@ -45,6 +50,8 @@ pub struct Checker {
     last_us: u64,
     states: u64,
     bad_crc: u64,
+    /// States whose orientation is no unit quaternion.
+    bad_quat: u64,
     bad_length: u64,
     others: u64,
     master: Option<String>,
@@ -110,6 +117,8 @@ impl Checker {
             return;
         };
         self.bad_crc += u64::from(state.crc != state.expected_crc());
+        let norm2: f32 = state.imu.quaternion.iter().map(|q| q * q).sum();
+        self.bad_quat += u64::from(!UNIT_NORM2.contains(&norm2));
         if self.first_us.is_some() {
             self.gaps_ms.push((now_us - self.last_us) as f64 * 1e-3);
         }
@@ -161,7 +170,12 @@ impl Checker {
             gap(0.999),
             gap(1.0)
         );
-        let _ = writeln!(text, "clock         the robot's runs at {clock:.4} of this machine's");
+        let _ = writeln!(
+            text,
+            "clock         the robot's runs at {clock:.4} of this machine's (expected {} to {})",
+            CLOCK.start(),
+            CLOCK.end()
+        );
         let unasked = if self.limits.check_crc { "" } else { " (not asked for: check_crc = false)" };
         let _ = writeln!(
             text,
@@ -183,8 +197,8 @@ impl Checker {
         let tilt = f64::from(state.imu.rpy[0]).hypot(f64::from(state.imu.rpy[1]));
         let _ = writeln!(
             text,
-            "pelvis        tilted by {tilt:.3} rad, acceleration {:.2?} m/s^2",
-            state.imu.accelerometer
+            "pelvis        tilted by {tilt:.3} rad, acceleration {:.2?} m/s^2, {} orientations that are no unit quaternion",
+            state.imu.accelerometer, self.bad_quat
         );
         let limits = &self.limits;
         let [casing, winding] = self.hottest;
@@ -217,6 +231,8 @@ impl Checker {
         }
         let good = (crc == 0 || !self.limits.check_crc)
             && self.bad_length == 0
+            && self.bad_quat == 0
+            && CLOCK.contains(&clock)
             && self.others == 0
             && released
             && mode == MODE_MACHINE_G1_29
@@ -282,12 +298,37 @@ fn offsets(state: &LowState) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::ImuState;
+
+    /// An upright robot.
+    fn sound() -> LowState {
+        LowState {
+            imu: ImuState { quaternion: [1.0, 0.0, 0.0, 0.0], ..ImuState::default() },
+            ..LowState::default()
+        }
+    }
+
+    #[test]
+    fn an_orientation_of_zeros_and_a_slow_clock_are_not_good() {
+        let report = moved(&[], |state| state.imu.quaternion = [0.0; 4]);
+        assert!(
+            !report.good && report.text.contains("250 orientations that are no unit quaternion"),
+            "{}",
+            report.text
+        );
+        let report = moved(&[], |state| state.tick /= 150);
+        assert!(
+            !report.good && report.text.contains("clock         the robot's runs at 0.00"),
+            "{}",
+            report.text
+        );
+    }
 
     #[test]
     fn a_wiggled_joint_shows_under_its_name_and_a_locked_waist_is_not_good() {
         let mut checker = Checker::default();
         for k in 0..100_u32 {
-            let mut state = LowState { mode_machine: 5, tick: 2 * k, ..LowState::default() };
+            let mut state = LowState { mode_machine: 5, tick: 2 * k, ..sound() };
             state.motors[14].q = if k == 50 { 0.25 } else { 0.0 };
             checker.take(2000 * u64::from(k), &Packet::LowState(state.sealed().to_cdr()));
         }
@@ -302,7 +343,7 @@ mod tests {
         assert!(report.good, "{}", report.text);
         let line = report.text.lines().find(|l| l.starts_with("waist_pitch_joint")).expect("joint");
         assert!(line.contains("+0.250      +"), "{line}");
-        let state = LowState { mode_machine: 6, ..LowState::default() }.sealed();
+        let state = LowState { mode_machine: 6, tick: 200, ..sound() }.sealed();
         checker.take(200_000, &Packet::LowState(state.to_cdr()));
         assert!(!checker.report().good);
     }
@@ -310,7 +351,7 @@ mod tests {
     fn moved(joints: &[(usize, f32)], change: impl Fn(&mut LowState)) -> CheckReport {
         let mut checker = Checker::without_switcher();
         for k in 0..250 * (joints.len() as u32 + 1) {
-            let mut state = LowState { mode_machine: 5, tick: 4 * k, ..LowState::default() };
+            let mut state = LowState { mode_machine: 5, tick: 4 * k, ..sound() };
             for (i, (motor, by)) in joints.iter().enumerate() {
                 // Moved for a tenth of a second.
                 let begin = 125 + 250 * i as u32;
@@ -357,7 +398,7 @@ mod tests {
             let mut checker = Checker::without_switcher().with_limits(limits);
             for k in 0..100_u32 {
                 // As the vendor's simulator: no checksum.
-                let state = LowState { mode_machine, tick: 2 * k, ..LowState::default() };
+                let state = LowState { mode_machine, tick: 2 * k, ..sound() };
                 checker.take(2000 * u64::from(k), &Packet::LowState(state.to_cdr()));
             }
             checker.report()

@@ -3,9 +3,11 @@
 use std::net::IpAddr;
 
 use rustdds::bytes::Bytes;
-use rustdds::dds::{CreateResult, WriteError, WriteResult};
+use rustdds::dds::{CreateError, CreateResult, WriteError, WriteResult};
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter};
 use rustdds::{DomainParticipant, DomainParticipantBuilder, RepresentationIdentifier};
+
+use crate::wire::LARGEST_DOMAIN;
 
 /// The header of little-endian CDR.
 const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
@@ -61,6 +63,10 @@ impl<const HEADER: usize> Decode<'_, Vec<u8>> for RawDecoder<HEADER> {
 
 /// Joins a domain through the interface that has this address.
 pub(crate) fn participant(domain: u16, interface: IpAddr) -> CreateResult<DomainParticipant> {
+    if domain > LARGEST_DOMAIN {
+        let reason = format!("domain: expected 0 to {LARGEST_DOMAIN}, found {domain}");
+        return Err(CreateError::BadParameter { reason });
+    }
     let builder = DomainParticipantBuilder::new(domain);
     builder.same_host_loopback(interface.is_loopback()).with_only_networks([interface]).build()
 }

@@ -103,6 +103,9 @@ fn shared(
         meet(&*joined.ranks, |own| introduce(own, subject, options))?;
         let output = Output { silent: !joined.is_first(), ..output.clone() };
         output.prepare()?;
+        if let Some(text) = subject.doubts.as_ref().filter(|_| joined.is_first()) {
+            eprintln!("note: motions: {text}");
+        }
         work(subject, &output)
     })
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use paid_motion::check::{CheckLimits, ClipReport, Finding, Verdict, check_clip, ends_away, mixed_rates};
-use paid_motion::{Clip, JointOrder, MotionLibrary, ReadOptions};
+use paid_motion::{Clip, JointOrder, MotionLibrary, QuatOrder, ReadOptions};
 use paid_robot::{RobotModel, RobotSpec};
 
 use crate::failure::Failure;
@@ -20,6 +20,9 @@ pub struct Args {
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
     #[arg(long, value_name = "ORDER", requires = "path")]
     joint_order: Option<JointOrder>,
+    /// Order of the base's quaternion in a CSV or pickle file: xyzw or wxyz [default: xyzw].
+    #[arg(long, value_name = "ORDER", requires = "path")]
+    quat: Option<QuatOrder>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -45,7 +48,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// At the files' own rates: resampling would smooth over what is to be found.
 fn clips(args: &Args, model: &RobotModel, spec: &RobotSpec) -> Result<Vec<Clip>, Failure> {
-    let options = ReadOptions { fps: args.fps, kick_leg: None, joint_order: args.joint_order };
+    let options =
+        ReadOptions { fps: args.fps, kick_leg: None, joint_order: args.joint_order, quat: args.quat };
     match &args.path {
         Some(file) if !file.is_dir() => {
             MotionLibrary::read(file, model, spec, &options).map(|clip| vec![clip])

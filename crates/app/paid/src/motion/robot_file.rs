@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use paid_motion::{Clip, JointOrder, KickLeg, ReadOptions};
+use paid_motion::{Clip, JointOrder, KickLeg, QuatOrder, ReadOptions};
 
 use crate::failure::{Failure, first_given};
 
@@ -20,6 +20,9 @@ pub struct RobotFile {
     /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
     #[arg(long, value_name = "ORDER")]
     joint_order: Option<JointOrder>,
+    /// Order of the base's quaternion in a CSV or pickle file: xyzw or wxyz [default: xyzw].
+    #[arg(long, value_name = "ORDER")]
+    quat: Option<QuatOrder>,
     /// Kicking leg [default: what the file states, else the leg with the faster foot].
     #[arg(long)]
     leg: Option<KickLeg>,
@@ -31,7 +34,7 @@ pub struct RobotFile {
 impl RobotFile {
     /// For the reader; `fps` is the rate of a file that does not state it `[Hz]`.
     pub fn options(&self, fps: Option<f64>) -> ReadOptions {
-        ReadOptions { fps, kick_leg: self.leg, joint_order: self.joint_order }
+        ReadOptions { fps, kick_leg: self.leg, joint_order: self.joint_order, quat: self.quat }
     }
 
     /// The clip with the terms of use that the file shall state.
@@ -43,6 +46,7 @@ impl RobotFile {
     pub fn given(&self) -> Option<&'static str> {
         first_given(&[
             ("--joint-order", self.joint_order.is_some()),
+            ("--quat", self.quat.is_some()),
             ("--leg", self.leg.is_some()),
             ("--license", self.license.is_some()),
         ])

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use paid_robot_program::{PlayerArgs, at_least_one, print_latency};
+use paid_robot_program::{PlayerArgs, at_least_one, domain, print_latency};
 use paid_runtime::Player;
 use paid_runtime::log::{LogHeader, LogWriter};
 use paid_twin::{
@@ -48,7 +48,7 @@ pub struct SimArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) seed: u64,
     /// DDS domain; 1 is usual for simulators.
-    #[arg(long, value_name = "N", required_unless_present = "lockstep")]
+    #[arg(long, value_name = "N", required_unless_present = "lockstep", value_parser = domain)]
     domain: Option<u16>,
     /// Address of the interface, such as 127.0.0.1.
     #[arg(long, value_name = "ADDRESS", required_unless_present = "lockstep")]

@@ -114,6 +114,8 @@ pub struct Subject {
     pub maker: Box<DriverMaker<'static>>,
     /// Where the policy came from.
     pub name: String,
+    /// What the check says against the motions that fail it; `None` if none does, and for the built-in kicks.
+    pub doubts: Option<String>,
     /// Set of each motion: the name of the folder that it lies in.
     pub sets: Vec<String>,
     /// MuJoCo's scene, whichever engine runs first.
@@ -136,6 +138,7 @@ impl Subject {
         let (mut robot, mut robot_spec) = load_robot(source.robot().unwrap_or(&spec.robot))?;
         check_feet(&scene, &robot)?;
         let dt_s = task.control_dt_s();
+        let mut doubts = None;
         let (library, sets) = if task.reference == ReferenceSource::None {
             (ReferenceLibrary::standing(&robot, &robot_spec, dt_s)?, vec!["standing".to_owned()])
         } else {
@@ -144,6 +147,9 @@ impl Subject {
                 None => source.motions_here()?,
             };
             let motions = MotionLibrary::open(&folder, &robot, &robot_spec, 1.0 / dt_s)?;
+            if !folder.as_os_str().is_empty() {
+                doubts = paid_motion::check::doubts(&motions.clips, &robot, &robot_spec)?;
+            }
             let library = ReferenceLibrary::for_play(&motions, &robot, &robot_spec, &task.play_preset())?;
             (library, motions.clips.iter().map(|clip| set_of(&clip.path)).collect())
         };
@@ -161,7 +167,7 @@ impl Subject {
             monitor: Monitor::default(),
             ranks: Arc::new(Alone),
         };
-        Ok(Self { setup, maker, name, sets, scene, engines: spec.engines })
+        Ok(Self { setup, maker, name, doubts, sets, scene, engines: spec.engines })
     }
 
     /// The setup in MuJoCo.

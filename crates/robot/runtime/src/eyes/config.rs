@@ -9,6 +9,7 @@ use paid_vision::Intrinsics;
 use serde::{Deserialize, Serialize};
 
 use crate::DeployError;
+use crate::wire::LARGEST_DOMAIN;
 
 /// Which clock a device stamps by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -177,6 +178,9 @@ impl EyesConfig {
     /// # Errors
     /// A sentence that names the key.
     pub fn check(&self) -> Result<(), String> {
+        if let Some(domain) = self.domain.filter(|domain| *domain > LARGEST_DOMAIN) {
+            return Err(format!("'domain': expected 0 to {LARGEST_DOMAIN}, found {domain}"));
+        }
         let camera = &self.camera;
         let mut topics = vec![
             ("camera.color", &camera.color),

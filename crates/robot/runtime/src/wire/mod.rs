@@ -24,3 +24,5 @@ pub const MOTORS: usize = 35;
 pub const MODE_MACHINE_G1_29: u8 = 5;
 /// Time between two commands `[us]`.
 pub const COMMAND_US: u64 = 2_000;
+/// The largest DDS domain: the ports of a larger one, 7400 + 250 x domain and more, do not fit into 16 bits and wrap around to another's.
+pub const LARGEST_DOMAIN: u16 = 232;

@@ -16,4 +16,4 @@ pub use limits::{CheckLimits, Limit};
 pub use measure::{Measures, Worst, measure};
 pub(crate) use shapes::nearest_points;
 pub use shapes::{collision_pairs, lower_leg, rod};
-pub use verdict::{Aspect, ClipReport, Finding, Verdict, check_clip, ends_away, mixed_rates};
+pub use verdict::{Aspect, ClipReport, Finding, Verdict, check_clip, doubts, ends_away, mixed_rates};

@@ -137,6 +137,24 @@ pub fn check_clip(
     })
 }
 
+/// What the check says against the clips that fail, in a sentence for those who are about to use them; `None` if none fails.
+///
+/// # Errors
+/// As [`check_clip`].
+pub fn doubts(clips: &[Clip], model: &RobotModel, spec: &RobotSpec) -> Result<Option<String>, SpecError> {
+    let limits = CheckLimits::default();
+    let mut fails = Vec::new();
+    for clip in clips {
+        let report = check_clip(clip, model, spec, &limits)?;
+        if report.verdict == Verdict::Fail {
+            fails.push(format!("{}: {}", report.name, report.findings[0].reason));
+        }
+    }
+    let Some(first) = fails.first() else { return Ok(None) };
+    let (failed, all) = (fails.len(), clips.len());
+    Ok(Some(format!("{failed} of {all} clips fail `paid motion check`, such as {first}")))
+}
+
 /// The verdict on a value; what is not a number fails.
 fn judge(value: f64, limit: Limit) -> Verdict {
     if value <= limit.warn {
