@@ -2,6 +2,8 @@
 
 mod mujoco;
 mod pictures;
+#[cfg(test)]
+mod readme;
 
 use std::process::ExitCode;
 
