@@ -23,6 +23,21 @@ pub enum OnnxError {
         /// The decoder's words.
         reason: String,
     },
+    /// Weights in a second file cannot be had.
+    #[error(
+        "{path}: the numbers of '{tensor}' are in a second file: expected {expected}, found {found}; keep both files in one folder, or \
+         export the model as one file (torch.onnx.export(..., external_data=False))"
+    )]
+    External {
+        /// The model's file.
+        path: PathBuf,
+        /// The constant.
+        tensor: String,
+        /// Which file, or how many bytes.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
     /// The model uses another operator set.
     #[error("{path}: expected ONNX operator set {expected}, found {found}")]
     Opset {

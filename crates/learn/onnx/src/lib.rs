@@ -66,6 +66,7 @@
 //! ```
 
 mod error;
+mod external;
 mod graph;
 pub mod proto;
 mod raw;

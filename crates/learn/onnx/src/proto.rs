@@ -7,6 +7,8 @@ use prost::Message;
 pub const FLOAT: i32 = 1;
 /// `TensorProto.DataType`: 64-bit integer.
 pub const INT64: i32 = 7;
+/// `TensorProto.DataLocation`: another file.
+pub const EXTERNAL: i32 = 1;
 /// `AttributeProto.AttributeType`: one float.
 pub const ATTRIBUTE_FLOAT: i32 = 1;
 /// `AttributeProto.AttributeType`: one integer.
@@ -139,6 +141,12 @@ pub struct TensorProto {
     /// Elements, row-major, little-endian.
     #[prost(bytes = "vec", optional, tag = "9")]
     pub raw_data: Option<Vec<u8>>,
+    /// Which part of which other file holds the elements: `location`, `offset`, `length`.
+    #[prost(message, repeated, tag = "13")]
+    pub external_data: Vec<StringStringEntry>,
+    /// [`EXTERNAL`] if another file holds the elements.
+    #[prost(int32, optional, tag = "14")]
+    pub data_location: Option<i32>,
 }
 
 /// Name and type of an input or output.
@@ -195,6 +203,7 @@ impl TensorProto {
             data_type: Some(FLOAT),
             name: Some(name.to_owned()),
             raw_data: Some(values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            ..Self::default()
         }
     }
 
@@ -205,6 +214,7 @@ impl TensorProto {
             data_type: Some(INT64),
             name: Some(name.to_owned()),
             raw_data: Some(values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            ..Self::default()
         }
     }
 }

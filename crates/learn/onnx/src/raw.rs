@@ -6,6 +6,7 @@ use paid_policy::Contract;
 use prost::Message;
 
 use crate::error::OnnxError;
+use crate::external;
 use crate::proto::{ModelProto, ValueInfo};
 use crate::read::check_metadata;
 use crate::runtime::Runtime;
@@ -96,21 +97,32 @@ impl std::fmt::Debug for OnnxFile {
 }
 
 impl OnnxFile {
-    /// Reads a file.
+    /// Reads a file, and the files of weights that it names.
     ///
     /// # Errors
-    /// If it cannot be read or is no ONNX model.
+    /// If it cannot be read or is no ONNX model, or a file of weights is missing, too short, or not in the file's folder or below.
     pub fn read(path: &Path) -> Result<Self, OnnxError> {
         let bytes = std::fs::read(path).map_err(|source| OnnxError::Io { path: path.to_owned(), source })?;
-        Self::from_bytes(bytes, path)
+        Self::new(bytes, path, Some(path.parent().unwrap_or(Path::new(""))))
     }
 
     /// As [`Self::read`], from a file's bytes; `path` only names them in errors.
     ///
     /// # Errors
-    /// If they are no ONNX model.
+    /// If they are no ONNX model, or name a file of weights.
     pub fn from_bytes(bytes: Vec<u8>, path: &Path) -> Result<Self, OnnxError> {
-        let proto = decode(&bytes, path)?;
+        Self::new(bytes, path, None)
+    }
+
+    fn new(bytes: Vec<u8>, path: &Path, folder: Option<&Path>) -> Result<Self, OnnxError> {
+        let mut proto = decode(&bytes, path)?;
+        let bytes = match external::inlined(&bytes, path, folder)? {
+            Some(whole) => {
+                proto = decode(&whole, path)?;
+                whole
+            }
+            None => bytes,
+        };
         Ok(Self { path: path.to_owned(), bytes, proto })
     }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use paid_onnx::proto::ModelProto;
+use paid_onnx::proto::{EXTERNAL, ModelProto, StringStringEntry};
 use paid_onnx::{
     CONTRACT_KEY, Contract, DenseLayer, FORMAT, JointContract, LstmLayer, ObservationTerm, OnnxError,
     OnnxPolicy, PolicyWeights, RecurrentContract, encode, load_released,
@@ -89,6 +89,35 @@ fn a_policy_without_our_contract_acts_as_the_same_policy_with_it() {
         assert_eq!(own.act(&obs, &mut a).expect("acts"), read.act(&obs, &mut b).expect("acts"));
     }
     assert_eq!(a, b);
+}
+
+#[test]
+fn weights_in_a_second_file_act_as_those_in_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut data = Vec::new();
+    let path = foreign(folder.path(), |m| {
+        for tensor in &mut m.graph.as_mut().expect("a graph").initializer {
+            let numbers = tensor.raw_data.take().expect("numbers");
+            let entries = [("location", "policy.onnx.data".to_owned()), ("offset", data.len().to_string())];
+            let length = [("length", numbers.len().to_string())];
+            let entry = |(key, value): (&str, String)| StringStringEntry {
+                key: Some(key.to_owned()),
+                value: Some(value),
+            };
+            tensor.external_data = entries.into_iter().chain(length).map(entry).collect();
+            tensor.data_location = Some(EXTERNAL);
+            data.extend(numbers);
+        }
+    });
+    let error = load_released(&path, &contract()).expect_err("alone").to_string();
+    assert!(error.contains("policy.onnx.data") && error.contains("keep both files in one folder"), "{error}");
+    std::fs::write(folder.path().join("policy.onnx.data"), data).expect("writes");
+    let read = load_released(&path, &contract()).expect("reads");
+    let whole = foreign(folder.path(), |_| ());
+    let whole = load_released(&whole, &contract()).expect("reads");
+    let (mut a, mut b) = (whole.initial_state(), read.initial_state());
+    let obs = [0.1, -0.3, 0.7, 0.2];
+    assert_eq!(whole.act(&obs, &mut a).expect("acts"), read.act(&obs, &mut b).expect("acts"));
 }
 
 #[test]
