@@ -142,6 +142,34 @@ fn bad_measurements_name_file_line_column_expected_and_found() {
 }
 
 #[test]
+fn films_with_a_wrong_clock_and_fits_far_off_write_nothing() {
+    let folder = tempfile::tempdir().expect("folder");
+    film(folder.path(), &["--from", "steel", "--rate", "60"]);
+    let fit = |drop: &str| {
+        let args =
+            [&["sysid", "--drop", drop, "--out", "yard.toml", "--plots", "plots"][..], &QUICK].concat();
+        refuses(&paid(folder.path(), &args))
+    };
+    // Steel returns more than the task's ground can.
+    let error = fit("film/drop.csv");
+    assert!(error.contains("nothing was written") && error.contains("scene.ground.restitution=1"), "{error}");
+    // 240 frames a second, played at 60.
+    let text = fs::read_to_string(folder.path().join("film/drop.csv")).expect("file");
+    let slow = text.lines().map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+        [run, time, height] => match time.parse::<f64>() {
+            Ok(time) => format!("{run},{:.4},{height}\n", 4.0 * time),
+            Err(_) => format!("{line}\n"),
+        },
+        _ => format!("{line}\n"),
+    });
+    fs::write(folder.path().join("slow.csv"), slow.collect::<String>()).expect("writes");
+    let error = fit("slow.csv");
+    assert!(error.contains("slow.csv, the drops: expected a ball that falls at 9.81 m/s^2"), "{error}");
+    assert!(error.contains("slow motion"), "{error}");
+    assert_eq!(names(folder.path()), ["film", "slow.csv"]);
+}
+
+#[test]
 fn results_that_cannot_be_written_leave_nothing_behind() {
     let folder = tempfile::tempdir().expect("folder");
     film(folder.path(), &[]);

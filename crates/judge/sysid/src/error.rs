@@ -30,6 +30,35 @@ pub enum SysidError {
         /// What is there.
         found: String,
     },
+    /// A measurement file whose runs no ball can have made.
+    #[error("{path}, {place}: expected {expected}, found {found}: {hint}")]
+    Implausible {
+        /// The file.
+        path: PathBuf,
+        /// Which run.
+        place: String,
+        /// What should be there.
+        expected: String,
+        /// What is there.
+        found: String,
+        /// The likely cause, and what to do.
+        hint: String,
+    },
+    /// The best ball does not move as the filmed one.
+    #[error(
+        "identification: expected a ball that meets the {what} to {limit_mm:.1} mm (root mean square), found {error_mm:.1} mm at best; nothing \
+         was written: {hint}"
+    )]
+    Misfit {
+        /// Drops or rolls.
+        what: &'static str,
+        /// Root mean square of measured less simulated positions `[mm]`.
+        error_mm: f64,
+        /// Most that is accepted `[mm]`.
+        limit_mm: f64,
+        /// What to look for.
+        hint: String,
+    },
     /// A surface file is not as it should be.
     #[error("{path}: {message}")]
     Surface {

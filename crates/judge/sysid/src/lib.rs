@@ -27,6 +27,7 @@ mod error;
 pub mod identify;
 pub mod lab;
 pub mod options;
+pub mod plausible;
 pub mod search;
 pub mod simulate;
 mod stand_in;

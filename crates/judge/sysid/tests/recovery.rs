@@ -6,6 +6,7 @@ use paid_physics::{BallParams, Combine, Material, SceneConfig};
 use paid_sysid::confidence::Verdict;
 use paid_sysid::csv::Run;
 use paid_sysid::options::{Starts, with_parameters};
+use paid_sysid::plausible::check_fit;
 use paid_sysid::simulate::{Experiment, FifaFigures, Measurements, MujocoBall, Source, simulate};
 use paid_sysid::{Identification, Options, Repeats, Surface, SysidError, identify};
 
@@ -134,6 +135,7 @@ fn measurements_of_other_physics_are_reproduced_to_a_few_centimeters() {
         let found = fit(&data, &Options { starts: Starts::Refined, ..options() });
         assert!(found.drop_rms_m.expect("drops") < 0.05, "{:?}", found.drop_rms_m);
         assert!(found.roll_rms_m.expect("rolls") < 0.05, "{:?}", found.roll_rms_m);
+        check_fit(&found, &data.drops).expect("it meets the films");
         let text = Surface::of("yard", &found).to_toml(&[]).expect("writes");
         let back = Surface::parse("yard.toml".as_ref(), &text).expect("reads");
         assert!((back.ball_params.material.restitution - found.ball.material.restitution).abs() < 1e-5);
@@ -151,7 +153,28 @@ fn a_ground_that_swallows_the_bounce_is_remarked_upon() {
         "{:?}",
         found.remarks()
     );
+    let error = check_fit(&found, &data.drops).expect_err("decimeters off").to_string();
+    assert!(
+        error.contains("meets the drops to 5") && error.contains("scene.ground.restitution=1"),
+        "{error}"
+    );
     assert!(found.roll_rms_m.is_none() && found.confidence.estimates[4].verdict == Verdict::Unseen);
+}
+
+#[test]
+fn heights_of_the_balls_center_are_no_fit() {
+    let mut data = film(&GRASS, &Experiment { rate_hz: 60.0, ..Experiment::default() });
+    let found = fit(&data, &Options { starts: Starts::Refined, ..options() });
+    check_fit(&found, &data.drops).expect("it meets the films");
+    for drop in &mut data.drops {
+        drop.values.iter_mut().for_each(|height| *height += 0.11);
+    }
+    let found = fit(&data, &Options { starts: Starts::Refined, ..options() });
+    let error = check_fit(&found, &data.drops).expect_err("refused").to_string();
+    assert!(
+        error.contains("heights of the ball's center") && error.contains("nothing was written"),
+        "{error}"
+    );
 }
 
 #[test]

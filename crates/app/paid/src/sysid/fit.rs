@@ -7,6 +7,7 @@ use clap::ValueEnum;
 use paid_files::FileSet;
 use paid_sysid::csv::{Quantity, Run, read_runs};
 use paid_sysid::options::{NAMES, Parameters, Starts, Unseen};
+use paid_sysid::plausible::{check_fit, check_runs};
 use paid_sysid::{Identification, Options, Repeats, Surface, identify};
 use serde::Serialize;
 
@@ -200,12 +201,19 @@ struct Report<'a> {
     files: Vec<String>,
 }
 
-fn read_all(files: &[PathBuf], quantity: Quantity) -> Result<Vec<Run>, Failure> {
-    let mut runs = Vec::new();
+fn read_all(
+    files: &[PathBuf],
+    quantity: Quantity,
+    gravity: f64,
+    options: &Options,
+) -> Result<Vec<Run>, Failure> {
+    let mut all = Vec::new();
     for file in files {
-        runs.extend(read_runs(file, quantity).map_err(Failure::input)?);
+        let runs = read_runs(file, quantity).map_err(Failure::input)?;
+        check_runs(file, &runs, quantity, gravity, options).map_err(Failure::input)?;
+        all.extend(runs);
     }
-    Ok(runs)
+    Ok(all)
 }
 
 fn surface_name(args: &FitArgs) -> String {
@@ -223,9 +231,11 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
     let (scene, ball) = args.world.load()?;
     let isa = args.world.isa.parse().map_err(Failure::input)?;
     let options = args.search.options();
-    let drops = read_all(&args.drop, Quantity::Height)?;
-    let mut rolls = read_all(&args.roll, Quantity::Distance)?;
-    let slides = read_all(&args.slide, Quantity::Distance)?;
+    options.validate().map_err(Failure::input)?;
+    let read = |files: &[PathBuf], quantity| read_all(files, quantity, scene.gravity.abs(), &options);
+    let drops = read(&args.drop, Quantity::Height)?;
+    let mut rolls = read(&args.roll, Quantity::Distance)?;
+    let slides = read(&args.slide, Quantity::Distance)?;
     rolls.extend(slides.into_iter().map(|run| Run {
         name: format!("slide {}", run.name),
         spin: Some(0.0),
@@ -234,6 +244,7 @@ pub fn run(args: &FitArgs) -> Result<(), Failure> {
     let begin = Instant::now();
     let found = identify(&drops, &rolls, &ball, &scene, isa, &options).map_err(Failure::input)?;
     let seconds = begin.elapsed().as_secs_f64();
+    check_fit(&found, &drops).map_err(Failure::input)?;
     let surface = Surface::of(&surface_name(args), &found);
     let written = write(args, &found, &surface)?;
     if args.json {
