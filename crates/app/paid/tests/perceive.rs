@@ -40,6 +40,8 @@ fn wrong_detectors_and_options_are_refused() {
         error.contains("--seconds: expected 8.1 or more with --fault") && error.contains("found 8"),
         "{error}"
     );
+    let error = refuses(&paid(folder.path(), &["perceive", "replay", "a.mcap", "--class", "1"]));
+    assert!(error.contains("--detector"), "{error}");
     // What cannot be written is said before the work.
     fs::write(folder.path().join("taken"), b"precious").expect("writes");
     let error = refuses(&paid(folder.path(), &["perceive", "detect", "--held-out", "1", "--out", "taken"]));
@@ -51,6 +53,22 @@ fn wrong_detectors_and_options_are_refused() {
         let error = refuses(&paid(folder.path(), &["perceive", "train", "--steps", "7"]));
         assert!(error.contains("train-detector") && error.contains("--steps 7"), "{error}");
     }
+}
+
+#[test]
+fn a_detector_of_the_user_is_told_what_it_was_taken_for() {
+    let test = "a_detector_of_the_user_is_told_what_it_was_taken_for";
+    let Some(file) = paid_testing::shared_data(test, "cases/names_ball_1.onnx") else { return };
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = file.to_str().expect("a name");
+    let judge = ["perceive", "detect", "--held-out", "1", "--json", "--detector", file];
+    let output = paid(folder.path(), &judge);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    let expected = "taken for YOLOv8 with an input of 320 x 320 pixels; the ball is class 1 of 3, \"ball\"";
+    assert!(told.contains(expected), "{told}");
+    succeeds(&output);
+    let error = refuses(&paid(folder.path(), &[&judge[..], &["--class", "3"]].concat()));
+    assert!(error.contains("class: expected 0 to 2, found 3"), "{error}");
 }
 
 #[test]

@@ -48,6 +48,7 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
         goal_m: Some([5.0, 0.0]),
         goal_from_senses: false,
         detector: None,
+        class: None,
         confidence: None,
         camera: names,
         odometry: OdometryInput::Topic {

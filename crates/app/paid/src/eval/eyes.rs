@@ -14,7 +14,7 @@ use paid_lidar::sim::SceneKind;
 use super::progress::Progress;
 use super::{Output, ended};
 use crate::failure::Failure;
-use crate::ranks;
+use crate::{perceive, ranks};
 
 /// Where the torso's pose comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -45,6 +45,9 @@ pub struct EyesArgs {
     /// Who finds the ball: own (the project's network), exact-box (the box of the pixels that show it), or an ONNX file.
     #[arg(long, value_name = "own|exact-box|ONNX", default_value = "own", requires = "eyes")]
     detector: String,
+    /// Number of the ball's class in the ONNX file [default: the class that the file names so].
+    #[arg(long, value_name = "K", requires = "eyes")]
+    class: Option<usize>,
     /// Least score of a find, 0 to 1 [default: the detector's own].
     #[arg(long, value_name = "SCORE", value_parser = share, requires = "eyes")]
     confidence: Option<f64>,
@@ -100,11 +103,18 @@ impl EyesArgs {
                         format!("--detector: expected own, exact-box or an ONNX file, found '{file}'");
                     return Err(Failure::input(found));
                 }
+                // What it is taken for is said before the work.
+                perceive::load(&path, self.class)?;
                 DetectorChoice::File(path)
             }
         };
+        if self.class.is_some() && !matches!(detector, DetectorChoice::File(_)) {
+            let found = format!("--class: expected --detector with an ONNX file, found {}", self.detector);
+            return Err(Failure::input(found));
+        }
         Ok(Some(EyesOptions {
             detector,
+            class: self.class,
             confidence: self.confidence,
             odometry: self.odometry.into(),
             surroundings: self.surroundings,

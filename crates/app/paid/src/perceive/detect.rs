@@ -6,6 +6,7 @@ use paid_vision::detect::Detector;
 use paid_vision::judge::{JudgeOptions, judge, sheet};
 use paid_vision::{ColorImage, Intrinsics};
 
+use super::load;
 use crate::eval::out::writable;
 use crate::failure::Failure;
 
@@ -18,7 +19,7 @@ pub struct Args {
     /// ONNX file of a detector: YOLOv8, YOLOv8-seg or YOLOX with raw heads, or the own network trained anew [default: the own network].
     #[arg(long, value_name = "FILE")]
     detector: Option<PathBuf>,
-    /// Number of the ball's class in the file [default: 32 where there are COCO's 80 classes, else 0].
+    /// Number of the ball's class in the file [default: the class that the file names so; without names the only one, or COCO's 32].
     #[arg(long, value_name = "K", requires = "detector")]
     class: Option<usize>,
     /// Least score of a find, 0 to 1 [default: 0.5 for the own network, 0.25 for others].
@@ -50,10 +51,9 @@ fn size(text: &str) -> Result<[usize; 2], String> {
 /// Judges and prints.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut detector = match &args.detector {
-        Some(path) => Detector::load(path, args.class),
-        None => Detector::own(),
-    }
-    .map_err(Failure::input)?;
+        Some(path) => load(path, args.class)?,
+        None => Detector::own().map_err(Failure::input)?,
+    };
     if let Some(confidence) = args.confidence {
         if !(confidence > 0.0 && confidence < 1.0) {
             return Err(Failure::input(format!(

@@ -7,7 +7,10 @@ mod odometry;
 mod replay;
 mod train;
 
+use std::path::Path;
 use std::process::ExitCode;
+
+use paid_vision::detect::Detector;
 
 use crate::failure::Failure;
 
@@ -45,4 +48,11 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         Command::Replay(args) => replay::run(args),
     }
     .map(|()| ExitCode::SUCCESS)
+}
+
+/// A detector of the user. What the file is taken for is printed to standard error: the results are elsewhere.
+pub fn load(path: &Path, class: Option<usize>) -> Result<Detector, Failure> {
+    let detector = Detector::load(path, class).map_err(Failure::input)?;
+    eprintln!("{}: taken for {}", path.display(), detector.words());
+    Ok(detector)
 }

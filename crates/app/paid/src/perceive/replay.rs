@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use cpu_time::ThreadTime;
-use paid_vision::detect::Detector;
 use paid_world::{Believed, Recording, replay, seconds};
 
+use super::load;
 use crate::failure::Failure;
 
 /// Arguments of `paid perceive replay`.
@@ -17,6 +17,9 @@ pub struct Args {
     /// The network of the user that found the balls, where one did.
     #[arg(long, value_name = "ONNX")]
     detector: Option<PathBuf>,
+    /// Number of the ball's class in its file [default: the class that the file names so].
+    #[arg(long, value_name = "K", requires = "detector")]
+    class: Option<usize>,
     /// Print what is believed at every step.
     #[arg(long)]
     steps: bool,
@@ -25,8 +28,8 @@ pub struct Args {
 /// Runs the eyes again; an unequal belief is a failure, and so is a recording without any.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = Recording::open(&args.file).map_err(Failure::input)?;
-    let detector = args.detector.as_deref().map(|path| Detector::load(path, None)).transpose();
-    let mut sight = recording.sight(detector.map_err(Failure::input)?).map_err(Failure::input)?;
+    let detector = args.detector.as_deref().map(|path| load(path, args.class)).transpose()?;
+    let mut sight = recording.sight(detector).map_err(Failure::input)?;
     let begin = ThreadTime::now();
     let result = replay(&recording, &mut sight, |believed| {
         if args.steps {

@@ -59,6 +59,9 @@ pub enum OdometryChoice {
 pub struct EyesOptions {
     /// Who finds the ball.
     pub detector: DetectorChoice,
+    /// Number of the ball's class in the file of a network of the user; `None`: the class that the file names so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<usize>,
     /// Least score of a find; `None`: the detector's own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub confidence: Option<f64>,
@@ -80,6 +83,7 @@ impl Default for EyesOptions {
     fn default() -> Self {
         Self {
             detector: DetectorChoice::Own,
+            class: None,
             confidence: None,
             odometry: OdometryChoice::Lidar,
             surroundings: SceneKind::Hall,

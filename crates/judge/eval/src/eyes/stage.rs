@@ -131,7 +131,7 @@ impl<'a> Stage<'a> {
     pub fn sight(&self) -> Result<SightSetup, EvalError> {
         let detector = match &self.eyes.detector {
             DetectorChoice::Own => Some(Detector::own().map_err(eyes_error)?),
-            DetectorChoice::File(path) => Some(Detector::load(path, None).map_err(eyes_error)?),
+            DetectorChoice::File(path) => Some(Detector::load(path, self.eyes.class).map_err(eyes_error)?),
             DetectorChoice::ExactBox => None,
         };
         let detector = match (detector, self.eyes.confidence) {

@@ -140,6 +140,8 @@ pub struct EyesConfig {
     pub goal_from_senses: bool,
     /// A ball detector (ONNX); without it the project's own.
     pub detector: Option<PathBuf>,
+    /// Number of the ball's class in its file; without it the class that the file names so.
+    pub class: Option<usize>,
     /// Least score of a find, 0 to 1; without it the detector's own.
     pub confidence: Option<f64>,
     /// The camera.
@@ -227,6 +229,9 @@ impl EyesConfig {
         {
             return Err(format!("'goal_m': expected [ahead, left] within 50 m, found {goal:?}"));
         }
+        if self.class.is_some() && self.detector.is_none() {
+            return Err("'class': expected with 'detector', found without it".to_owned());
+        }
         if let Some(least) = self.confidence
             && !(0.0..=1.0).contains(&least)
         {
@@ -286,6 +291,7 @@ mod tests {
                 "'camera.mount': expected a place within 2 m and a unit quaternion",
             ),
             (format!("confidence = 30.0\n{LIDAR}"), "'confidence': expected 0 to 1, found 30"),
+            (format!("class = 1\n{LIDAR}"), "'class': expected with 'detector'"),
             (format!("goal_m = [nan, 0.0]\n{LIDAR}"), "'goal_m'"),
         ] {
             let error = read(&text).expect_err(&text);

@@ -21,33 +21,38 @@ pub(super) fn yolo_v8(output: &[f32], cells: usize, class: usize, confidence: f6
         .collect()
 }
 
-/// Boxes of YOLOX's `output` `[cells, 5 + classes]`: offset from the cell's corner in cells, logarithm of the size in cells, whether there
-/// is something, and the scores of the classes. Cells of stride 8 come first, row by row.
+/// The cells of the strides 8, 16 and 32, the finest first and row by row: stride `[px]`, column and row.
+pub(super) fn grid([width, height]: [usize; 2]) -> impl Iterator<Item = [f64; 3]> {
+    [8_usize, 16, 32].into_iter().flat_map(move |stride| {
+        (0..height / stride)
+            .flat_map(move |y| (0..width / stride).map(move |x| [stride as f64, x as f64, y as f64]))
+    })
+}
+
+/// The box of a cell's row of YOLOX's output: offset from the cell's corner in cells, logarithm of the size in cells.
+pub(super) fn yolo_x_box([stride, x, y]: [f64; 3], row: &[f32]) -> PixelBox {
+    let at = |k: usize| f64::from(row[k]);
+    PixelBox::around(
+        [(at(0) + x) * stride, (at(1) + y) * stride],
+        [at(2).exp() * stride, at(3).exp() * stride],
+    )
+}
+
+/// Boxes of YOLOX's `output` `[cells, 5 + classes]`: the box, whether there is something, and the scores of the classes.
 pub(super) fn yolo_x(
     output: &[f32],
-    [width, height]: [usize; 2],
+    size: [usize; 2],
     classes: usize,
     class: usize,
     confidence: f64,
 ) -> Vec<Candidate> {
-    let grid = [8_usize, 16, 32].into_iter().flat_map(|stride| {
-        (0..height / stride)
-            .flat_map(move |y| (0..width / stride).map(move |x| (stride as f64, x as f64, y as f64)))
-    });
     let rows = output.chunks_exact(5 + classes);
-    grid.zip(rows)
+    grid(size)
+        .zip(rows)
         .enumerate()
-        .filter_map(|(index, ((stride, x, y), row))| {
+        .filter_map(|(index, (cell, row))| {
             let score = f64::from(row[4]) * f64::from(row[5 + class]);
-            let at = |k: usize| f64::from(row[k]);
-            (score >= confidence).then(|| Candidate {
-                outline: PixelBox::around(
-                    [(at(0) + x) * stride, (at(1) + y) * stride],
-                    [at(2).exp() * stride, at(3).exp() * stride],
-                ),
-                score,
-                index,
-            })
+            (score >= confidence).then(|| Candidate { outline: yolo_x_box(cell, row), score, index })
         })
         .collect()
 }

@@ -55,6 +55,16 @@ impl Kind {
         if self == Self::Own { net::INPUTS } else { 3 }
     }
 
+    /// Its maker's name for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Own => "this project's network",
+            Self::YoloV8 { masks: false, .. } => "YOLOv8",
+            Self::YoloV8 { masks: true, .. } => "YOLOv8-seg",
+            Self::YoloX { .. } => "YOLOX",
+        }
+    }
+
     /// Number of classes it tells apart.
     pub fn classes(self) -> usize {
         match self {

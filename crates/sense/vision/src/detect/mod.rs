@@ -5,6 +5,8 @@ mod decode;
 mod kind;
 mod letterbox;
 mod mask;
+mod named;
+mod range;
 
 pub use kind::Kind;
 pub use letterbox::{Anchor, Coding, Letterbox};
@@ -34,10 +36,9 @@ pub struct DetectOptions {
 }
 
 impl DetectOptions {
-    /// For a kind of detector: class 32 where there are COCO's 80 classes, else the first; scores as the networks' makers use them (0.25 and
-    /// overlap 0.45), and for the own network the score that its evaluation was made with.
-    pub fn of(kind: Kind) -> Self {
-        let class = if kind.classes() == 80 { 32 } else { 0 };
+    /// For a kind of detector and its ball's class: scores as the networks' makers use them (0.25 and overlap 0.45), and for the own network
+    /// the score that its evaluation was made with.
+    pub fn of(kind: Kind, class: usize) -> Self {
         let confidence = if kind == Kind::Own { 0.5 } else { 0.25 };
         Self { class, confidence, iou: 0.45, most: 10 }
     }
@@ -71,6 +72,8 @@ pub struct Detector {
     model: RawModel,
     interface: Interface,
     options: DetectOptions,
+    /// Name of the ball's class, if the file tells it.
+    class: Option<String>,
 }
 
 impl Detector {
@@ -83,10 +86,11 @@ impl Detector {
     }
 
     /// A detector of the user: YOLOv8, YOLOv8-seg or YOLOX with raw heads, or the own network trained anew. `class` is the number of the
-    /// ball's class, if it is not the usual one.
+    /// ball's class; without it, it is the one that the file names so, the only one, or COCO's 'sports ball'.
     ///
     /// # Errors
-    /// If the file cannot be read or run, is of another kind, or has no such class.
+    /// If the file cannot be read or run, is of another kind, gives numbers that are no scores and boxes, has no such class, or does not
+    /// tell which one is the ball.
     pub fn load(path: &Path, class: Option<usize>) -> Result<Self, VisionError> {
         Self::from_file(OnnxFile::read(path)?, class)
     }
@@ -97,22 +101,29 @@ impl Detector {
     /// As [`Self::load`].
     pub fn from_file(file: OnnxFile, class: Option<usize>) -> Result<Self, VisionError> {
         let interface = Interface::of(&file)?;
-        let mut options = DetectOptions::of(interface.kind);
-        if let Some(class) = class {
-            if class >= interface.kind.classes() {
-                return Err(VisionError::value(
-                    format!("{}: class", file.path().display()),
-                    format!("0 to {}", interface.kind.classes() - 1),
-                    class.to_string(),
-                ));
-            }
-            options.class = class;
-        }
-        let detector = Self { model: RawModel::new(file)?, interface, options };
-        // Layers that do not fit each other are found now and not on the pitch.
+        let names = named::names(&file);
+        named::check(&file, interface.kind, names.as_deref())?;
+        let class = named::ball(&file, interface.kind, names.as_deref(), class)?;
+        let options = DetectOptions::of(interface.kind, class);
+        let class = names.and_then(|mut names| (class < names.len()).then(|| names.swap_remove(class)));
+        let detector = Self { model: RawModel::new(file)?, interface, options, class };
+        // Layers that do not fit each other and numbers of another kind are found now and not on the pitch.
         let Interface { kind, size, .. } = &detector.interface;
         detector.run(&vec![0.5; kind.inputs() * size[0] * size[1]])?;
         Ok(detector)
+    }
+
+    /// What the file was taken for: kind, size of the input and the ball's class.
+    pub fn words(&self) -> String {
+        let Interface { kind, size: [width, height], .. } = &self.interface;
+        let kind_and_size = format!("{} with an input of {width} x {height} pixels", kind.name());
+        if *kind == Kind::Own {
+            return kind_and_size;
+        }
+        let (class, classes) = (self.options.class, kind.classes());
+        let name =
+            self.class.as_ref().map_or_else(|| ", without a name".to_owned(), |name| format!(", {name:?}"));
+        format!("{kind_and_size}; the ball is class {class} of {classes}{name}")
     }
 
     /// Which kind it is.
@@ -135,7 +146,7 @@ impl Detector {
     /// Balls in a picture, the surest first. The own network looks at depth too, and finds less without; the others see only color.
     ///
     /// # Errors
-    /// If the runtime fails.
+    /// If the runtime fails, or gives numbers that are no scores and boxes.
     pub fn detect(
         &self,
         picture: &ColorImage,
@@ -182,12 +193,19 @@ impl Detector {
         Ok(found.collect())
     }
 
-    /// The outputs of an input.
+    /// The outputs of an input, which are those of a detector.
     pub(crate) fn run(&self, input: &[f32]) -> Result<Vec<Vec<f32>>, VisionError> {
         let Interface { kind, input: name, size, outputs } = &self.interface;
         let wanted: Vec<(&str, usize)> =
             outputs.iter().map(|(name, numbers)| (name.as_str(), *numbers)).collect();
-        Ok(self.model.run(&[(name, vec![1, kind.inputs(), size[1], size[0]], input)], &wanted)?)
+        let outputs = self.model.run(&[(name, vec![1, kind.inputs(), size[1], size[0]], input)], &wanted)?;
+        range::check(*kind, *size, outputs.first().map_or(&[], |first| first)).map_err(
+            |[what, expected, found]| {
+                let what = format!("{}: taken for {}: {what}", self.model.path().display(), kind.name());
+                VisionError::value(what, expected, found)
+            },
+        )?;
+        Ok(outputs)
     }
 
     /// The input of the network, across and down `[px]`.
@@ -196,5 +214,7 @@ impl Detector {
     }
 }
 
+#[cfg(test)]
+mod foreign_tests;
 #[cfg(test)]
 mod tests;

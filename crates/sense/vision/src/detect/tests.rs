@@ -1,6 +1,6 @@
 //! Detectors from tiny ONNX files made here.
 
-use paid_onnx::proto::{GraphProto, ModelProto, OperatorSetId, TensorProto, ValueInfo};
+use paid_onnx::proto::{GraphProto, ModelProto, OperatorSetId, StringStringEntry, TensorProto, ValueInfo};
 use paid_onnx::{IR_VERSION, OPSET};
 use prost::Message;
 
@@ -11,6 +11,14 @@ use crate::scatter::{Scatter, Use};
 
 /// A file with one input `[1, 3, h, w]` whose outputs are constants.
 fn constant(input: &[usize], outputs: &[(&str, Vec<usize>, Vec<f32>)]) -> OnnxFile {
+    with_metadata(input, outputs, &[])
+}
+
+pub(super) fn with_metadata(
+    input: &[usize],
+    outputs: &[(&str, Vec<usize>, Vec<f32>)],
+    metadata: &[(&str, &str)],
+) -> OnnxFile {
     let mut graph = GraphProto { name: Some("test".to_owned()), ..GraphProto::default() };
     graph.input.push(ValueInfo::float("images", input));
     for (name, dims, values) in outputs {
@@ -19,17 +27,26 @@ fn constant(input: &[usize], outputs: &[(&str, Vec<usize>, Vec<f32>)]) -> OnnxFi
         graph.node.push(node("Identity", &[&constant], name, Vec::new()));
         graph.output.push(ValueInfo::float(name, dims));
     }
+    file_of(graph, metadata)
+}
+
+pub(super) fn file_of(graph: GraphProto, metadata: &[(&str, &str)]) -> OnnxFile {
+    let entry = |(key, value): &(&str, &str)| StringStringEntry {
+        key: Some((*key).to_owned()),
+        value: Some((*value).to_owned()),
+    };
     let model = ModelProto {
         ir_version: Some(IR_VERSION),
         graph: Some(graph),
         opset_import: vec![OperatorSetId { domain: Some(String::new()), version: Some(OPSET) }],
+        metadata_props: metadata.iter().map(entry).collect(),
         ..ModelProto::default()
     };
     OnnxFile::from_bytes(model.encode_to_vec(), "test.onnx".as_ref()).expect("a model")
 }
 
 /// 64 x 32 has 32 + 8 + 2 cells.
-const CELLS: usize = 42;
+pub(super) const CELLS: usize = 42;
 
 #[test]
 fn a_yolo_v8_export_finds_its_ball_in_picture_pixels() {
@@ -107,6 +124,7 @@ fn a_yolox_export_is_decoded_by_its_grid() {
     let file = constant(&[1, 3, 32, 64], &[("output", vec![1, CELLS, 6], output)]);
     let detector = Detector::from_file(file, None).expect("YOLOX");
     assert_eq!(detector.kind(), Kind::YoloX { classes: 1 });
+    assert!(detector.words().starts_with("YOLOX with an input of 64 x 32 pixels; the ball is class 0 of 1"));
     let found = detector.detect(&ColorImage::filled(128, 64, [0; 3]), None).expect("runs");
     assert_eq!((found[0].outline.min, found[0].outline.max), ([32.0, 16.0], [48.0, 32.0]));
 }

@@ -1,8 +1,8 @@
 //! Detectors as small as they can be, with the operators that a real one has. The fuzz target begins with them too.
 
 use paid_onnx::proto::{
-    ATTRIBUTE_INT, ATTRIBUTE_INTS, Attribute, GraphProto, ModelProto, NodeProto, OperatorSetId, TensorProto,
-    ValueInfo,
+    ATTRIBUTE_INT, ATTRIBUTE_INTS, Attribute, GraphProto, ModelProto, NodeProto, OperatorSetId,
+    StringStringEntry, TensorProto, ValueInfo,
 };
 use paid_onnx::{IR_VERSION, OPSET};
 use prost::Message;
@@ -21,14 +21,16 @@ pub fn all() -> Vec<Vec<u8>> {
 pub fn yolo_v8() -> Vec<u8> {
     let mut graph = Builder::default();
     graph.heads(6, "cells");
-    graph.node("Sigmoid", &["cells"], "output0", Vec::new());
+    graph.boxes_and_scores(6);
+    graph.names = Some("{0: 'person', 1: 'ball'}");
     graph.encode(&[("output0", vec![1, 6, CELLS])])
 }
 
 /// YOLOv8-seg with one class: prototypes by a convolution that is enlarged, with a leap over it.
 pub fn yolo_v8_seg() -> Vec<u8> {
     let mut graph = Builder::default();
-    graph.heads(37, "output0");
+    graph.heads(37, "cells");
+    graph.boxes_and_scores(37);
     graph.convolution(32, 8, "coarse");
     graph.graph.initializer.push(TensorProto::float("scales", &[4], &[1.0, 1.0, 2.0, 2.0]));
     graph.node("Resize", &["coarse", "", "scales"], "enlarged", Vec::new());
@@ -42,13 +44,15 @@ pub fn yolo_v8_seg() -> Vec<u8> {
 pub fn yolo_x() -> Vec<u8> {
     let mut graph = Builder::default();
     graph.heads(6, "cells");
-    graph.node("Transpose", &["cells"], "output", vec![integers("perm", &[0, 2, 1])]);
+    graph.node("Sigmoid", &["cells"], "shares", Vec::new());
+    graph.node("Transpose", &["shares"], "output", vec![integers("perm", &[0, 2, 1])]);
     graph.encode(&[("output", vec![1, CELLS, 6])])
 }
 
 #[derive(Default)]
 struct Builder {
     graph: GraphProto,
+    names: Option<&'static str>,
 }
 
 impl Builder {
@@ -92,13 +96,25 @@ impl Builder {
         self.node("Concat", &[&heads[0], &heads[1], &heads[2]], output, vec![axis]);
     }
 
+    /// Boxes inside the input and scores from 0 to 1.
+    fn boxes_and_scores(&mut self, rows: usize) {
+        let scale: Vec<f32> = (0..rows).map(|row| if row < 4 { SIDE as f32 } else { 1.0 }).collect();
+        self.graph.initializer.push(TensorProto::float("scale", &[1, rows, 1], &scale));
+        self.node("Sigmoid", &["cells"], "shares", Vec::new());
+        self.node("Mul", &["shares", "scale"], "output0", Vec::new());
+    }
+
     fn encode(mut self, outputs: &[(&str, Vec<usize>)]) -> Vec<u8> {
         self.graph.input.push(ValueInfo::float("images", &[1, 3, SIDE, SIDE]));
         self.graph.output = outputs.iter().map(|(name, dims)| ValueInfo::float(name, dims)).collect();
+        let entry =
+            |value: &str| StringStringEntry { key: Some("names".to_owned()), value: Some(value.to_owned()) };
+        let metadata = self.names.map(entry).into_iter().collect();
         let model = ModelProto {
             ir_version: Some(IR_VERSION),
             graph: Some(self.graph),
             opset_import: vec![OperatorSetId { domain: Some(String::new()), version: Some(OPSET) }],
+            metadata_props: metadata,
             ..ModelProto::default()
         };
         model.encode_to_vec()

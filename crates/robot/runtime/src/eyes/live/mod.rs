@@ -82,6 +82,9 @@ impl Eyes {
         let (to_ball, fixes) = sync_channel(WAITING);
         let (tell, lines) = sync_channel(UNTOLD);
         let teller = || Teller::new(tell.clone());
+        if let (Some(path), Finder::Network(detector)) = (&config.detector, &setup.finder) {
+            teller().tell(format!("{}: taken for {}", path.display(), detector.words()));
+        }
         let torso = Torso::open(&config.odometry, &topics)?;
         let follow = Follow::new(to_ball, Arc::clone(&desk), teller());
         let stopped = Arc::clone(&stop);
@@ -125,7 +128,7 @@ fn setup(config: &EyesConfig, player: &Player) -> Result<SightSetup, DeployError
         setup.torso_from_camera = mount.pose();
     }
     if let Some(path) = &config.detector {
-        let detector = Detector::load(path, None).map_err(DeployError::eyes)?;
+        let detector = Detector::load(path, config.class).map_err(DeployError::eyes)?;
         setup.finder = Finder::Network(Box::new(detector));
     }
     if let Some(least) = config.confidence {
