@@ -108,14 +108,14 @@ pub struct SceneOptions {
 }
 
 impl Default for FloorOptions {
-    /// The public evaluation's floor (release facts); torsional and rolling friction are MuJoCo's defaults.
+    /// The floor of PAiD's public evaluation; torsional and rolling friction are MuJoCo's defaults.
     fn default() -> Self {
         Self { friction: [0.8, 0.005, 0.0001], solref: [0.01, 1.0] }
     }
 }
 
 impl Default for BallOptions {
-    /// The public evaluation's surface (release facts), a size-5 ball's mass.
+    /// The surface of PAiD's public evaluation, a size-5 ball's mass.
     fn default() -> Self {
         Self {
             params: BallParams::default(),
@@ -135,7 +135,7 @@ impl Default for GoalMarker {
 }
 
 impl Default for SceneOptions {
-    /// The evaluation of the release facts: 2 ms steps, 50 Hz control, the vendor's feet, a ball of 0.43 kg.
+    /// As PAiD's public evaluation: 2 ms steps, 50 Hz control, the vendor's feet, a ball of 0.43 kg.
     fn default() -> Self {
         Self {
             physics_dt_s: 0.002,
@@ -156,7 +156,7 @@ impl Default for SceneOptions {
 }
 
 impl SceneOptions {
-    /// The public evaluation with its ball of 0.1 kg, a solid sphere (release facts).
+    /// PAiD's public evaluation with its ball of 0.1 kg, a solid sphere.
     pub fn public_protocol() -> Self {
         let params = BallParams { mass_kg: 0.1, inertia_factor: 0.4, ..BallParams::default() };
         Self { ball: Some(BallOptions { params, ..BallOptions::default() }), ..Self::default() }

@@ -18,7 +18,7 @@ const FREE_NQ: usize = 7;
 /// Environments that run in MuJoCo, one per group.
 ///
 /// Joint targets are followed by PD control, by default explicit and clipped to the effort limits at every physics step, as
-/// the public evaluation does (release facts). Forces are those of MuJoCo's solver. [`Simulator::set_params`] applies masses, inertias,
+/// PAiD's public evaluation does. Forces are those of MuJoCo's solver. [`Simulator::set_params`] applies masses, inertias,
 /// the base's center of mass, gains, and the ball's mass, radius and damping; surfaces (friction, restitution) and the
 /// floor come from [`SceneOptions`] alone, since MuJoCo's contact model has other parameters.
 #[derive(Debug)]

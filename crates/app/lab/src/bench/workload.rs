@@ -21,7 +21,7 @@ pub struct Workload {
     height: f64,
 }
 
-/// The rough ground of the release facts.
+/// The rough ground of PAiD's public training code.
 pub fn rough() -> Terrain {
     Terrain::Rough { amplitude_m: 0.02, step_m: 0.02, cell_m: 0.1, size: 64, seed: SEED }
 }

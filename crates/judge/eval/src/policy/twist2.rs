@@ -1,4 +1,4 @@
-//! The public TWIST2 tracker (amazon-far/TWIST2, MIT) as a peer: its interface, from the facts of this project's issue on the referee.
+//! The public TWIST2 tracker (amazon-far/TWIST2, MIT) as a peer: its interface, as its repository publishes it.
 //!
 //! Input 1432 numbers: now (127), the ten observations before it, oldest first (1270), the motion block again (35). The 127
 //! are the motion block, of the reference one step ahead (root velocity x, y in its own frame; root height; roll, pitch; yaw

@@ -17,7 +17,7 @@ pub struct MujocoBall {
 }
 
 impl Default for MujocoBall {
-    /// The public evaluation's ball (release facts) with a contact that bounces: a damping ratio of 0.15 returns about 0.6 of the
+    /// The ball of PAiD's public evaluation with a contact that bounces: a damping ratio of 0.15 returns about 0.6 of the
     /// approach speed, as turf does; and with a rolling friction of 1 cm, about 0.5 m/s^2.
     fn default() -> Self {
         let known = BallOptions::default();
