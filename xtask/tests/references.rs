@@ -210,7 +210,9 @@ fn cites_elsewhere(line: &str) -> Option<String> {
 fn in_page(repository: &Repository, page: &Path, text: &str) -> Vec<(usize, String)> {
     let mut wrong = Vec::new();
     for (number, line) in prose(text) {
-        let links = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        let between =
+            |begin, end| line.split(begin).skip(1).filter_map(move |rest: &str| rest.split(end).next());
+        let links = between("](", ')').chain(between("src=\"", '"'));
         wrong.extend(links.filter_map(|target| wrong_link(page, target)).map(|what| (number, what)));
         let paths = quoted(line).filter_map(path_of).filter(|path| !repository.has(page, path));
         wrong.extend(paths.map(|path| (number, format!("no such path: {path}"))));
@@ -262,10 +264,9 @@ fn links_and_paths_in_text_and_comments_lead_somewhere() {
 fn a_dangling_reference_is_found() {
     let repository = Repository(files());
     let page = Path::new("docs/src/start.md");
-    let text =
-        "# Page\n[a](nowhere.md) [b](start.md#no-such-part) `docs/none.md`\n[c](#page) see release-facts\n";
+    let text = "# Page\n[a](nowhere.md) [b](start.md#no-such-part) `docs/none.md`\n<img src=\"none.png\"> [c](#page) see release-facts\n";
     let wrong: Vec<_> = in_page(&repository, page, text).into_iter().map(|(line, _)| line).collect();
-    assert_eq!(wrong, [2, 2, 2, 3, 3]); // `#page` is none of start.md's headings
+    assert_eq!(wrong, [2, 2, 2, 3, 3, 3]); // `#page` is none of start.md's headings
     let code = "let a = 1; // as crates/none says\n/// `configs/presets/*.toml`, README.md, src/main.rs\n// no/such/name.rs\nlet docs = \"docs/none\";\n";
     let wrong: Vec<_> = in_comments(&repository, Path::new("xtask/src/main.rs"), code, "//")
         .into_iter()
