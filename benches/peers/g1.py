@@ -52,8 +52,10 @@ def matched(patterns: list[dict], joint: str) -> float:
 def scene(paid: Path, soles: str, folder: Path) -> Path:
     """Lets the program write the scene that it is judged in, at the training's physics step."""
     out = folder / f"{soles}.xml"
-    options = ["--training-soles"] if soles == "training" else []
-    command = [paid, "eval", "scene", "--physics-dt", str(PHYSICS_DT_S), *options, "--out", out]
+    settings = out.with_suffix(".toml")
+    training = str(soles == "training").lower()
+    settings.write_text(f"physics_dt_s = {PHYSICS_DT_S}\ntraining_soles = {training}\n")
+    command = [paid, "eval", "scene", "--scene", settings, "--out", out]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return out
 

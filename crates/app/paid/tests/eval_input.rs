@@ -18,10 +18,15 @@ fn bad_arguments_are_named() {
     fs::write(folder.path().join("bad.onnx"), b"no model").expect("writes");
     let error = eval(&["tracking", "--policy", "bad.onnx", "--motions", "motions"]);
     assert!(error.contains("bad.onnx"), "{error}");
+    fs::write(folder.path().join("scene.toml"), "physics_dt_s = 0.003").expect("writes");
     if paid_testing::mujoco("bad_arguments_are_named", Library::get()).is_some() {
-        let error = eval(&["tracking", "--policy", "run", "--engine", "mujoco", "--physics-dt", "0.003"]);
-        assert!(error.contains("--physics-dt") && error.contains("0.003"), "{error}");
+        let error = eval(&["tracking", "--policy", "run", "--engine", "mujoco", "--scene", "scene.toml"]);
+        assert!(error.contains("--scene: expected a physics_dt_s") && error.contains("0.003"), "{error}");
     }
+    fs::write(folder.path().join("scene.toml"), "\nfloor_frictoin = 0.5").expect("writes");
+    let error = eval(&["shooting", "--policy", "run", "--engine", "mujoco", "--scene", "scene.toml"]);
+    assert!(error.contains("--scene") && error.contains("scene.toml:2: floor_frictoin"), "{error}");
+    assert!(error.contains("did you mean 'floor_friction'"), "{error}");
     let shooting = ["shooting", "--policy", "run", "--task", "paper_stage2", "--ball", "static"];
     let error = eval(&[&shooting[..], &["--speed", "0.1", "0.3"]].concat());
     assert!(error.contains("--speed") && error.contains("--ball static"), "{error}");
@@ -50,14 +55,15 @@ fn an_option_that_would_change_nothing_is_refused() {
     let folder = folder();
     let eval = |args: &[&str]| refuses(&paid(folder.path(), &[&["eval"], args].concat()));
     let shooting = ["shooting", "--policy", "run", "--task", "paper_stage2", "--trials", "1"];
-    let error = eval(&[&shooting[..], &["--floor-friction", "0.5"]].concat());
-    assert!(error.contains("--floor-friction: expected --engine mujoco or both"), "{error}");
+    fs::write(folder.path().join("scene.toml"), "ball_mass_kg = 0.4\nfloor_friction = 0.5").expect("writes");
+    let error = eval(&[&shooting[..], &["--scene", "scene.toml"]].concat());
+    assert!(error.contains("--scene: floor_friction: expected --engine mujoco or both"), "{error}");
     let error = eval(&[&shooting[..], &["--strips", "3"]].concat());
     assert!(error.contains("--out"), "{error}");
     let error = eval(&["tracking", "--policy", "run", "--robot", "/nope.toml"]);
     assert!(error.contains("--robot /nope.toml: expected an ONNX file as --policy, found run"), "{error}");
-    let error = eval(&["panel", "--policy", "run", "--ball-mass", "0.4"]);
-    assert!(error.contains("--ball-mass: expected no such option, as the panel has balls"), "{error}");
+    let error = eval(&["panel", "--policy", "run", "--scene", "scene.toml"]);
+    assert!(error.contains("--scene: expected no ball_mass_kg, as the panel has its own balls"), "{error}");
     let error = refuses(&paid(folder.path(), &["demo", "--live", "--trials", "3"]));
     assert!(error.contains("'--live' cannot be used with '--trials"), "{error}");
 }

@@ -4,6 +4,7 @@ use core::fmt;
 use std::path::PathBuf;
 
 use paid_task::TaskError;
+use paid_task::layers::LayerError;
 use thiserror::Error;
 
 /// An option of an evaluation.
@@ -21,10 +22,8 @@ pub enum Setting {
     Scatter,
     /// Speeds of rolling balls.
     Rolling,
-    /// MuJoCo's time step.
-    PhysicsStep,
-    /// The scene of TWIST2's evaluations.
-    Twist2Scene,
+    /// MuJoCo's scene.
+    Scene,
     /// Where a recording goes.
     Recording,
     /// Length of a measurement.
@@ -42,8 +41,7 @@ impl fmt::Display for Setting {
             Self::StartRadius => "start radius",
             Self::Scatter => "scatter",
             Self::Rolling => "rolling",
-            Self::PhysicsStep => "physics step",
-            Self::Twist2Scene => "scene twist2",
+            Self::Scene => "scene",
             Self::Recording => "recording",
             Self::Seconds => "seconds",
             Self::Named(name) => name,
@@ -60,6 +58,9 @@ pub enum EvalError {
     /// The motions do not fit the robot.
     #[error(transparent)]
     Play(#[from] paid_play::PlayError),
+    /// A scene file.
+    #[error(transparent)]
+    Scene(#[from] LayerError),
     /// The referee is missing or refuses the scene.
     #[error(transparent)]
     Mujoco(#[from] paid_mujoco::MujocoError),

@@ -1,8 +1,14 @@
 //! Which engines score a policy, and the constants of MuJoCo's scene as plain values.
 
+use std::fs;
+use std::path::Path;
+
+use paid_files::FileError;
 use paid_mujoco::{Cone, FootShapes, PdControl, SceneOptions};
 use paid_robot::RobotModel;
 use paid_task::TaskPreset;
+use paid_task::layers::{KeyError, Tree};
+use serde::{Deserialize, Serialize};
 
 use crate::engine::EngineChoice;
 use crate::{EvalError, Setting};
@@ -20,7 +26,8 @@ pub enum Engines {
 }
 
 /// A named set of constants for MuJoCo's scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum ScenePreset {
     /// A size-5 ball of 0.43 kg.
     Paper,
@@ -31,53 +38,140 @@ pub enum ScenePreset {
     Twist2,
 }
 
-/// MuJoCo's scene: a named set of constants and changes to it. `None` keeps the named set's value.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// MuJoCo's scene: the content of a scene file. `None` keeps the value of the named set. [`KEYS`] describes the values.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "KEYS describes them, for `paid eval scene --print` too")]
 pub struct SceneSpec {
-    /// The named set; `None`: the one that goes with the policy ([`crate::subject::PolicySource::usual_scene`]).
-    pub preset: Option<ScenePreset>,
-    /// Mass of the ball in both engines `[kg]`.
+    pub protocol: Option<ScenePreset>,
     pub ball_mass_kg: Option<f64>,
-    /// Physics step `[s]`, a whole fraction of the control period.
     pub physics_dt_s: Option<f64>,
-    /// Sliding friction between feet and floor.
     pub floor_friction: Option<f64>,
-    /// Sliding friction of the ball.
-    pub ball_friction: Option<f64>,
-    /// Time constant of contacts with the ball `[s]`.
-    pub ball_contact_time_s: Option<f64>,
-    /// Time constant of contacts with the floor `[s]`.
     pub floor_contact_time_s: Option<f64>,
-    /// Damping ratio of contacts with the ball; 1 does not bounce.
+    pub ball_friction: Option<f64>,
+    pub ball_contact_time_s: Option<f64>,
     pub ball_contact_damping: Option<f64>,
-    /// The ball's linear and angular damping act in MuJoCo too.
-    pub ball_damping: bool,
-    /// Friction, bounce and damping of the ball as in training, as far as MuJoCo's contact can follow.
-    pub training_ball: bool,
-    /// The training's four spheres per foot instead of the vendor's seven capsules.
-    pub training_soles: bool,
-    /// Joint control with the next velocity's damping, as in training, instead of explicit torques.
-    pub implicit_pd: bool,
-    /// The circular friction cone instead of the pyramid.
-    pub elliptic_cone: bool,
-    /// Bodies of the robot pass through each other.
-    pub no_self_collision: bool,
-    /// Sliding friction between the robot's own bodies.
+    pub ball_damping: Option<bool>,
+    pub training_ball: Option<bool>,
+    pub training_soles: Option<bool>,
+    pub implicit_pd: Option<bool>,
+    pub elliptic_cone: Option<bool>,
+    pub no_self_collision: Option<bool>,
     pub self_friction: Option<f64>,
-    /// Time constant of contacts between the robot's own bodies `[s]`.
     pub self_contact_time_s: Option<f64>,
-    /// Joints have no dry friction.
-    pub no_friction_loss: bool,
+    pub no_friction_loss: Option<bool>,
 }
 
+/// The keys of a scene file.
+pub const KEYS: [(&str, &str); 17] = [
+    ("protocol", "paper, public or twist2: gives the values of all keys that are left out"),
+    ("ball_mass_kg", "mass of the ball, in both engines"),
+    ("physics_dt_s", "physics step; divides the control period"),
+    ("floor_friction", "sliding friction between feet and floor"),
+    ("floor_contact_time_s", "time constant of contacts with the floor; larger is softer"),
+    ("ball_friction", "sliding friction of the ball"),
+    ("ball_contact_time_s", "time constant of contacts with the ball; larger is softer"),
+    ("ball_contact_damping", "damping ratio of contacts with the ball; 1: no bounce, 0.16: restitution 0.6"),
+    ("ball_damping", "the ball's linear and angular damping, as in training"),
+    ("training_ball", "friction, bounce and damping of the ball as in training"),
+    ("training_soles", "four spheres per foot, as in training, instead of the vendor's seven capsules"),
+    (
+        "implicit_pd",
+        "joint control damped with the next velocity, as in training, instead of explicit torques",
+    ),
+    ("elliptic_cone", "circular friction cone instead of the pyramid"),
+    ("no_self_collision", "the robot's bodies pass through each other"),
+    ("self_friction", "sliding friction between the robot's own bodies"),
+    ("self_contact_time_s", "time constant of contacts between the robot's own bodies"),
+    ("no_friction_loss", "no dry friction in the joints"),
+];
+
 impl SceneSpec {
+    /// A named set (`paper`, `public`, `twist2`), or a scene file.
+    ///
+    /// # Errors
+    /// If there is no such set, the file cannot be read, or a value does not fit: file, line, key, expected and found.
+    pub fn load(name: &str) -> Result<Self, EvalError> {
+        let path = Path::new(name);
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            return Self::parse(name, &fs::read_to_string(path).map_err(FileError::at(path))?);
+        }
+        Self::parse(name, &format!("protocol = '{name}'")).map_err(|_| EvalError::Option {
+            option: Setting::Scene,
+            expected: "paper, public, twist2 or the path of a .toml file".to_owned(),
+            found: format!("'{name}'"),
+        })
+    }
+
+    /// The scene in the text of a scene file.
+    ///
+    /// # Errors
+    /// As [`SceneSpec::load`].
+    pub fn parse(file: &str, text: &str) -> Result<Self, EvalError> {
+        let tree = Tree::parse(file, text)?;
+        let refuse = |error| tree.locate(error, file);
+        let spec = tree.typed().map_err(refuse)?;
+        for (key, value, _) in tree.leaves() {
+            let Some(found) = value.as_float().or_else(|| value.as_integer().map(|x| x as f64)) else {
+                continue;
+            };
+            let zero = key == "self_friction" && found == 0.0;
+            if !(found.is_finite() && found > 0.0 || zero) {
+                let message = format!("expected a positive number, found {value}");
+                return Err(refuse(KeyError { key, message }).into());
+            }
+        }
+        Ok(spec)
+    }
+
+    /// The names of the values that are given.
+    pub fn given(&self) -> impl Iterator<Item = &'static str> {
+        let tree = Tree::of(self).unwrap_or_default();
+        KEYS.into_iter().map(|(key, _)| key).filter(move |key| tree.contains(key))
+    }
+
+    /// The text of a scene file, with what each key means.
+    pub fn to_toml(&self) -> String {
+        let tree = Tree::of(self).unwrap_or_default();
+        let lines = KEYS.into_iter().filter_map(|(key, what)| {
+            let line = format!("{key} = {}", tree.value(key)?);
+            Some(format!("{line:<32} # {what}\n"))
+        });
+        lines.collect()
+    }
+
+    /// The file whose values are all those of `scene`, which this specification resolved to with the ball of `task`.
+    #[must_use]
+    pub fn filled(&self, scene: &SceneOptions, task: &TaskPreset, usual: ScenePreset) -> Self {
+        let ball = scene.ball.unwrap_or_default();
+        Self {
+            protocol: self.protocol.or(Some(usual)),
+            ball_mass_kg: Some(task.ball_params.mass_kg),
+            physics_dt_s: Some(scene.physics_dt_s),
+            floor_friction: Some(scene.floor.friction[0]),
+            floor_contact_time_s: Some(scene.floor.solref[0]),
+            ball_friction: Some(ball.friction[0]),
+            ball_contact_time_s: Some(ball.solref[0]),
+            ball_contact_damping: Some(ball.solref[1]),
+            ball_damping: Some(ball.damped),
+            training_ball: Some(self.training_ball == Some(true)),
+            training_soles: Some(scene.feet == FootShapes::Sole),
+            implicit_pd: Some(scene.pd == PdControl::Implicit),
+            elliptic_cone: Some(scene.cone == Cone::Elliptic),
+            no_self_collision: Some(!scene.self_collision),
+            self_friction: Some(scene.self_friction),
+            self_contact_time_s: Some(scene.self_contact_time_s),
+            no_friction_loss: Some(!scene.friction_loss),
+        }
+    }
+
     /// MuJoCo's scene, from the `usual` set unless another was asked for. The ball of `task` becomes the one that was asked for, in
     /// both engines.
     ///
     /// # Errors
     /// If the physics step is no whole fraction of the control period.
     pub fn resolve(&self, task: &mut TaskPreset, usual: ScenePreset) -> Result<SceneOptions, EvalError> {
-        let mut scene = match self.preset.unwrap_or(usual) {
+        let mut scene = match self.protocol.unwrap_or(usual) {
             ScenePreset::Paper => SceneOptions::default(),
             ScenePreset::Public => {
                 let scene = SceneOptions::public_protocol();
@@ -94,39 +188,39 @@ impl SceneSpec {
         }
         if let Some(ball) = &mut scene.ball {
             ball.params = task.ball_params;
-            if self.training_ball {
+            if self.training_ball == Some(true) {
                 *ball = ball.like_builtin(task.ball_params, &task.scene);
             }
             ball.friction[0] = self.ball_friction.unwrap_or(ball.friction[0]);
             ball.solref[0] = self.ball_contact_time_s.unwrap_or(ball.solref[0]);
             ball.solref[1] = self.ball_contact_damping.unwrap_or(ball.solref[1]);
-            ball.damped |= self.ball_damping;
+            ball.damped = self.ball_damping.unwrap_or(ball.damped);
         }
         scene.floor.friction[0] = self.floor_friction.unwrap_or(scene.floor.friction[0]);
         scene.floor.solref[0] = self.floor_contact_time_s.unwrap_or(scene.floor.solref[0]);
-        if self.training_soles {
+        if self.training_soles == Some(true) {
             scene.feet = FootShapes::Sole;
         }
-        if self.implicit_pd {
+        if self.implicit_pd == Some(true) {
             scene.pd = PdControl::Implicit;
         }
-        if self.elliptic_cone {
+        if self.elliptic_cone == Some(true) {
             scene.cone = Cone::Elliptic;
         }
-        scene.self_collision = !self.no_self_collision;
+        scene.self_collision = self.no_self_collision != Some(true);
         scene.self_friction = self.self_friction.unwrap_or(scene.self_friction);
         scene.self_contact_time_s = self.self_contact_time_s.unwrap_or(scene.self_contact_time_s);
-        scene.friction_loss &= !self.no_friction_loss;
+        scene.friction_loss = self.no_friction_loss.map_or(scene.friction_loss, |none| !none);
         let (dt, control_dt) = (self.physics_dt_s.unwrap_or(scene.physics_dt_s), task.control_dt_s());
         scene.substeps = (control_dt / dt).round() as usize;
         scene.physics_dt_s = dt;
-        if self.training_ball && self.ball_contact_time_s.is_none() {
+        if self.training_ball == Some(true) && self.ball_contact_time_s.is_none() {
             scene.resolve_contacts();
         }
         if scene.substeps == 0 || (scene.substeps as f64 * dt - control_dt).abs() > 1e-9 {
             return Err(EvalError::Option {
-                option: Setting::PhysicsStep,
-                expected: format!("a whole part of the control period of {control_dt} s"),
+                option: Setting::Scene,
+                expected: format!("a physics_dt_s that divides the control period of {control_dt} s"),
                 found: dt.to_string(),
             });
         }
@@ -142,8 +236,8 @@ pub fn check_feet(scene: &SceneOptions, robot: &RobotModel) -> Result<(), EvalEr
     let g1 = RobotModel::g1().name;
     if scene.feet == FootShapes::Spheres && robot.name != g1 {
         return Err(EvalError::Option {
-            option: Setting::Twist2Scene,
-            expected: format!("the robot '{g1}'"),
+            option: Setting::Scene,
+            expected: format!("the robot '{g1}' for twist2"),
             found: format!("'{}'", robot.name),
         });
     }
@@ -178,12 +272,8 @@ mod tests {
     #[test]
     fn changes_apply_on_top_of_the_named_set_and_the_ball_is_the_same_in_both_engines() {
         let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
-        let spec = SceneSpec {
-            preset: Some(ScenePreset::Public),
-            floor_friction: Some(0.55),
-            no_friction_loss: true,
-            ..SceneSpec::default()
-        };
+        let text = "protocol = 'public'\nfloor_friction = 0.55\nno_friction_loss = true";
+        let spec = SceneSpec::parse("mine.toml", text).expect("a scene file");
         let scene = spec.resolve(&mut task, ScenePreset::Paper).expect("a scene");
         assert_eq!((scene.floor.friction[0], scene.friction_loss), (0.55, false));
         assert_eq!((task.ball_params.mass_kg, task.ball_params.inertia_factor), (0.1, 0.4));
@@ -195,7 +285,45 @@ mod tests {
         let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
         let spec = SceneSpec { physics_dt_s: Some(0.003), ..SceneSpec::default() };
         let error = spec.resolve(&mut task, ScenePreset::Paper).expect_err("0.02 / 0.003").to_string();
-        assert_eq!(error, "physics step: expected a whole part of the control period of 0.02 s, found 0.003");
+        assert_eq!(
+            error,
+            "scene: expected a physics_dt_s that divides the control period of 0.02 s, found 0.003"
+        );
+    }
+
+    #[test]
+    fn a_printed_file_resolves_to_the_scene_that_it_was_printed_from() {
+        let usual = ScenePreset::Paper;
+        for text in ["protocol = 'twist2'", "training_ball = true\nelliptic_cone = true", "ball_mass_kg = 1"]
+        {
+            let spec = SceneSpec::parse("a.toml", text).expect(text);
+            let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
+            let scene = spec.resolve(&mut task, usual).expect(text);
+            let printed = spec.filled(&scene, &task, usual).to_toml();
+            assert_eq!(printed.lines().count(), KEYS.len(), "{printed}");
+            let again = SceneSpec::parse("b.toml", &printed).expect("reads");
+            assert!(again.given().eq(KEYS.map(|(key, _)| key)));
+            let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
+            assert_eq!(again.resolve(&mut task, usual).expect(text), scene, "{printed}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_file_is_refused_with_line_and_key() {
+        for (text, expected) in [
+            ("floor_frictoin = 1", "a.toml:1: floor_frictoin: unknown key; did you mean 'floor_friction'?"),
+            ("\nball_mass_kg = 0", "a.toml:2: ball_mass_kg: expected a positive number, found 0"),
+            ("self_friction = -0.1", "a.toml:1: self_friction: expected a positive number, found -0.1"),
+            ("ball_friction = nan", "a.toml:1: ball_friction: expected a positive number, found nan"),
+            ("protocol = 'mine'", "a.toml:1: protocol: unknown variant `mine`, expected one of `paper`"),
+            ("training_ball = 1", "a.toml:1: training_ball: invalid type: integer `1`, expected a boolean"),
+        ] {
+            let error = SceneSpec::parse("a.toml", text).expect_err(text).to_string();
+            assert!(error.starts_with(expected), "{error}");
+        }
+        assert!(SceneSpec::parse("a.toml", "self_friction = 0").is_ok());
+        let error = SceneSpec::load("papre").expect_err("no such set").to_string();
+        assert_eq!(error, "scene: expected paper, public, twist2 or the path of a .toml file, found 'papre'");
     }
 
     #[test]

@@ -39,9 +39,9 @@ pub struct Args {
 
 /// Runs the panel in MuJoCo, whatever --engine says.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    if let Some(flag) = args.common.said_by_panel() {
+    if let Some(key) = args.common.set_by_panel() {
         return Err(Failure::input(format!(
-            "{flag}: expected no such option, as the panel has balls and grounds of its own"
+            "--scene: expected no {key}, as the panel has its own balls and grounds, found one"
         )));
     }
     let mut subject = Subject::load(&args.common.spec_of_referee("paper_stage2")?)?;

@@ -35,9 +35,9 @@ impl Common {
         self.setting.spec_in_any_engine(&self.policy, fallback_task)
     }
 
-    /// [`EngineArgs::said_by_panel`].
-    pub fn said_by_panel(&self) -> Option<&'static str> {
-        self.setting.scene.said_by_panel()
+    /// [`EngineArgs::set_by_panel`].
+    pub fn set_by_panel(&self) -> Option<&'static str> {
+        self.setting.scene.set_by_panel()
     }
 }
 
@@ -129,9 +129,9 @@ impl Setting {
 
     /// What is scored, with the policy apart from its conditions.
     pub fn spec(&self, policy: &Path, fallback_task: &str) -> Result<SubjectSpec, Failure> {
-        if let Some(flag) = self.scene.only_in_mujoco().filter(|_| self.engine == EngineName::Builtin) {
+        if let Some(key) = self.scene.only_in_mujoco().filter(|_| self.engine == EngineName::Builtin) {
             return Err(Failure::input(format!(
-                "{flag}: expected --engine mujoco or both, whose scene it changes, found builtin"
+                "--scene: {key}: expected --engine mujoco or both, whose scene it changes, found builtin"
             )));
         }
         self.spec_in_any_engine(policy, fallback_task)
