@@ -14,22 +14,24 @@ use crate::train::{motion_folder, motions_value, whole};
 /// Arguments of `paid agent`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The agent.
+    /// Actions of the agent.
     #[arg(value_enum)]
     agent: Kind,
-    /// Run preset: built in, or a preset file.
+    /// Run preset: built in, or a file.
     #[arg(long, value_name = "NAME|FILE", default_value = "stage1")]
     preset: String,
-    /// Folder of motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
+    /// Folder of motion files [default: the built-in kicks].
+    ///
+    /// Files end in .npz, .csv or .pkl, and are searched recursively.
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Control steps.
     #[arg(long, value_name = "N", default_value_t = 500)]
     steps: usize,
-    /// Environments; a multiple of the lanes of the instruction set (at most 16).
+    /// Environments; a multiple of the instruction set's lanes (at most 16).
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = envs)]
     envs: usize,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Change a preset value, such as task.rewards.action_rate.weight=-0.05 (repeatable).

@@ -16,7 +16,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum What {
-    /// Physics and control steps per second, beside MuJoCo's.
+    /// Physics and control steps per second, compared with MuJoCo.
     Physics(bench_physics::Args),
     /// Training samples per second, end to end and by part.
     Train(bench_train::Args),

@@ -14,22 +14,26 @@ pub struct Args {
     /// Instruction set: auto, avx512, avx2 or portable.
     #[arg(long, default_value = "auto")]
     isa: String,
-    /// Environments per core in the built-in engine, rounded up to whole lane groups.
+    /// Environments per core in the built-in engine.
+    ///
+    /// Rounded up to whole groups of lanes.
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     envs: u32,
     /// Duration of each measurement [s].
     #[arg(long, default_value_t = 0.5)]
     seconds: f64,
-    /// Rounds; engines take turns, and the median round counts.
+    /// Rounds; the engines take turns, and the median round counts.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
     rounds: u32,
-    /// Threads of the measurement on all cores; 0 means one per core.
+    /// Threads of the measurement on all cores; 0 for one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Measure the built-in engine too with contacts and controllers of all kinds (soft and hard, every friction cone, ...).
+    /// Also measure the built-in engine's other kinds of contacts and controllers.
+    ///
+    /// Soft and hard contacts, each friction cone, and so on.
     #[arg(long)]
     kinds: bool,
-    /// Leave MuJoCo out.
+    /// Do not measure MuJoCo.
     #[arg(long)]
     no_mujoco: bool,
     /// Print JSON.

@@ -12,7 +12,9 @@ use crate::train::motions_value;
 /// Arguments of `paid bench train`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
+    /// Folder of motion files [default: the built-in kicks].
+    ///
+    /// Files end in .npz, .csv or .pkl, and are searched recursively.
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
     /// Run preset to measure [default: MLP at 2 and at 5 epochs, LSTM at 2].

@@ -28,19 +28,21 @@ const SCORES: &str = "scores.json";
 /// Arguments of `paid compare`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The plan: a TOML file, such as configs/compare/paper.toml.
+    /// Plan, a TOML file such as configs/compare/paper.toml.
     #[arg(value_name = "PLAN")]
     plan: PathBuf,
     /// Folder of motion files [default: the built-in kicks].
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Output folder. What was trained or judged there before is not trained or judged again.
+    /// Output folder; what it already contains is not trained or scored again.
     #[arg(long, value_name = "DIR", default_value = "runs/compare")]
     out: PathBuf,
-    /// Train and judge only the entry of this name; may be repeated. The table has all entries that are finished [default: all].
+    /// Train and score only this entry (repeatable) [default: all].
+    ///
+    /// The table has all entries that are finished.
     #[arg(long, value_name = "NAME")]
     only: Vec<String>,
-    /// Worker threads; they do not change the result [default: all cores].
+    /// Worker threads; the result does not depend on them [default: all cores].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print the comparison as one line of JSON.

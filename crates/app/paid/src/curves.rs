@@ -15,7 +15,7 @@ pub struct Args {
     /// Folder for curves.svg, curves.png and the thinned metrics.jsonl.
     #[arg(long, value_name = "DIR", default_value = "curves")]
     out: PathBuf,
-    /// Lines of the log that stay, about; the first hundred iterations all do.
+    /// Lines of the log to keep, about; the first hundred iterations all stay.
     #[arg(long, value_name = "N", default_value_t = 300)]
     lines: usize,
 }

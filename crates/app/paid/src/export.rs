@@ -17,19 +17,24 @@ use crate::failure::Failure;
 /// Arguments of `paid export`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Policy to export: a run folder (the mean of its last checkpoints), a checkpoint or a policy file.
+    /// Policy to export: a run folder, a checkpoint or a policy file.
+    ///
+    /// Of a run folder, the mean of its last checkpoints is taken.
     run: PathBuf,
-    /// The file to write.
+    /// File to write.
     #[arg(long, value_name = "FILE", default_value = POLICY_FILE)]
     out: PathBuf,
-    /// Also write a small checkpoint: weights, normalizers and preset, nothing that comes from the motion files. It can be
-    /// evaluated and started from, not resumed.
+    /// Also write a small checkpoint, which can be scored and started from.
+    ///
+    /// It holds weights, normalizers and preset, and nothing that comes from the motion files. It cannot be resumed.
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
     /// Average the weights of the run folder's newest N checkpoints.
     #[arg(long, value_name = "N")]
     average: Option<usize>,
-    /// Embed this motion file (.npz): the policy file then also gives the reference at `time_step`, and inherits the motion's license.
+    /// Embed this motion file (.npz), for programs that need the reference.
+    ///
+    /// The policy file then also returns the reference at `time_step`, and inherits the motion's license.
     #[arg(long, value_name = "CLIP")]
     with_reference: Option<PathBuf>,
     /// License of the policy, written into the file.

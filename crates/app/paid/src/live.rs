@@ -11,16 +11,17 @@ use crate::failure::Failure;
 
 /// Arguments of the page.
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "The page in the browser")]
+#[command(next_help_heading = "Browser page")]
 pub struct LiveArgs {
-    /// Play with it in a browser, or watch it learn: serves a page on this machine and prints its address.
+    /// Serve a page to play or watch in a browser, and print its address.
     #[arg(long)]
     pub live: bool,
-    /// Port of the page; 0 is a free one [default: 4747, or a free one if that is taken].
-    #[arg(long, value_name = "PORT", requires = "live")]
+    /// Port of the page; 0 for a free one [default: 4747, or a free one if taken].
+    #[arg(long, hide_short_help = true, value_name = "PORT", requires = "live")]
     port: Option<u16>,
-    /// Serve other machines too, a phone for example, at this address of this machine, such as 192.168.1.5:4747. The printed address
-    /// holds a token.
+    /// Also serve other machines, such as a phone, at this address of this machine.
+    ///
+    /// For example 192.168.1.5:4747. The printed address contains a token.
     #[arg(long, value_name = "IP:PORT", requires = "live", conflicts_with = "port")]
     listen: Option<SocketAddr>,
 }

@@ -37,11 +37,11 @@ use std::process::ExitCode;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
-use paid_terminal::{EXIT_CODES, end_with_the_reader, values_may_be_negative};
+use paid_terminal::{EXIT_CODES, end_with_the_reader, prepared};
 
-/// Train and score a humanoid kick on a CPU.
+/// Train a humanoid to kick a ball on a CPU, score it in MuJoCo, and run it on the robot.
 #[derive(Debug, Parser)]
-#[command(name = "paid", version, about, after_help = EXIT_CODES)]
+#[command(name = "paid", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -53,36 +53,38 @@ enum Command {
     Train(train::Args),
     /// Score a policy, or draw what it does.
     Eval(Box<eval::Args>),
-    /// Watch a policy shoot at the goal from random places: a score table, pictures and a recording.
+    /// Score a policy on random shots: a result, images, a recording and a report.
+    ///
+    /// Without --policy it is the policy that this program contains.
     Demo(eval::demo::Args),
-    /// Make, check, convert and retarget motion files.
+    /// Generate, check, convert and retarget motion files.
     Motion(motion::Args),
-    /// Show a motion, a human beside the robot that follows, or an episode of a policy, as pictures or in Rerun.
+    /// Show a motion or an episode of a policy, as images, in a browser or in Rerun.
     Play(Box<play::Args>),
     /// Write a policy as an ONNX file.
     Export(export::Args),
-    /// Draw the course of a training, and thin its log to keep it beside the policy.
+    /// Plot a training run, and thin its log so that it can be committed.
     Curves(curves::Args),
     /// Measure the speed of physics and training.
     Bench(bench::Args),
-    /// Train, judge and calibrate what stands between sensors and policy.
+    /// Train, evaluate and calibrate ball detection and odometry.
     #[cfg(feature = "full")]
     Perceive(perceive::Args),
-    /// Train, judge and calibrate what stands between sensors and policy (needs --features full).
+    /// Train, evaluate and calibrate ball detection and odometry (needs --features full).
     #[cfg(not(feature = "full"))]
     Perceive(left_out::Args),
-    /// Find out how a ball bounces and rolls from filmed experiments.
+    /// Identify how a ball bounces and rolls from filmed experiments.
     Sysid(Box<sysid::Args>),
-    /// Train several methods from one plan, each with the same budget, judge them alike in MuJoCo, and print the table.
+    /// Train several methods with equal budgets and compare their scores in MuJoCo.
     Compare(compare::Args),
-    /// List what a task is made of.
+    /// List the reward, termination and observation terms.
     Task(task::Args),
-    /// Run a task under a zero or random agent and print the mean of each reward and observation term.
+    /// Run a task with zero or random actions, and print the mean of each term.
     Agent(agent::Args),
-    /// Take a policy to a Unitree G1, virtual or real.
+    /// Run a policy on a Unitree G1, virtual or real.
     #[cfg(feature = "full")]
     Robot(Box<robot::Args>),
-    /// Take a policy to a Unitree G1, virtual or real (needs --features full).
+    /// Run a policy on a Unitree G1, virtual or real (needs --features full).
     #[cfg(not(feature = "full"))]
     Robot(left_out::Args),
 }
@@ -123,9 +125,30 @@ fn main() -> ExitCode {
     }
 }
 
-/// The command line. A negative number is a value and no option: whoever reads it tells its range.
+/// The commands as `paid --help` groups them.
+const GROUPS: [(&str, &[&str]); 6] = [
+    ("Start here", &["demo"]),
+    ("Train and score", &["train", "eval", "compare", "export"]),
+    ("Look", &["play", "curves"]),
+    ("Motions and ball", &["motion", "sysid"]),
+    ("Robot", &["robot", "perceive"]),
+    ("Develop", &["task", "agent", "bench"]),
+];
+
+/// The command line.
 fn command() -> clap::Command {
-    values_may_be_negative(Cli::command())
+    let command = prepared(Cli::command());
+    let mut list = String::new();
+    for (title, names) in GROUPS {
+        list += &format!("  {title}\n");
+        for command in names.iter().filter_map(|name| command.find_subcommand(name)) {
+            let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+            list += &format!("    {:<10}{about}\n", command.get_name());
+        }
+    }
+    let usage = "{about-with-newline}\n{usage-heading} {usage}";
+    let more = "Options:\n{options}\n\n'paid COMMAND -h' shows the common options of a command, '--help' all of them.";
+    command.help_template(format!("{usage}\n\nCommands:\n{list}\n{more}{{after-help}}"))
 }
 
 /// The arguments of the innermost subcommand that the user gave, by the names of their fields: what stays at its default is not there.
@@ -154,5 +177,38 @@ mod tests {
         assert!(found.iter().any(|id| id == "limit") && !found.iter().any(|id| id == "trials"), "{found:?}");
         let error = of(&["paid", "train", "--iterations", "-1"]).expect_err("refused").to_string();
         assert!(error.contains("invalid value '-1' for '--iterations"), "{error}");
+    }
+
+    #[test]
+    fn every_command_is_in_one_group_of_the_help() {
+        let command = command();
+        let names = command.get_subcommands().map(clap::Command::get_name).filter(|name| *name != "help");
+        let mut grouped: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+        let mut names: Vec<&str> = names.collect();
+        grouped.sort_unstable();
+        names.sort_unstable();
+        assert_eq!(grouped, names);
+    }
+
+    /// Of the command and all below it.
+    fn fits_a_screen(command: &mut clap::Command, path: &str) {
+        let help = command.render_help().to_string();
+        let wide = help.lines().find(|line| line.chars().count() > 100);
+        assert!(wide.is_none(), "{path} -h: {wide:?}");
+        assert!(help.lines().count() <= LINES, "{path} -h has {} lines:\n{help}", help.lines().count());
+        for below in command.get_subcommands_mut() {
+            let path = format!("{path} {}", below.get_name());
+            fits_a_screen(below, &path);
+        }
+    }
+
+    /// Lines of a command's `-h`.
+    const LINES: usize = 40;
+
+    #[test]
+    fn the_short_help_of_every_command_fits_a_screen() {
+        let mut command = command().term_width(100);
+        command.build();
+        fits_a_screen(&mut command, "paid");
     }
 }

@@ -27,27 +27,31 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Print what the kick in every motion file below a folder looks like, one line per clip.
+    /// Print one line per motion file: leg, ball, foot speed, duration, license.
     Info(info::Args),
-    /// Check that clips are fit to train on (feet, joints, balance, label, license): a verdict with its reasons per clip.
+    /// Check that clips are fit for training: a verdict per clip, with reasons.
+    ///
+    /// Feet, joints, balance, label and license are checked.
     Check(check::Args),
-    /// Compare the kicks of a folder with those of another: jerk, joint angles, path of the foot, swing.
+    /// Compare the kicks of two folders: jerk, joint angles, foot path, swing.
     Likeness(likeness::Args),
-    /// Draw a set of kicks (ways, placement, foot speed, coverage) and say which kick to record next.
+    /// Plot a set of kicks, and advise which kick to record next.
+    ///
+    /// Trajectories, ball placement, foot speed and coverage.
     Plot(plot::Args),
-    /// Make kicks from scratch: the built-in library, or one kick for a ball of your choice.
+    /// Generate kicks: the built-in library, or one kick for a given ball.
     Generate(generate::Args),
-    /// Retarget a human's motion (BVH, ASF/AMC, positions of points) to the robot.
+    /// Retarget human motion (BVH, ASF/AMC, point positions) to the robot.
     Retarget(retarget::Args),
-    /// Make a clip fit for the robot: feet hold still on the floor, balance, limits, a stand at both ends.
+    /// Clean a clip so that the robot can track it: feet, balance, limits, stands at both ends.
     Clean(clean::Args),
-    /// Write a part of a clip, its kick frame moved or found anew.
+    /// Write a part of a clip, with its kick frame moved or detected again.
     Cut(edit::CutArgs),
-    /// Write a clip's mirror image: a left-footed kick of a right-footed one.
+    /// Write the mirror image of a clip: a left-footed kick from a right-footed one.
     Mirror(edit::MirrorArgs),
-    /// Write one clip after another, such as an approach and a kick.
+    /// Join two clips, such as an approach and a kick.
     Join(edit::JoinArgs),
-    /// Write a motion file in another format (.npz, .csv).
+    /// Write a motion file in another format (.npz, .csv, .bvh, .amc).
     Convert(convert::Args),
 }
 

@@ -27,34 +27,42 @@ use crate::viewer::Target;
 /// Arguments of `paid play`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// What to show: a robot's motion (.npz, .csv, .pkl), a human's (.bvh, .amc: retargeted, shown beside the robot), or a folder of
-    /// motions [default: the built-in kicks].
+    /// Motion file, or a folder of motions [default: the built-in kicks].
+    ///
+    /// A robot's motion (.npz, .csv, .pkl), or a human's (.bvh, .amc), which is retargeted and shown next to the robot.
     input: Option<PathBuf>,
-    /// Clip to show, by its name or its number from 0 [default: 0; with --policy the nearest to the ball].
+    /// Clip to show: its name, or its number from 0 [default: 0].
+    ///
+    /// With --policy the default is the clip nearest to the ball.
     #[arg(long, value_name = "CLIP")]
     clip: Option<String>,
-    /// File or folder to write: .gif, .png (animated), or a name without an extension for numbered pictures.
+    /// File to write: .gif or .png (animated), or a folder of images.
+    ///
+    /// A name without an extension is a folder of numbered images.
     #[arg(long, value_name = "OUT", required_unless_present_any = ["rerun", "live"])]
     record: Option<PathBuf>,
-    /// Show it in Rerun: FILE.rrd, live (this machine's viewer, started if none runs), or a viewer's address. Needs a program built
-    /// with --features rerun.
+    /// Show it in Rerun: FILE.rrd, live, or the address of a viewer.
+    ///
+    /// live is the viewer on this machine, which is started if none runs. Needs a program built with --features rerun.
     #[arg(long, value_name = "FILE.rrd|live|URL")]
     rerun: Option<String>,
-    /// Width and height of the pictures [pixels].
+    /// Width and height of the images [pixels].
     #[arg(long, value_name = "WxH", default_value = "480x360", value_parser = size)]
     size: [usize; 2],
     /// Frame rate of the recording [Hz]; motions run at their own speed.
-    #[arg(long, value_name = "HZ", default_value_t = 20.0)]
+    #[arg(long, hide_short_help = true, value_name = "HZ", default_value_t = 20.0)]
     pictures: f64,
-    /// Joint order of a CSV or pickle file that does not state it: model (depth-first) or policy (breadth-first).
-    #[arg(long, value_name = "ORDER")]
+    /// Joint order of a CSV or pickle file that does not state it.
+    ///
+    /// model is depth-first, policy is breadth-first.
+    #[arg(long, hide_short_help = true, value_name = "ORDER")]
     joint_order: Option<JointOrder>,
-    #[command(flatten, next_help_heading = "A human's motion")]
+    #[command(flatten, next_help_heading = "Human motion")]
     how: How,
     #[command(flatten)]
     policy: EpisodeArgs,
-    /// Where a kick's own ball lies, for the figures of motions on the page.
-    #[arg(long, value_enum, default_value_t = Place::TorsoEnd, requires = "live")]
+    /// Where a kick's own ball lies, for the figures on the page.
+    #[arg(long, hide_short_help = true, value_enum, default_value_t = Place::TorsoEnd, requires = "live")]
     place: Place,
     #[command(flatten)]
     live: LiveArgs,
@@ -64,14 +72,16 @@ pub struct Args {
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "An episode of a policy")]
 struct EpisodeArgs {
-    /// Play an episode of this policy: a run folder (the mean of its last checkpoints), a checkpoint, or an ONNX file.
-    #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
+    /// Show an episode of this policy: run folder, checkpoint or ONNX file.
+    ///
+    /// Of a run folder, the mean of its last checkpoints is taken.
+    #[arg(long, value_name = "POLICY")]
     policy: Option<PathBuf>,
-    /// Leave out the reference (the pale blue robot).
-    #[arg(long, requires = "policy")]
+    /// Do not draw the reference (the pale blue robot).
+    #[arg(long, hide_short_help = true, requires = "policy")]
     no_ghost: bool,
-    /// Leave out the contact forces (red arrows, 1 m for 1000 N).
-    #[arg(long, requires = "policy")]
+    /// Do not draw contact forces (red arrows, 1 m for 1000 N).
+    #[arg(long, hide_short_help = true, requires = "policy")]
     no_forces: bool,
     #[command(flatten)]
     shot: ShotArgs,

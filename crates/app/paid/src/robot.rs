@@ -26,15 +26,15 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// A virtual G1: on the network in real time, or in lockstep with the runtime, kick after kick.
+    /// Simulate a G1: on the network in real time, or in lockstep with the runtime.
     Sim(offline::SimArgs),
     /// Run a policy on the robot: damping, stand up, wait for a ball, kick, settle.
     Run(WatchedRunArgs),
-    /// Read the robot's states for a while and say what they are like. Commands nothing.
+    /// Check the robot's states, rates and joints. Sends no commands.
     Check(CheckArgs),
-    /// Run a log through the runtime again and compare everything bit for bit.
+    /// Run a log through the runtime again, and compare the results bit for bit.
     Replay(verify::DrawnReplayArgs),
-    /// Inject every fault into the virtual G1 and measure how soon it is damped.
+    /// Inject each fault into a simulated G1 and measure how soon it is damped.
     Drill(verify::DrillArgs),
 }
 

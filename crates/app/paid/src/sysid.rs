@@ -23,7 +23,7 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Simulate measurements of a known ball, to try the identification on.
+    /// Simulate measurements of a known ball, to test the identification.
     Simulate(simulate::Args),
 }
 
@@ -39,14 +39,16 @@ pub fn run(args: Args, given: &[String]) -> Result<ExitCode, Failure> {
 /// Which task's ground and ball are meant.
 #[derive(Debug, clap::Args)]
 struct World {
-    /// Run preset, built in or a file: its task's ground is held, its ball gives mass, radius, inertia and what cannot be seen.
-    #[arg(long, value_name = "NAME|FILE", default_value = "paper_stage2")]
+    /// Run preset of ground and ball: built in, or a file.
+    ///
+    /// The ground of its task is held fixed. The ball of its task gives mass, radius, inertia and what the films do not show.
+    #[arg(long, help_heading = "Task", value_name = "NAME|FILE", default_value = "paper_stage2")]
     task: String,
-    /// Change a value of the task, such as scene.ground.restitution=1 (repeatable).
-    #[arg(long = "set", value_name = "KEY=VALUE")]
+    /// Change a task value, such as scene.ground.restitution=1 (repeatable).
+    #[arg(long = "set", help_heading = "Task", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Instruction set: auto, avx512, avx2 or portable. Two sets round differently.
-    #[arg(long, default_value = "auto")]
+    /// Instruction set: auto, avx512, avx2 or portable. Each rounds differently.
+    #[arg(long, hide_short_help = true, help_heading = "Task", default_value = "auto")]
     isa: String,
 }
 

@@ -15,7 +15,7 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// List every term that a preset can use: unit, frame, parameters with their defaults and why they are so.
+    /// List each term that a preset can use: unit, frame, parameters, defaults and their reasons.
     Terms {
         /// Print one line of JSON.
         #[arg(long)]

@@ -47,45 +47,54 @@ pub struct Args {
     /// Run preset, built in or a file; needs a stage [default: the stage's].
     #[arg(long, value_name = "NAME|FILE", requires = "stage")]
     preset: Option<String>,
-    /// Run preset of Stage I, where both stages are trained [default: stage1].
-    #[arg(long, value_name = "NAME|FILE", conflicts_with = "stage")]
+    /// Run preset of Stage I when both stages are trained [default: stage1].
+    #[arg(long, hide_short_help = true, value_name = "NAME|FILE", conflicts_with = "stage")]
     stage1_preset: Option<String>,
-    /// Run preset of Stage II, where both stages are trained [default: stage2].
-    #[arg(long, value_name = "NAME|FILE", conflicts_with = "stage")]
+    /// Run preset of Stage II when both stages are trained [default: stage2].
+    #[arg(long, hide_short_help = true, value_name = "NAME|FILE", conflicts_with = "stage")]
     stage2_preset: Option<String>,
-    /// Start from this policy: a run folder (the mean of its last checkpoints) or a checkpoint; needs a stage. Its action noise is kept,
-    /// except where Stage II starts from a Stage I policy: there the preset's applies.
+    /// Start from this policy: a run folder or a checkpoint; needs a stage.
+    ///
+    /// Of a run folder, the mean of its last checkpoints is taken. The policy's action noise is kept, except where Stage II starts from a
+    /// Stage I policy: there the preset's applies.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
     from: Option<PathBuf>,
-    /// Continue the run in the output folder from its last checkpoint. Its remaining phases are spread over the remaining iterations,
-    /// or over --minutes.
+    /// Continue the run in the output folder from its last checkpoint.
+    ///
+    /// Its remaining phases are spread over the remaining iterations, or over --minutes.
     #[arg(long)]
     resume: bool,
-    /// Folder of motion files (.npz, .csv, .pkl, searched recursively) [default: the built-in kicks].
+    /// Folder of motion files [default: the built-in kicks].
+    ///
+    /// Files end in .npz, .csv or .pkl, and are searched recursively.
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Output folder [default: runs/stage1 or runs/stage2; runs for both stages, which go to its folders stage1 and stage2].
+    /// Output folder [default: runs/stage1, runs/stage2, or runs for both].
+    ///
+    /// Both stages go to the folders stage1 and stage2 in it.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Stop after this much wall clock [min]; of two stages the first takes at most 65% of it.
+    /// Stop after this time [min]; of two stages the first takes at most 65%.
     #[arg(long, value_name = "M")]
     minutes: Option<f64>,
     /// Iterations of each stage [default: the preset's].
     #[arg(long, value_name = "N")]
     iterations: Option<u64>,
-    /// Worker threads; they do not change the result [default: all cores].
-    #[arg(long, value_name = "N")]
+    /// Worker threads; the result does not depend on them [default: all cores].
+    #[arg(long, hide_short_help = true, value_name = "N")]
     threads: Option<usize>,
     /// Change a preset value, such as learn.ppo.epochs=5 (repeatable).
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Print every preset value and where it comes from (file and line, --set, default), with what phases make of it; train nothing.
+    /// Print each preset value and its origin, and train nothing.
+    ///
+    /// The origin is a file and line, --set or the default in the code; the values that the phases set follow.
     #[arg(long, conflicts_with = "quiet")]
     explain: bool,
-    /// Print every iteration, or the explanation, as a line of JSON.
+    /// Print each iteration, or the explanation, as a line of JSON.
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
-    /// Print nothing but errors.
+    /// Print errors only.
     #[arg(long)]
     quiet: bool,
     #[command(flatten)]
@@ -97,9 +106,9 @@ const STAGE1_SHARE: f64 = 0.65;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Stage {
-    /// Learn to follow the motions.
+    /// Follow the motions.
     Stage1,
-    /// Learn to kick the ball.
+    /// Kick the ball.
     Stage2,
 }
 

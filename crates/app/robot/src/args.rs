@@ -12,16 +12,18 @@ use paid_terminal::Failure;
 /// Policy and motions.
 #[derive(Debug, clap::Args)]
 pub struct PlayerArgs {
-    /// Run folder or checkpoint.
-    #[arg(long, value_name = "RUN|FILE")]
+    /// Policy: run folder, checkpoint or policy file.
+    #[arg(long, value_name = "POLICY")]
     pub policy: PathBuf,
-    /// Folder of the motions [default: those that the policy was trained on].
+    /// Folder of motion files [default: those the policy was trained on].
     #[arg(long, value_name = "DIR")]
     pub motions: Option<PathBuf>,
-    /// Change how the policy is played, such as ball.after_strike.show="where_it_lay" (repeatable).
+    /// Change how the policy is played (repeatable).
+    ///
+    /// For example ball.after_strike.show="where_it_lay".
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub sets: Vec<String>,
-    /// TOML file of limits.
+    /// TOML file of safety limits.
     #[arg(long, value_name = "FILE")]
     pub limits: Option<PathBuf>,
 }
@@ -84,14 +86,16 @@ pub fn domain(text: &str) -> Result<u16, String> {
 /// The network, named in full: nothing is chosen by itself.
 #[derive(Debug, clap::Args)]
 pub struct NetworkArgs {
-    /// DDS domain: 0 is the robot's, 1 the simulators'.
-    #[arg(long, value_name = "N", value_parser = domain)]
+    /// DDS domain: 0 for the robot, 1 for simulators.
+    #[arg(long, help_heading = "Network", value_name = "N", value_parser = domain)]
     pub domain: u16,
-    /// Address of this machine's interface to the robot, such as 192.168.123.99; 127.0.0.1 for a virtual robot on this machine.
-    #[arg(long, value_name = "ADDRESS")]
+    /// Address of this machine's interface to the robot, such as 192.168.123.99.
+    ///
+    /// 127.0.0.1 for a virtual robot on this machine.
+    #[arg(long, help_heading = "Network", value_name = "ADDRESS")]
     pub interface: std::net::IpAddr,
-    /// The robot is a simulator without motion switcher: nobody is asked whether the vendor's controller is released.
-    #[arg(long)]
+    /// For a simulator: do not ask the motion switcher whether the vendor's controller is off.
+    #[arg(long, help_heading = "Network")]
     pub no_switcher: bool,
 }
 

@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use paid_robot_program::{CheckArgs, ReplayArgs, RunArgs, check, replay, run};
-use paid_terminal::{EXIT_CODES, end_with_the_reader, values_may_be_negative};
+use paid_terminal::{EXIT_CODES, end_with_the_reader, prepared};
 
 /// Run a policy on a Unitree G1.
 #[derive(Debug, Parser)]
@@ -18,15 +18,15 @@ struct Cli {
 enum Command {
     /// Run a policy on the robot: damping, stand up, wait for a ball, kick, settle.
     Run(Box<RunArgs>),
-    /// Read the robot's states for a while and say what they are like. Commands nothing.
+    /// Check the robot's states, rates and joints. Sends no commands.
     Check(CheckArgs),
-    /// Run a log through the runtime again and compare everything bit for bit.
+    /// Run a log through the runtime again, and compare the results bit for bit.
     Replay(ReplayArgs),
 }
 
 fn main() -> ExitCode {
     end_with_the_reader();
-    let mut command = values_may_be_negative(Cli::command());
+    let mut command = prepared(Cli::command());
     let matches = command.clone().get_matches();
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit());
     let result = match cli.command {
@@ -46,6 +46,6 @@ mod tests {
 
     #[test]
     fn the_command_line_is_well_formed() {
-        values_may_be_negative(Cli::command()).debug_assert();
+        prepared(Cli::command()).debug_assert();
     }
 }

@@ -32,31 +32,33 @@ pub struct RunArgs {
     pub player: PlayerArgs,
     #[command(flatten)]
     network: NetworkArgs,
-    /// Ball and odometry from the robot's own camera and LiDAR, as this TOML file says.
+    /// Use the robot's camera and LiDAR for ball and odometry, as this TOML file sets.
     #[arg(long, value_name = "FILE", conflicts_with = "virtual_senses")]
     eyes: Option<PathBuf>,
-    /// Ball and odometry from the senses of `paid robot sim`, which know the truth and err by chance.
+    /// Use the virtual senses of `paid robot sim` for ball and odometry.
+    ///
+    /// They start from the true values and add random errors.
     #[arg(long)]
     virtual_senses: bool,
-    /// Release the vendor's controller if it is in command. THE ROBOT GOES LIMP: it must hang on the gantry.
+    /// Release the vendor's controller if it is active. THE ROBOT GOES LIMP: it must hang on the gantry.
     #[arg(long, conflicts_with = "no_switcher")]
     release: bool,
-    /// Run everything, but send no joint commands. With --release the vendor's controller is released all the same: THE ROBOT GOES LIMP.
+    /// Run everything, but send no joint commands. With --release the vendor's controller is still released: THE ROBOT GOES LIMP.
     #[arg(long)]
     dry_run: bool,
-    /// Write every step to this log, a new file.
-    #[arg(long, value_name = "FILE")]
+    /// Write each step to this log, a new file.
+    #[arg(long, help_heading = "Output", value_name = "FILE")]
     log: Option<PathBuf>,
-    /// Events, status and figures as JSON, a line each.
-    #[arg(long)]
+    /// Print events, status and figures as JSON, one per line.
+    #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Say nothing before the end.
-    #[arg(long, conflicts_with = "json")]
+    /// Print nothing before the end.
+    #[arg(long, help_heading = "Output", conflicts_with = "json")]
     quiet: bool,
-    /// Show state, rates, joints and ball on the terminal, and take the remote's keys from the keyboard.
-    #[arg(long, conflicts_with_all = ["json", "quiet"])]
+    /// Show states, rates, joints and ball in the terminal; keys act as the remote.
+    #[arg(long, help_heading = "Output", conflicts_with_all = ["json", "quiet"])]
     view: bool,
-    /// End after this many seconds [default: runs until Ctrl-C].
+    /// Stop after this time [s] [default: run until Ctrl-C].
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
 }
@@ -251,11 +253,15 @@ fn json_line(kind: &str, content: &impl serde::Serialize) {
 pub struct CheckArgs {
     #[command(flatten)]
     network: NetworkArgs,
-    /// TOML file of limits: temperatures, and `check_crc = false` for the vendor's simulator, which sets no checksum.
+    /// TOML file of limits.
+    ///
+    /// Temperatures, and `check_crc = false` for the vendor's simulator, which sets no checksum.
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
-    /// How long to listen. Move one joint after another by hand meanwhile, in the table's order, and first in the
-    /// direction that is positive: the table shows which one moved, how far, and which way first.
+    /// Time to listen [s]; move one joint after another by hand meanwhile.
+    ///
+    /// Move them in the order of the table, each in its positive direction first. The table shows which joint moved, how far, and in
+    /// which direction first.
     #[arg(long, value_name = "S", default_value_t = 60.0)]
     seconds: f64,
 }

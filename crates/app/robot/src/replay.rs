@@ -13,18 +13,18 @@ use paid_terminal::Failure;
 /// Arguments of `paid robot replay`.
 #[derive(Debug, clap::Args)]
 pub struct ReplayArgs {
-    /// The log.
+    /// Log of a run.
     log: PathBuf,
-    /// The policy, if it is no longer where it was.
-    #[arg(long, value_name = "RUN|FILE")]
+    /// Policy, if it has moved since.
+    #[arg(long, value_name = "POLICY")]
     policy: Option<PathBuf>,
-    /// The motions, if they are no longer where they were.
+    /// Folder of motion files, if it has moved since.
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Print every transition.
+    /// Print each transition.
     #[arg(long)]
     events: bool,
-    /// Print how long the steps took, in processor time.
+    /// Print the processor time of the steps.
     #[arg(long)]
     times: bool,
 }

@@ -8,4 +8,4 @@ mod terminal;
 pub use failure::{EXIT_CODES, Failure};
 pub use print::{panic_where_it_fails, write_error, write_out};
 pub use stop::{STOPPED, end_with_the_reader, flag, outlive_the_terminal};
-pub use terminal::values_may_be_negative;
+pub use terminal::prepared;

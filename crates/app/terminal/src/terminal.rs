@@ -1,7 +1,12 @@
-//! What every program of a terminal does alike.
+//! What all programs have in common on a terminal.
 
-/// The command with options that take negative numbers: whoever reads one tells its range.
-pub fn values_may_be_negative(command: clap::Command) -> clap::Command {
+/// The command line of a program: help at most 100 columns wide, and options that take negative numbers, whose range the option's own
+/// parser states.
+pub fn prepared(command: clap::Command) -> clap::Command {
+    values_may_be_negative(command).max_term_width(100)
+}
+
+fn values_may_be_negative(command: clap::Command) -> clap::Command {
     command
         .mut_args(|arg| {
             let negative = arg.get_action().takes_values() && !arg.is_positional();

@@ -18,10 +18,10 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Shots of a clip.
+    /// Shots per clip.
     #[arg(long, default_value_t = 40, value_parser = count)]
     trials: usize,
-    /// Balls lie within this distance of the clip's own place [m].
+    /// Largest distance of a ball from the clip's own ball [m].
     #[arg(long, value_name = "M", default_value_t = 0.25, value_parser = positive)]
     radius: f64,
     /// Time limit of a shot [s].

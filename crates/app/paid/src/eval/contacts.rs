@@ -17,8 +17,10 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Write the times into the policy's file, so that rolling balls are predicted until then, and whether left-footed kicks
-    /// are played in the mirror (--set mirror_left_kicks=true). All else in the file stays: a run's checkpoint can be resumed as before.
+    /// Write the times into the policy's file, for the prediction of rolling balls.
+    ///
+    /// Whether left-footed kicks are played mirrored (--set mirror_left_kicks=true) is written too. Everything else in the file stays: a
+    /// run's checkpoint can be resumed as before.
     #[arg(long)]
     keep: bool,
     /// Print one line of JSON.

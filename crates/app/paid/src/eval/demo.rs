@@ -38,28 +38,32 @@ const RECORDED_S: f64 = 4.5;
 /// Arguments of `paid demo`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Policy to play: run folder, checkpoint or ONNX file [default: the program's own, which is also written to the output folder].
-    #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
+    /// Policy: run folder, checkpoint or ONNX file [default: the built-in one].
+    ///
+    /// The built-in policy is also written to the output folder.
+    #[arg(long, value_name = "POLICY")]
     policy: Option<PathBuf>,
-    /// Folder of motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
+    /// Folder of motion files [default: those the policy was trained on].
+    ///
+    /// For an ONNX file of another program the default is the built-in kicks.
     #[arg(long, value_name = "DIR")]
     motions: Option<PathBuf>,
-    /// Shots at each of 63 places of the workspace, from random points around it.
+    /// Shots at each of 63 positions, displaced at random.
     #[arg(long, default_value_t = 4, value_parser = count, conflicts_with = "live")]
     trials: usize,
-    /// Shots to record.
+    /// Shots in the recording.
     #[arg(long, default_value_t = 4, value_parser = count, conflicts_with = "live")]
     record: usize,
-    /// Seed of everything random.
+    /// Seed of all random numbers.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Worker threads; they do not change the result [default: all cores].
+    /// Worker threads; the result does not depend on them [default: all cores].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
     /// Print one line of JSON.
     #[arg(long, conflicts_with = "live")]
     json: bool,
-    /// Folder for tables, pictures, recording and report.
+    /// Folder for tables, images, recording and report.
     #[arg(long, value_name = "DIR", default_value = "demo")]
     out: PathBuf,
     #[command(flatten)]

@@ -15,11 +15,11 @@ use crate::failure::Failure;
 /// Engine that simulates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum EngineName {
-    /// The engine that trains.
+    /// The engine used for training.
     Builtin,
-    /// MuJoCo, the referee.
+    /// MuJoCo, the reference simulator.
     Mujoco,
-    /// Both on the same trials, compared one by one.
+    /// Both, on the same trials, compared one by one.
     Both,
 }
 
@@ -36,9 +36,11 @@ impl From<EngineName> for Engines {
 /// The ball, and MuJoCo's scene.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct EngineArgs {
-    /// MuJoCo's scene: paper, public (a solid ball of 0.1 kg), twist2 (as the TWIST2 tracker is published with), or a file like the one
-    /// that `paid eval scene --print` prints [default: paper; twist2 for the TWIST2 tracker].
-    #[arg(long, value_name = "NAME|FILE", value_parser = SceneSpec::load)]
+    /// MuJoCo's scene: paper, public, twist2 or a TOML file [default: paper].
+    ///
+    /// public has a solid ball of 0.1 kg. twist2 is the scene that the TWIST2 tracker was published with, and its default. `paid eval
+    /// scene --print` prints a file to edit.
+    #[arg(long, help_heading = "Simulation", value_name = "NAME|FILE", value_parser = SceneSpec::load)]
     scene: Option<SceneSpec>,
 }
 
@@ -86,10 +88,10 @@ pub struct SceneArgs {
     robot: String,
     #[command(flatten)]
     engine: EngineArgs,
-    /// The file to write.
+    /// MJCF file to write.
     #[arg(long, value_name = "FILE", default_value = "scene.xml")]
     out: PathBuf,
-    /// Print the scene as a file for --scene, with all keys, and write no MJCF.
+    /// Print the scene as a file for --scene, with all keys, instead of writing MJCF.
     #[arg(long, conflicts_with = "out")]
     print: bool,
 }

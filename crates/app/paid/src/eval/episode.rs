@@ -7,14 +7,16 @@ use super::engine::positive;
 /// How the episode begins and when it ends.
 #[derive(Debug, clap::Args)]
 pub struct ShotArgs {
-    /// Ball place x,y in the robot's first pose [m]; the nearest motion is chosen [default: the motion's own].
+    /// Ball position x,y in the robot's first pose [m] [default: the motion's own].
+    ///
+    /// The nearest motion is chosen.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, requires = "policy")]
     ball: Option<[f64; 2]>,
     /// Ball velocity x,y [m/s].
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, default_value = "0,0", requires = "policy")]
     velocity: [f64; 2],
     /// Time limit [s].
-    #[arg(long, value_name = "S", value_parser = positive, default_value = "10", requires = "policy")]
+    #[arg(long, hide_short_help = true, value_name = "S", value_parser = positive, default_value = "10", requires = "policy")]
     limit: f64,
 }
 

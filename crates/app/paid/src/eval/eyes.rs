@@ -21,7 +21,7 @@ use crate::{perceive, ranks};
 pub enum OdometryName {
     /// LiDAR-inertial odometry on a simulated Mid-360.
     Lidar,
-    /// The true pose with the drift and the jitter of training.
+    /// The true pose with the drift and jitter of training.
     Modeled,
 }
 
@@ -36,35 +36,41 @@ impl From<OdometryName> for OdometryChoice {
 
 /// Options of the eyes.
 #[derive(Clone, Debug, clap::Args)]
-#[command(next_help_heading = "The robot's own eyes")]
+#[command(next_help_heading = "Onboard perception")]
 pub struct EyesArgs {
-    /// Render what the camera sees, scan, detect, localize and track: nothing of the simulator's ball reaches policy or choice of the
-    /// motion. With --engine mujoco.
+    /// Use rendered images and a simulated LiDAR. Needs --engine mujoco.
+    ///
+    /// The program detects and tracks the ball in the images. Neither the policy nor the choice of the motion is given the simulator's
+    /// ball.
     #[arg(long, conflicts_with = "knowledge")]
     eyes: bool,
-    /// Who finds the ball: own (the project's network), exact-box (the box of the pixels that show it), or an ONNX file.
-    #[arg(long, value_name = "own|exact-box|ONNX", default_value = "own", requires = "eyes")]
+    /// Ball detector: own, exact-box or an ONNX file.
+    ///
+    /// own is the network in this program; exact-box is the bounding box of the pixels that show the ball.
+    #[arg(long, value_name = "DETECTOR", default_value = "own", requires = "eyes")]
     detector: String,
-    /// Number of the ball's class in the ONNX file [default: the class that the file names so].
-    #[arg(long, value_name = "K", requires = "eyes")]
+    /// Number of the ball's class in the ONNX file [default: the class that the file names].
+    #[arg(long, hide_short_help = true, value_name = "K", requires = "eyes")]
     class: Option<usize>,
-    /// Least score of a find, 0 to 1 [default: the detector's own].
-    #[arg(long, value_name = "SCORE", value_parser = share, requires = "eyes")]
+    /// Lowest score of a detection that counts, 0 to 1 [default: the detector's].
+    #[arg(long, hide_short_help = true, value_name = "SCORE", value_parser = share, requires = "eyes")]
     confidence: Option<f64>,
-    /// Where the torso's pose comes from.
+    /// Source of the torso's pose.
     #[arg(long, value_enum, default_value = "lidar", requires = "eyes")]
     odometry: OdometryName,
-    /// What the LiDAR sees: hall, pitch, corridor, people or endless.
-    #[arg(long, value_name = "NAME", default_value = "hall", requires = "eyes")]
+    /// What the LiDAR scans: hall, pitch, corridor, people or endless.
+    #[arg(long, hide_short_help = true, value_name = "NAME", default_value = "hall", requires = "eyes")]
     surroundings: SceneKind,
     /// Points that the LiDAR measures per second.
-    #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1_000..=1_000_000), requires = "eyes")]
+    #[arg(long, hide_short_help = true, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1_000..=1_000_000), requires = "eyes")]
     points: u32,
-    /// Draw the course of this trial, counted from 0, into the folder of --out: truth, seen, believed.
-    #[arg(long, value_name = "TRIAL", requires = "eyes", requires = "out")]
+    /// Plot true, seen and estimated ball of this trial (from 0) into the folder of --out.
+    #[arg(long, hide_short_help = true, value_name = "TRIAL", requires = "eyes", requires = "out")]
     plot: Option<usize>,
-    /// Record what reaches the eyes in the first trial, or in that of --plot, as MCAP (about 20 MB a second).
-    #[arg(long, value_name = "FILE", requires = "eyes")]
+    /// Record the sensor data of the first trial, or of that of --plot, as MCAP.
+    ///
+    /// About 20 MB per second.
+    #[arg(long, hide_short_help = true, value_name = "FILE", requires = "eyes")]
     record: Option<PathBuf>,
 }
 

@@ -18,10 +18,14 @@ pub struct Args {
     common: Common,
     #[command(flatten)]
     shot: ShotArgs,
-    /// Index of the motion (see `paid motion info`) [default: the nearest to the ball, or the first].
+    /// Index of the motion (see `paid motion info`) [default: nearest to the ball].
+    ///
+    /// Without a ball, the default is the first motion.
     #[arg(long)]
     motion: Option<usize>,
-    /// Folder for the pictures: strip.png, paths.png and .svg, numbered frames, and film.gif of them.
+    /// Folder for the images.
+    ///
+    /// It gets strip.png, paths.png and .svg, numbered frames, and film.gif made from them.
     #[arg(long, value_name = "DIR")]
     frames: PathBuf,
     /// Rate of the numbered frames [Hz]; 0 writes none.

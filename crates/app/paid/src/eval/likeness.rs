@@ -20,10 +20,10 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Folder of the motions to compare with [default: those that the policy follows].
+    /// Folder of motions to compare with [default: those that the policy follows].
     #[arg(long, value_name = "DIR")]
     clips: Option<PathBuf>,
-    /// Shots at each of the 63 places of the effective workspace.
+    /// Shots at each of the 63 positions of the effective workspace.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = count)]
     trials: usize,
     #[command(flatten)]

@@ -29,23 +29,23 @@ const SIZE: [usize; 2] = [480, 320];
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Kicks of a match.
+    /// Kicks per match.
     #[arg(long, default_value_t = 50, value_parser = count)]
     kicks: usize,
-    /// Matches.
+    /// Number of matches.
     #[arg(long, default_value_t = 10, value_parser = count)]
     matches: usize,
-    /// Balls roll at 0.1 to 0.3 m/s in any direction instead of lying still.
+    /// Balls roll at 0.1 to 0.3 m/s in a random direction instead of lying still.
     #[arg(long)]
     rolling: bool,
     /// Longest time from the clip's end to the next ball [s].
-    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = positive)]
+    #[arg(long, hide_short_help = true, value_name = "S", default_value_t = 5.0, value_parser = positive)]
     patience: f64,
     /// Film the first match: a name that ends in .gif or .png, or a folder.
     #[arg(long, value_name = "FILE")]
     film: Option<PathBuf>,
-    /// Kicks of the film.
-    #[arg(long, value_name = "N", default_value_t = 6, value_parser = count, requires = "film")]
+    /// Kicks in the film.
+    #[arg(long, hide_short_help = true, value_name = "N", default_value_t = 6, value_parser = count, requires = "film")]
     film_kicks: usize,
     #[command(flatten)]
     output: Output,

@@ -45,24 +45,27 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Measure how closely the policy follows every motion.
+    /// Measure how closely the policy follows each motion.
     Tracking(track::Args),
-    /// Shoot at the goal from a grid of ball places.
+    /// Shoot at the goal from a grid of ball positions.
     Shooting(Box<shoot::Args>),
     /// Kick ball after ball without a reset: kicks until the first fall, goals, drift.
     Match(Box<matches::Args>),
-    /// Compare the kicks with the clips: jerk, joint angles, path of the foot, swing of arms, hips and leg.
+    /// Compare the kicks with the clips: jerk, joint angles, foot path, swing of arms and legs.
     Likeness(Box<likeness::Args>),
-    /// Shoot with every clip at balls near its own place.
+    /// Shoot with each clip at balls near its own ball.
     Clips(Box<clips::Args>),
-    /// Measure when the foot meets the ball in every motion, which says until when a rolling ball must be predicted.
+    /// Measure when the foot hits the ball in each motion, to predict rolling balls.
+    ///
+    /// A rolling ball is predicted for that moment.
     Contacts(Box<contacts::Args>),
-    /// Shoot with ten balls on ten grounds in MuJoCo: hollow and solid, light and heavy, dead and bouncing, slippery and gripping, on
-    /// turf and in a hall.
+    /// Shoot in MuJoCo with ten combinations of ball and ground.
+    ///
+    /// Hollow and solid, light and heavy, dead and bouncing, slippery and gripping balls, on turf and in a hall.
     Panel(Box<panel::Args>),
     /// Draw one episode.
     Film(film::Args),
-    /// Write the scene of the evaluation as MJCF for MuJoCo's viewer.
+    /// Write the evaluation's scene for MuJoCo's viewer, or print its settings.
     Scene(engine::SceneArgs),
 }
 

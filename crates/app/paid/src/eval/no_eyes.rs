@@ -12,7 +12,7 @@ use crate::left_out;
 /// The option that asks for it.
 #[derive(Clone, Debug, clap::Args)]
 pub struct EyesArgs {
-    /// Let the robot see by a rendered camera and a simulated LiDAR (needs a program built with --features full).
+    /// Use rendered images and a simulated LiDAR (needs a program built with --features full).
     #[arg(long)]
     eyes: bool,
 }

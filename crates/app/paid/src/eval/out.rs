@@ -13,10 +13,10 @@ use crate::failure::Failure;
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct Output {
     /// Print one line of JSON per report instead of tables.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     pub json: bool,
-    /// Write JSON, CSV, tables, pictures and report.html to this folder.
-    #[arg(long, value_name = "DIR")]
+    /// Write JSON, CSV, tables, images and report.html to this folder.
+    #[arg(long, help_heading = "Output", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// True if another process writes and prints.
     #[arg(skip)]

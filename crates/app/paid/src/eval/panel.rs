@@ -21,16 +21,16 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Trials at each of the 63 places of the effective workspace.
+    /// Shots at each of the 63 positions of the effective workspace.
     #[arg(long, default_value_t = 1, value_parser = count)]
     trials: usize,
-    /// Kind of ball.
+    /// How the balls move.
     #[arg(long, value_enum, default_value = "both")]
     ball: Ball,
     /// Time limit of a trial [s].
     #[arg(long, value_name = "S", default_value_t = 12.0, value_parser = positive)]
     limit: f64,
-    /// Other balls and other trials, kept for final scores: choose nothing by them.
+    /// Other balls and other trials, for final scores: never choose anything by them.
     #[arg(long)]
     held_out: bool,
     #[command(flatten)]

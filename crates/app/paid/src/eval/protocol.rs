@@ -11,9 +11,9 @@ use crate::failure::Failure;
 pub enum Ball {
     /// It lies still.
     Static,
-    /// It rolls at 0.1 to 0.3 m/s in any direction.
+    /// It rolls at 0.1 to 0.3 m/s in a random direction.
     Rolling,
-    /// Static, then rolling, and the paper's four panels in one figure.
+    /// First static, then rolling, and the paper's four panels in one figure.
     Both,
 }
 
@@ -21,42 +21,45 @@ pub enum Ball {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Shots")]
 pub struct ProtocolArgs {
-    /// Kind of ball [default: static].
+    /// How the ball moves [default: static].
     #[arg(long, value_enum)]
     ball: Option<Ball>,
     /// Same as --ball rolling.
-    #[arg(long, conflicts_with = "ball")]
+    #[arg(long, hide_short_help = true, conflicts_with = "ball")]
     rolling: bool,
     /// Slowest and fastest rolling ball [m/s]; implies --ball rolling.
-    #[arg(long, value_name = "M/S", num_args = 2)]
+    #[arg(long, hide_short_help = true, value_name = "M/S", num_args = 2)]
     speed: Option<Vec<f64>>,
-    /// Measure ball places from the robot's first pose, as the public evaluation does, instead of from the world. Displacing the
-    /// robot then changes nothing.
+    /// Place ball and goal in the robot's frame, as the public evaluation does.
+    ///
+    /// Positions are then measured from the robot's first pose instead of the world, so displacing the robot changes nothing.
     #[arg(long)]
     robot_frame: bool,
-    /// Shoot only on the paper's effective workspace, [0.5, 2.0] x [-1, 1] m.
+    /// Only the effective workspace, [0.5, 2] x [-1, 1] m: 63 positions.
     #[arg(long)]
     effective: bool,
-    /// Shoot on the paper's whole grid, [0.5, 3.0] x [-1.5, 1.5] m.
+    /// The paper's whole grid, [0.5, 3] x [-1.5, 1.5] m: 143 positions.
     #[arg(long, conflicts_with = "effective")]
     whole_grid: bool,
     /// Displace the robot's start by up to this distance [m].
-    #[arg(long, default_value_t = 0.5)]
+    #[arg(long, hide_short_help = true, default_value_t = 0.5)]
     start_radius: f64,
-    /// Move every ball from its place by up to this much in x and in y [m].
-    #[arg(long, value_name = "M", default_value_t = 0.0)]
+    /// Move each ball from its position by up to this much in x and in y [m].
+    #[arg(long, hide_short_help = true, value_name = "M", default_value_t = 0.0)]
     scatter: f64,
     /// Width of the goal [m].
-    #[arg(long, default_value_t = 2.0, value_parser = positive)]
+    #[arg(long, hide_short_help = true, default_value_t = 2.0, value_parser = positive)]
     goal_width: f64,
     /// Distance of the goal ahead of the robot [m].
-    #[arg(long, default_value_t = 5.0, value_parser = positive)]
+    #[arg(long, hide_short_help = true, default_value_t = 5.0, value_parser = positive)]
     goal_distance: f64,
     /// Time limit of a trial [s].
-    #[arg(long, default_value_t = 12.0)]
+    #[arg(long, hide_short_help = true, default_value_t = 12.0)]
     limit: f64,
-    /// Watch the robot for so long after the kick, with the clip's last frame held, and count its falls [s].
-    #[arg(long, value_name = "S", value_parser = positive)]
+    /// Keep simulating for this long after the kick, and count falls [s].
+    ///
+    /// The clip's last frame is held meanwhile.
+    #[arg(long, hide_short_help = true, value_name = "S", value_parser = positive)]
     after_s: Option<f64>,
 }
 

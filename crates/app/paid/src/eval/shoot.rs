@@ -27,15 +27,17 @@ use crate::failure::Failure;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Trials per ball place.
+    /// Shots per ball position.
     #[arg(long, default_value_t = 50, value_parser = count)]
     trials: usize,
     #[command(flatten)]
     protocol: ProtocolArgs,
     #[command(flatten)]
     eyes: EyesArgs,
-    /// With --out: the worst N shots of one engine again, as film strips for the report [default: 10].
-    #[arg(long, value_name = "N", value_parser = count, requires = "out", conflicts_with = "eyes")]
+    /// With --out: film strips of the worst N shots, for the report [default: 10].
+    ///
+    /// The shots are played again, in one engine.
+    #[arg(long, hide_short_help = true, help_heading = "Output", value_name = "N", value_parser = count, requires = "out", conflicts_with = "eyes")]
     strips: Option<usize>,
     #[command(flatten)]
     output: Output,

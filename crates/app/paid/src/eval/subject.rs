@@ -16,9 +16,11 @@ use crate::train::motion_folder;
 /// What all evaluations take.
 #[derive(Debug, clap::Args)]
 pub struct Common {
-    /// Policy to score: a run folder (the mean of its last checkpoints), a checkpoint, or an ONNX file (of this project, with PAiD's
-    /// released interface, or the TWIST2 tracker).
-    #[arg(long, value_name = "RUN|CHECKPOINT|ONNX")]
+    /// Policy to score: a run folder, a checkpoint or an ONNX file.
+    ///
+    /// Of a run folder, the mean of its last checkpoints is taken. An ONNX file may come from this program, have the interface of PAiD's
+    /// release, or be the TWIST2 tracker.
+    #[arg(long, value_name = "POLICY")]
     pub policy: PathBuf,
     #[command(flatten)]
     pub setting: Setting,
@@ -45,35 +47,58 @@ impl Common {
 #[derive(Debug, clap::Args)]
 pub struct Setting {
     /// Robot of an ONNX file: built in, or a robot file [default: g1].
-    #[arg(long, value_name = "ROBOT", requires = "policy")]
+    #[arg(
+        long,
+        hide_short_help = true,
+        help_heading = "Simulation",
+        value_name = "ROBOT",
+        requires = "policy"
+    )]
     robot: Option<String>,
-    /// Folder of motion files [default: those that the policy was trained on; for an ONNX file the built-in kicks].
+    /// Folder of motion files [default: those the policy was trained on].
+    ///
+    /// For an ONNX file of another program the default is the built-in kicks.
     #[arg(long, value_name = "DIR", requires = "policy")]
     motions: Option<PathBuf>,
-    /// Run preset, built in or a file, whose task to score in [default: the one that the policy was trained in; for an ONNX file
-    /// paper_stage2 with a ball, paper_stage1 without].
-    #[arg(long, value_name = "NAME|FILE", requires = "policy")]
+    /// Run preset whose task is used: built in, or a file [default: the policy's].
+    ///
+    /// For an ONNX file that names no task, the default is paper_stage2 with a ball and paper_stage1 without.
+    #[arg(
+        long,
+        hide_short_help = true,
+        help_heading = "Simulation",
+        value_name = "NAME|FILE",
+        requires = "policy"
+    )]
     task: Option<String>,
-    /// What the policy is told of ball and goal [default: as its task says].
+    /// What the policy is given of ball and goal [default: as in its task].
     #[arg(long, value_enum, requires = "policy")]
     knowledge: Option<KnowledgeName>,
-    /// Factor of the noise of what is seen, which the tracker does not know of [default: the task's]. With --knowledge perceived.
-    #[arg(long, value_name = "FACTOR", value_parser = positive, requires = "policy")]
+    /// With --knowledge perceived: scale of the sensor noise [default: the task's].
+    ///
+    /// The tracker is not given this scale.
+    #[arg(long, hide_short_help = true, help_heading = "Simulation", value_name = "FACTOR", value_parser = positive, requires = "policy")]
     eyes_noise: Option<f64>,
-    /// Age of a picture when it arrives [ms; default: the task's]. With --knowledge perceived.
-    #[arg(long, value_name = "MS", value_parser = latency, requires = "policy")]
+    /// With --knowledge perceived: age of an image on arrival [ms] [default: the task's].
+    #[arg(long, hide_short_help = true, help_heading = "Simulation", value_name = "MS", value_parser = latency, requires = "policy")]
     eyes_latency_ms: Option<f64>,
-    /// Change a value of the task, such as scene.ground.restitution=0 (repeatable).
-    #[arg(long = "set", value_name = "KEY=VALUE", requires = "policy")]
+    /// Change a task value, such as scene.ground.restitution=0 (repeatable).
+    #[arg(long = "set", help_heading = "Simulation", value_name = "KEY=VALUE", requires = "policy")]
     sets: Vec<String>,
-    /// Seed of everything random.
-    #[arg(long, default_value_t = 0, requires = "policy")]
+    /// Seed of all random numbers.
+    #[arg(long, help_heading = "Simulation", default_value_t = 0, requires = "policy")]
     seed: u64,
-    /// Worker threads; they do not change the result [default: all cores].
-    #[arg(long, value_name = "N", requires = "policy")]
+    /// Worker threads; the result does not depend on them [default: all cores].
+    #[arg(long, hide_short_help = true, help_heading = "Simulation", value_name = "N", requires = "policy")]
     threads: Option<usize>,
     /// Instruction set: auto, avx512, avx2 or portable. Each rounds differently.
-    #[arg(long, default_value = "auto", requires = "policy")]
+    #[arg(
+        long,
+        hide_short_help = true,
+        help_heading = "Simulation",
+        default_value = "auto",
+        requires = "policy"
+    )]
     isa: String,
     /// Engine that simulates.
     #[arg(long, value_enum, default_value = "builtin", requires = "policy")]
@@ -93,9 +118,9 @@ fn latency(text: &str) -> Result<f64, String> {
 /// What the policy is told of ball and goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KnowledgeName {
-    /// Where they are, and how the ball moves, from the simulator.
+    /// Exact positions, and the velocity of the ball, from the simulator.
     Truth,
-    /// What camera, odometry and ball tracker make of it.
+    /// What camera, odometry and ball tracker estimate.
     Perceived,
 }
 

@@ -24,10 +24,12 @@ pub const STARTS: usize = 20;
 pub struct Args {
     #[command(flatten)]
     common: Common,
-    /// Starts with reset noise per clip, besides the exact one.
+    /// Perturbed starts per clip, in addition to the exact one.
     #[arg(long, default_value_t = STARTS, value_parser = count)]
     starts: usize,
-    /// End a run only at the motion's end or a fall, not at the limits of training: for policies that drift.
+    /// End a run only at the motion's end or at a fall, for policies that drift.
+    ///
+    /// Otherwise a run also ends at the limits used in training.
     #[arg(long)]
     no_limits: bool,
     #[command(flatten)]

@@ -12,12 +12,16 @@ use crate::failure::Failure;
 /// Arguments of `paid motion check`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder with motion files, or one file (.npz, .csv, .pkl) [default: the built-in kicks].
+    /// Folder of motion files, or one file [default: the built-in kicks].
+    ///
+    /// Files end in .npz, .csv or .pkl.
     path: Option<PathBuf>,
     /// Frame rate of a file that does not state it [Hz].
     #[arg(long, value_name = "HZ", requires = "path")]
     fps: Option<f64>,
-    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
+    /// Joint order of a CSV file that does not state it: model or policy.
+    ///
+    /// model is depth-first, policy is breadth-first.
     #[arg(long, value_name = "ORDER", requires = "path")]
     joint_order: Option<JointOrder>,
     /// Order of the base's quaternion in a CSV or pickle file: xyzw or wxyz [default: xyzw].

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 /// Arguments of `paid motion clean`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Motion file of the robot (.npz, .csv, .pkl), or a folder with such files.
+    /// Motion file of the robot (.npz, .csv, .pkl), or a folder of such files.
     input: PathBuf,
     /// Folder for the cleaned clips, as NAME.npz.
     #[arg(long, value_name = "DIR")]
@@ -36,19 +36,23 @@ pub struct Args {
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct CleanHow {
     /// Frame rate of the cleaned clip [Hz].
-    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    #[arg(long, help_heading = "Cleaning", value_name = "HZ", default_value_t = 50.0)]
     clean_rate: f64,
-    /// Everything takes FACTOR times as long when cleaned [default: as little longer as the joints' speed limits ask for, at most 1.1].
-    #[arg(long, value_name = "FACTOR")]
+    /// Duration relative to the input [default: 1 to 1.1].
+    ///
+    /// The default is the least that keeps the joints within their speed limits, at most 1.1.
+    #[arg(long, help_heading = "Cleaning", value_name = "FACTOR")]
     stretch: Option<f64>,
-    /// Share of the joints' torque limits that the cleaned motion should need.
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    /// Largest share of the joints' torque limits that the cleaned motion may need.
+    #[arg(long, help_heading = "Cleaning", value_name = "SHARE", default_value_t = 1.0)]
     torque: f64,
-    /// Keep so much before the kick, where the player stands by then: seconds of waiting teach a policy nothing [s].
-    #[arg(long, value_name = "S", default_value_t = 4.5)]
+    /// Time to keep before the kick, if the player stands by then [s].
+    ///
+    /// More seconds of waiting teach a policy nothing.
+    #[arg(long, help_heading = "Cleaning", value_name = "S", default_value_t = 4.5)]
     lead: f64,
-    /// Turn the first stand until it faces where the foot kicks, within this angle [degrees] [default: 29].
-    #[arg(long, value_name = "DEG")]
+    /// Turn the first stand toward the shot, within this angle [degrees] [default: 29].
+    #[arg(long, help_heading = "Cleaning", value_name = "DEG")]
     facing: Option<f64>,
 }
 

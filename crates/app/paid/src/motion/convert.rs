@@ -14,9 +14,11 @@ use crate::failure::{Failure, first_given};
 /// Arguments of `paid motion convert`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Motion file of the robot (.npz, .csv, GMR's .pkl), or of a human (.bvh, .amc).
+    /// Motion of the robot (.npz, .csv, GMR's .pkl), or of a human (.bvh, .amc).
     input: PathBuf,
-    /// File to write; its name decides the format: .npz or .csv for the robot, .bvh or .amc (with its .asf beside it) for a human.
+    /// File to write; its extension sets the format.
+    ///
+    /// .npz or .csv for the robot; .bvh or .amc (with its .asf next to it) for a human.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Frame rate of a file that does not state it [Hz]: CSV, AMC [default: 120].
@@ -27,10 +29,14 @@ pub struct Args {
     /// Frame rate to write [Hz] [default: that of the input].
     #[arg(long, value_name = "HZ")]
     rate: Option<f64>,
-    /// Skeleton of an AMC file [default: SUBJECT.asf beside it, or the only one there].
+    /// Skeleton of an AMC file [default: the .asf next to it].
+    ///
+    /// That is SUBJECT.asf, or the only one there.
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Meters of a unit of length in a BVH [default: 0.01] or AMC file [default: what its ASF says] that is read; 0.01 is what is written.
+    /// Length unit of the BVH or AMC file that is read [m].
+    ///
+    /// Default: 0.01 for BVH, what its ASF says for AMC. 0.01 is what is written.
     #[arg(long, value_name = "M")]
     unit: Option<f64>,
 }

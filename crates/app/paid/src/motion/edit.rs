@@ -17,16 +17,16 @@ pub struct CutArgs {
     /// File to write (.npz, .csv).
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// Begin at this second of the file.
+    /// Start at this time of the file [s].
     #[arg(long, value_name = "S", default_value_t = 0.0)]
     from: f64,
-    /// End at this second of the file [default: its end].
+    /// End at this time of the file [s] [default: its end].
     #[arg(long, value_name = "S")]
     to: Option<f64>,
     /// Move the stated kick frame by this many frames.
     #[arg(long, value_name = "FRAMES")]
     shift_kick: Option<i64>,
-    /// Label the leg with the faster foot, and the frame of its peak as the kick.
+    /// Detect the kick again: the leg with the faster foot, and the frame of its peak.
     #[arg(long)]
     relabel: bool,
     /// Frame rate of a file that does not state it [Hz].
@@ -50,9 +50,11 @@ pub struct MirrorArgs {
 /// Arguments of `paid motion join`.
 #[derive(Debug, clap::Args)]
 pub struct JoinArgs {
-    /// What comes first: an approach, such as the beginning of a kick of `paid motion generate` by `paid motion cut`.
+    /// First clip: an approach, for example.
+    ///
+    /// For example the beginning of a kick of `paid motion generate`, cut out with `paid motion cut`.
     first: PathBuf,
-    /// What comes after it: a kick.
+    /// Second clip: a kick.
     second: PathBuf,
     /// File to write (.npz, .csv).
     #[arg(long, value_name = "FILE")]

@@ -16,22 +16,22 @@ use crate::failure::Failure;
 /// Arguments of `paid motion generate`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Output folder; the library goes to DIR/standard and DIR/powerful, one kick to DIR.
+    /// Output folder; the library goes to its folders standard and powerful.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// One kick for a ball X m ahead and Y m to the left of the start, instead of the library.
+    /// One kick for a ball X m ahead and Y m to the left, instead of the library.
     #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
     ball: Option<[f64; 2]>,
-    /// Kicking leg of that kick [default: the one on the ball's side].
+    /// Kicking leg of that kick [default: that on the ball's side].
     #[arg(long, requires = "ball")]
     leg: Option<KickLeg>,
     /// How hard that kick is.
     #[arg(long, value_enum, default_value_t = Style::Standard, requires = "ball")]
     style: Style,
-    /// How the kicks look. Training without motion files takes the plain ones.
+    /// How the kicks look. Training without motion files uses plain.
     #[arg(long, value_enum, default_value_t = Look::Plain)]
     look: Look,
-    /// Speed of its toe at the ball [m/s] [default: that of the style].
+    /// Speed of its toe at the ball [m/s] [default: the style's].
     #[arg(long, value_name = "M/S", requires = "ball")]
     speed: Option<f64>,
     /// File format.
@@ -54,13 +54,13 @@ enum Style {
 enum Look {
     /// Hips that face the shot, high back-swing.
     Plain,
-    /// Moved more as people do: hips that turn through the strike, straighter legs, arms ahead.
+    /// Closer to people: hips that turn through the strike, straighter legs, arms ahead.
     Natural,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Arrays; what training reads.
+    /// Arrays, as read by training.
     Npz,
     /// Base and joints, for other programs.
     Csv,

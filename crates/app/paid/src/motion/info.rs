@@ -12,7 +12,7 @@ use crate::failure::Failure;
 /// Arguments of `paid motion info`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder with motion files (.npz, .csv, .pkl) [default: the built-in kicks].
+    /// Folder of motion files (.npz, .csv, .pkl) [default: the built-in kicks].
     dir: Option<PathBuf>,
     /// Control rate that clips are resampled to [Hz].
     #[arg(long, default_value_t = 50.0)]

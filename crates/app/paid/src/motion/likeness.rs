@@ -13,9 +13,9 @@ use crate::failure::Failure;
 /// Arguments of `paid motion likeness`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder with motion files (.npz, .csv, .pkl) [default: the built-in kicks].
+    /// Folder of motion files (.npz, .csv, .pkl) [default: the built-in kicks].
     dir: Option<PathBuf>,
-    /// Folder of the motions to compare with.
+    /// Folder of motions to compare with.
     #[arg(long, value_name = "DIR")]
     clips: PathBuf,
     /// Control rate that clips are resampled to [Hz].

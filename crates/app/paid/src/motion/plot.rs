@@ -16,9 +16,11 @@ use crate::failure::Failure;
 /// Arguments of `paid motion plot`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder with motion files (.npz, .csv, .pkl) [default: the built-in kicks].
+    /// Folder of motion files (.npz, .csv, .pkl) [default: the built-in kicks].
     dir: Option<PathBuf>,
-    /// Folder for the pictures: trajectories, placement, foot_speed and coverage, each as .png and .svg.
+    /// Folder for the images, each as .png and .svg.
+    ///
+    /// trajectories, placement, foot_speed and coverage.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Balls that the kicks should cover.
@@ -45,7 +47,7 @@ enum Workspace {
 pub enum Place {
     /// Where the torso ends, as in the paper.
     TorsoEnd,
-    /// Ahead of the foot that strikes (task.ball.own_place=strike).
+    /// In front of the striking foot (task.ball.own_place=strike).
     Strike,
 }
 

@@ -18,18 +18,20 @@ use crate::failure::Failure;
 #[derive(Debug, clap::Args)]
 #[command(mut_args(with_clean))]
 pub struct Args {
-    /// Human motion: .bvh, .amc with its .asf beside it, or .npz with positions of points and the .toml that describes them.
+    /// Human motion: .bvh, .amc with its .asf, or .npz with its .toml.
+    ///
+    /// The .npz file holds point positions, and the .toml file describes them.
     input: PathBuf,
     /// The robot.
     #[arg(long, value_enum, default_value_t = Robot::G1)]
     robot: Robot,
-    /// Clip to write; its name decides the format (.npz, .csv).
+    /// Clip to write; its extension sets the format (.npz, .csv).
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     #[command(flatten)]
     how: How,
-    /// Clean the clip as `paid motion clean` does before it is written.
-    #[arg(long)]
+    /// Clean the clip as `paid motion clean` does.
+    #[arg(long, help_heading = "Cleaning")]
     clean: bool,
     #[command(flatten)]
     clean_how: super::clean::CleanHow,
@@ -47,38 +49,62 @@ fn with_clean(option: clap::Arg) -> clap::Arg {
 /// What `paid play` of a human motion shares.
 #[derive(Debug, clap::Args)]
 pub struct How {
-    /// Skeleton of an AMC file (.asf) or of points (.toml) [default: that of the same name beside it, or the only one there].
-    #[arg(long, value_name = "FILE")]
+    /// Skeleton of an AMC file (.asf) or of points (.toml) [default: next to it].
+    ///
+    /// That is the file of the same name, or the only one there.
+    #[arg(long, hide_short_help = true, help_heading = "Human motion", value_name = "FILE")]
     skeleton: Option<PathBuf>,
-    /// Meters of a unit of length in a BVH file [default: 0.01], an AMC file [default: what its ASF says] or of points [default: what the TOML says, else recognized].
-    #[arg(long, value_name = "M")]
+    /// Length unit of the file [m].
+    ///
+    /// Default: 0.01 for BVH; what its ASF says for AMC; for points what the TOML says, or else it is detected.
+    #[arg(long, hide_short_help = true, help_heading = "Human motion", value_name = "M")]
     unit: Option<f64>,
     /// Frame rate of a file that does not state it [Hz]: AMC [default: 120], CSV.
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, hide_short_help = true, help_heading = "Human motion", value_name = "HZ")]
     fps: Option<f64>,
     /// Height of the human [m].
-    #[arg(long, value_name = "M", default_value_t = 1.75)]
+    #[arg(long, help_heading = "Human motion", value_name = "M", default_value_t = 1.75)]
     height: f64,
-    /// Begin at this second of the file.
-    #[arg(long, value_name = "S", default_value_t = 0.0)]
+    /// Start at this time of the file [s].
+    #[arg(long, help_heading = "Human motion", value_name = "S", default_value_t = 0.0)]
     from: f64,
-    /// End at this second of the file [default: its end].
-    #[arg(long, value_name = "S")]
+    /// End at this time of the file [s] [default: its end].
+    #[arg(long, help_heading = "Human motion", value_name = "S")]
     to: Option<f64>,
-    /// How many times as long everything takes, or auto: as little slower as keeps the joints within their speed limits.
-    #[arg(long, value_name = "FACTOR", default_value = "1")]
+    /// Duration relative to the human's, or auto.
+    ///
+    /// auto is the least that keeps the joints within their speed limits.
+    #[arg(long, help_heading = "Human motion", value_name = "FACTOR", default_value = "1")]
     slow: Slow,
-    /// Share of the joints' speed limits that is used, or off.
-    #[arg(long, value_name = "SHARE", default_value = "1")]
+    /// Share of the joints' speed limits that may be used, or off.
+    #[arg(
+        long,
+        hide_short_help = true,
+        help_heading = "Human motion",
+        value_name = "SHARE",
+        default_value = "1"
+    )]
     speed_limit: SpeedLimit,
     /// Frame rate of the clip [Hz].
-    #[arg(long, value_name = "HZ", default_value_t = 50.0)]
+    #[arg(
+        long,
+        hide_short_help = true,
+        help_heading = "Human motion",
+        value_name = "HZ",
+        default_value_t = 50.0
+    )]
     rate: f64,
     /// Kicking leg: auto (the faster foot), left or right.
-    #[arg(long, value_name = "LEG", default_value = "auto")]
+    #[arg(
+        long,
+        hide_short_help = true,
+        help_heading = "Human motion",
+        value_name = "LEG",
+        default_value = "auto"
+    )]
     label: Label,
     /// Terms of use to state in the clip: those of the human motion.
-    #[arg(long)]
+    #[arg(long, hide_short_help = true, help_heading = "Human motion")]
     license: Option<String>,
 }
 

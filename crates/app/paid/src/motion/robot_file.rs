@@ -17,16 +17,18 @@ pub fn expect_folder(out: &Path) -> Result<(), Failure> {
 /// Options of commands that read a robot's motion and write it.
 #[derive(Clone, Debug, clap::Args)]
 pub struct RobotFile {
-    /// Joint order of a CSV file that does not state it: model (depth-first) or policy (breadth-first).
+    /// Joint order of a CSV file that does not state it: model or policy.
+    ///
+    /// model is depth-first, policy is breadth-first.
     #[arg(long, value_name = "ORDER")]
     joint_order: Option<JointOrder>,
     /// Order of the base's quaternion in a CSV or pickle file: xyzw or wxyz [default: xyzw].
     #[arg(long, value_name = "ORDER")]
     quat: Option<QuatOrder>,
-    /// Kicking leg [default: what the file states, else the leg with the faster foot].
+    /// Kicking leg [default: as the file states, else the leg with the faster foot].
     #[arg(long)]
     leg: Option<KickLeg>,
-    /// Terms of use to state in the file [default: those that the input states].
+    /// Terms of use to state in the file [default: those of the input].
     #[arg(long)]
     license: Option<String>,
 }

@@ -11,8 +11,10 @@ use crate::failure::Failure;
 /// Arguments of `paid perceive calibrate`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Views as JSON: [{"place": 0, "torso_m": [x, y, z], "torso_quat": [w, x, y, z], "ball_in_camera_m": [right, down, ahead]}, ...].
-    /// The torso's pose in any frame that does not move; the ball's center in the camera's optical frame.
+    /// Views of the ball, a JSON file.
+    ///
+    /// [{"place": 0, "torso_m": [x, y, z], "torso_quat": [w, x, y, z], "ball_in_camera_m": [right, down, ahead]}, ...]. The torso's pose
+    /// is given in any frame that does not move, the ball's center in the camera's optical frame.
     views: PathBuf,
     /// Print JSON instead of text.
     #[arg(long)]

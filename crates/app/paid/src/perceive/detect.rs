@@ -13,28 +13,34 @@ use crate::failure::Failure;
 /// Arguments of `paid perceive detect`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Number of pictures with a ball, and as many without.
+    /// Number of images with a ball, and of images without.
     #[arg(long, value_name = "N", default_value_t = 500)]
     held_out: u32,
-    /// ONNX file of a detector: YOLOv8, YOLOv8-seg or YOLOX with raw heads, or the own network trained anew [default: the own network].
+    /// ONNX file of a detector [default: the network in this program].
+    ///
+    /// YOLOv8, YOLOv8-seg or YOLOX with raw heads, or a network trained with `paid perceive train`.
     #[arg(long, value_name = "FILE")]
     detector: Option<PathBuf>,
-    /// Number of the ball's class in the file [default: the class that the file names so; without names the only one, or COCO's 32].
+    /// Number of the ball's class in the file.
+    ///
+    /// Default: the class that the file's metadata names; without names the only one, or COCO's 32.
     #[arg(long, value_name = "K", requires = "detector")]
     class: Option<usize>,
-    /// Least score of a find, 0 to 1 [default: 0.5 for the own network, 0.25 for others].
+    /// Lowest score of a detection that counts, 0 to 1.
+    ///
+    /// Default: 0.5 for the network in this program, 0.25 for others.
     #[arg(long)]
     confidence: Option<f64>,
-    /// Size of the camera's picture [pixels]; it opens by 42 degrees from top to bottom.
+    /// Size of the camera's image [pixels]; its vertical field of view is 42 degrees.
     #[arg(long, value_name = "WxH", default_value = "424x240", value_parser = size)]
     picture: [usize; 2],
-    /// Numbers the scenes.
+    /// Seed of the scenes.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Print JSON instead of the table.
     #[arg(long)]
     json: bool,
-    /// Write report.json and worst.png, the pictures that went worst, to this folder.
+    /// Write report.json and worst.png, the images with the worst errors, to this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

@@ -11,10 +11,10 @@ use crate::failure::Failure;
 /// Arguments of `paid perceive fit`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Finds: the files `eyes_*_sightings.csv` that `paid eval shooting --eyes --out DIR` writes.
+    /// Detections: files eyes_*_sightings.csv of `paid eval shooting --eyes --out DIR`.
     #[arg(value_name = "CSV", required = true)]
     files: Vec<PathBuf>,
-    /// Draw error over distance and the fit to FILE.png and FILE.svg.
+    /// Plot the error over the distance, and the fit, to FILE.png and FILE.svg.
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
     /// Print JSON.

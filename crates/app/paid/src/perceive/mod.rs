@@ -23,17 +23,17 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Judge a ball detector on rendered pictures that training never saw.
+    /// Evaluate a ball detector on rendered images that training never saw.
     Detect(detect::Args),
-    /// Train the project's own ball detector on rendered pictures (needs the cargo feature train-detector).
+    /// Train the ball detector on rendered images (needs --features train-detector).
     Train(train::Args),
-    /// Find out where the camera sits on the torso from a few views of a ball that lies still.
+    /// Calibrate the camera's pose on the torso from a few views of a ball that lies still.
     Calibrate(calibrate::Args),
     /// Measure the LiDAR-inertial odometry on a simulated Mid-360 that walks and kicks.
     Odometry(odometry::Args),
-    /// Fit the constants of the noise model to what the eyes saw in an evaluation.
+    /// Fit the noise model's constants to the detections of an evaluation.
     Fit(fit::Args),
-    /// Run the eyes again on a recording, and compare what they believe with what they believed.
+    /// Run perception again on a recording, and compare the estimates.
     Replay(replay::Args),
 }
 

@@ -13,7 +13,7 @@ const LEAST_WITH_FAULT_S: f64 = 8.1;
 /// Arguments of `paid perceive odometry`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Scene: hall, pitch, corridor, people or endless; all, if not given.
+    /// Scene: hall, pitch, corridor, people or endless [default: all].
     #[arg(long, value_name = "NAME")]
     scene: Option<SceneKind>,
     /// Length of the run [s]; the robot stands for the first 2 s.
@@ -25,10 +25,12 @@ pub struct Args {
     /// Points that the LiDAR measures per second; a Mid-360 has 200 000.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
     points: u32,
-    /// Time that the IMU's stamps are late [ms].
+    /// Delay of the IMU's time stamps [ms].
     #[arg(long, default_value_t = 0.0, value_parser = offset)]
     imu_offset: f64,
-    /// A fault of the sensor 8 s after the start (--seconds 8.1 or more): covered, kidnapped, late, gap, backwards or silent.
+    /// Sensor fault 8 s after the start; needs --seconds 8.1 or more.
+    ///
+    /// covered, kidnapped, late, gap, backwards or silent.
     #[arg(long, value_name = "NAME")]
     fault: Option<FaultKind>,
     /// Print JSON.

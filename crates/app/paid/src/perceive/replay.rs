@@ -11,16 +11,16 @@ use crate::failure::Failure;
 /// Arguments of `paid perceive replay`.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The recording, MCAP, as `paid eval shooting --eyes --record FILE` writes it.
+    /// Recording (MCAP) of `paid eval shooting --eyes --record FILE`.
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The network of the user that found the balls, where one did.
+    /// ONNX file of the detector, if it was not the network in this program.
     #[arg(long, value_name = "ONNX")]
     detector: Option<PathBuf>,
-    /// Number of the ball's class in its file [default: the class that the file names so].
+    /// Number of the ball's class in its file [default: the class that the file names].
     #[arg(long, value_name = "K", requires = "detector")]
     class: Option<usize>,
-    /// Print what is believed at every step.
+    /// Print the estimates at each step.
     #[arg(long)]
     steps: bool,
 }

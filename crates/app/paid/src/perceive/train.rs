@@ -8,19 +8,19 @@ use crate::failure::Failure;
 /// Arguments of `paid perceive train`. The defaults are those of the committed network.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// ONNX file to write, now and then and at the end.
+    /// ONNX file to write, from time to time and at the end.
     #[arg(long, value_name = "FILE", default_value = "ball.onnx")]
     out: PathBuf,
-    /// Steps of the optimizer.
+    /// Optimizer steps.
     #[arg(long, default_value_t = 26_000)]
     steps: u32,
-    /// Windows of 160 x 96 pixels a step.
+    /// Crops of 160 x 96 pixels per step.
     #[arg(long, default_value_t = 16)]
     batch: u32,
     /// Largest learning rate.
     #[arg(long, default_value_t = 2e-3)]
     rate: f64,
-    /// Numbers the scenes and the first weights.
+    /// Seed of the scenes and of the initial weights.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Print only the file at the end.

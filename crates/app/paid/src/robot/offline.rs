@@ -23,75 +23,111 @@ use paid_terminal::{STOPPED, flag};
 pub struct SimArgs {
     #[command(flatten)]
     pub(super) player: PlayerArgs,
-    /// Simulated time waits for the runtime, which runs in this program too: a match that comes out the same on every machine.
+    /// Run the runtime in this program, and let simulated time wait for it.
+    ///
+    /// The results of a match are then the same on each machine.
     #[arg(long, conflicts_with_all = ["domain", "interface", "script"])]
     lockstep: bool,
-    /// Kicks of the match [default: 11 in lockstep]. On the network this makes it a referee: it presses the remote's keys, places goal and
-    /// balls, counts, and ends after the match.
+    /// Kicks per match [default: 11 in lockstep].
+    ///
+    /// On the network, this program then runs the match: it presses the remote's keys, places goal and balls, counts, and ends after the
+    /// match.
     #[arg(long, value_name = "N")]
     pub(super) kicks: Option<usize>,
-    /// Matches, each with the next seed.
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "lockstep", conflicts_with = "record")]
+    /// Number of matches, each with the next seed.
+    #[arg(
+        long,
+        help_heading = "In lockstep",
+        value_name = "N",
+        default_value_t = 1,
+        requires = "lockstep",
+        conflicts_with = "record"
+    )]
     matches: u64,
-    /// Write every step to this log, a new file. Each of several matches has its own, with the seed in its name: match.mcap becomes
-    /// match_0.mcap, match_1.mcap and so on.
-    #[arg(long, value_name = "FILE", requires = "lockstep")]
+    /// Write each step to this log, a new file.
+    ///
+    /// Each of several matches has its own, with the seed in its name: match.mcap becomes match_0.mcap, match_1.mcap and so on.
+    #[arg(long, help_heading = "In lockstep", value_name = "FILE", requires = "lockstep")]
     log: Option<PathBuf>,
-    /// Record the camera's pictures, color and depth, as MCAP with ROS 2's messages (half a megabyte each). In lockstep, with --eyes, also what
-    /// the eyes believe.
+    /// Record the camera's color and depth images as MCAP.
+    ///
+    /// The messages are those of ROS 2, half a megabyte each. In lockstep with --eyes, the estimates are recorded too.
     #[arg(long, value_name = "FILE")]
     pub(super) record: Option<PathBuf>,
-    /// With --kicks on the network: kicks and the end as JSON, a line each.
-    #[arg(long, requires = "kicks", conflicts_with = "lockstep")]
+    /// With --kicks: print kicks and the end as JSON, one per line.
+    #[arg(long, help_heading = "On the network", requires = "kicks", conflicts_with = "lockstep")]
     pub(super) json: bool,
-    /// Seed of balls and of the senses' errors.
+    /// Seed of the balls and of the sensor errors.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) seed: u64,
     /// DDS domain; 1 is usual for simulators.
-    #[arg(long, value_name = "N", required_unless_present = "lockstep", value_parser = domain)]
+    #[arg(
+        long,
+        help_heading = "On the network",
+        value_name = "N",
+        required_unless_present = "lockstep",
+        value_parser = domain
+    )]
     domain: Option<u16>,
-    /// Address of the interface, such as 127.0.0.1.
-    #[arg(long, value_name = "ADDRESS", required_unless_present = "lockstep")]
+    /// Address of this machine's interface, such as 127.0.0.1.
+    #[arg(
+        long,
+        help_heading = "On the network",
+        value_name = "ADDRESS",
+        required_unless_present = "lockstep"
+    )]
     interface: Option<std::net::IpAddr>,
-    /// The vendor's controller that is in command when the robot is switched on, such as ai: it holds the robot, and commands do nothing
-    /// until it is released [default: released].
+    /// Vendor's controller that is active at the start, such as ai [default: released].
+    ///
+    /// It holds the robot, and commands have no effect until it is released.
     #[arg(
         long,
         value_name = "NAME",
         default_value = "",
         hide_default_value = true,
+        help_heading = "On the network",
         conflicts_with = "lockstep"
     )]
     pub(super) master: String,
-    /// The robot begins standing, held by hands that let go once its joints have held the pose for half a second [default: it hangs on a gantry
-    /// until the order `free`].
-    #[arg(long, conflicts_with = "lockstep")]
+    /// Start standing, held until the joints hold the pose [default: on a gantry].
+    ///
+    /// The support ends once the joints have held the pose for half a second. On a gantry, it ends with the command `free`.
+    #[arg(long, help_heading = "On the network", conflicts_with = "lockstep")]
     pub(super) standing: bool,
-    /// In lockstep: ball and odometry from rendered pictures and a simulated LiDAR through the robot's own eyes, in the place of virtual
-    /// senses, which know the truth and err by chance.
-    #[arg(long, requires = "lockstep")]
+    /// Ball and odometry from rendered images and a simulated LiDAR.
+    ///
+    /// Otherwise virtual senses start from the true values and add random errors.
+    #[arg(long, help_heading = "In lockstep", requires = "lockstep")]
     eyes: bool,
-    /// In lockstep: delay every command to the robot by this much, as a network does, 0 to 20 [ms].
-    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = delay, requires = "lockstep")]
+    /// Delay each command to the robot, as a network does, 0 to 20 [ms].
+    #[arg(long, hide_short_help = true, help_heading = "In lockstep", value_name = "MS", default_value_t = 0.0, value_parser = delay, requires = "lockstep")]
     delay_ms: f64,
-    /// In lockstep: every 1.3 s, stop runtime and writer for this long, as on a computer that stalls, 0 to 200 [ms].
-    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = pause, requires = "lockstep")]
+    /// Stop runtime and writer for this long every 1.3 s, 0 to 200 [ms].
+    ///
+    /// This is what happens on a computer that stalls.
+    #[arg(long, hide_short_help = true, help_heading = "In lockstep", value_name = "MS", default_value_t = 0.0, value_parser = pause, requires = "lockstep")]
     pause_ms: f64,
-    /// With --eyes: what follows the torso. The LiDAR's odometry, or the true pose with training's drift.
-    #[arg(long, value_name = "WHICH", value_enum, default_value_t = TorsoChoice::Lidar, requires = "eyes")]
+    /// With --eyes: source of the torso's pose.
+    #[arg(long, hide_short_help = true, help_heading = "In lockstep", value_name = "WHICH", value_enum, default_value_t = TorsoChoice::Lidar, requires = "eyes")]
     odometry: TorsoChoice,
-    /// Lowest score of a detection that counts, 0 to 1 [default: the detector's].
-    #[arg(long, value_name = "P", requires = "eyes")]
+    /// With --eyes: lowest score of a detection that counts, 0 to 1 [default: the detector's].
+    #[arg(long, hide_short_help = true, help_heading = "In lockstep", value_name = "P", requires = "eyes")]
     confidence: Option<f64>,
-    /// On the network: pictures a second, rendered while somebody reads them; 0: none. In lockstep with --eyes the same [default there: 25].
+    /// Images per second [default: 25 in lockstep with --eyes].
+    ///
+    /// On the network they are rendered while another program reads them; 0 renders none.
     #[arg(long, value_name = "HZ")]
     pub(super) camera_hz: Option<f64>,
-    /// On the network: send a Mid-360's packets to this address, samples to the port that is 100 higher, such as 127.0.0.1:56301.
-    #[arg(long, value_name = "ADDRESS:PORT", conflicts_with = "lockstep")]
+    /// Send a Mid-360's packets to this address.
+    ///
+    /// IMU samples go to the port that is 100 higher. Example: 127.0.0.1:56301.
+    #[arg(long, help_heading = "On the network", value_name = "ADDRESS:PORT", conflicts_with = "lockstep")]
     pub(super) lidar: Option<std::net::SocketAddr>,
-    /// Commands from a file, one per line: the simulated time in seconds, then the command. Commands are read from the keyboard too: keys
-    /// L2+Up, ball 1.2 0.1, goal 5 0, free, gantry, battery 15, fault silence, fault none, quit.
-    #[arg(long, value_name = "FILE")]
+    /// Read commands from a file, one per line: simulated time [s], then the command.
+    ///
+    /// Commands are also read from the keyboard: keys L2+Up, ball 1.2 0.1, goal 5 0, free, gantry, battery 15, fault silence, fault none,
+    /// quit.
+    #[arg(long, help_heading = "On the network", value_name = "FILE")]
     pub(super) script: Option<PathBuf>,
     #[command(flatten)]
     pub(super) live: LiveArgs,

@@ -14,7 +14,9 @@ use crate::failure::Failure;
 pub struct DrawnReplayArgs {
     #[command(flatten)]
     replay: ReplayArgs,
-    /// Draw how it went, as STEM.png and STEM.svg: states, the pelvis from above, its tilt, the ball as it was believed.
+    /// Plot the run, as STEM.png and STEM.svg.
+    ///
+    /// States, the pelvis from above, its tilt and the estimated ball.
     #[arg(long, value_name = "STEM")]
     plot: Option<PathBuf>,
 }
@@ -33,10 +35,10 @@ pub fn replay(args: &DrawnReplayArgs) -> Result<ExitCode, Failure> {
 pub struct DrillArgs {
     #[command(flatten)]
     player: PlayerArgs,
-    /// Trials of each fault, at different moments.
+    /// Trials of each fault, at different times.
     #[arg(long, value_name = "N", default_value_t = 20)]
     trials: usize,
-    /// Drill this fault only (repeatable), such as silence.
+    /// Only this fault, such as silence (repeatable).
     #[arg(long = "fault", value_name = "NAME")]
     faults: Vec<Fault>,
 }

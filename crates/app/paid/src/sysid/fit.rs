@@ -24,7 +24,9 @@ pub struct FitArgs {
     /// Rolls: CSV with the columns run, time_s, distance_m (repeatable).
     #[arg(long, value_name = "CSV")]
     roll: Vec<PathBuf>,
-    /// Balls pushed off without spin, which slide before they roll: CSV as for rolls (repeatable).
+    /// Balls pushed off without spin: CSV as for rolls (repeatable).
+    ///
+    /// They slide before they roll.
     #[arg(long, value_name = "CSV")]
     slide: Vec<PathBuf>,
     /// Write the surface to this TOML file.
@@ -33,13 +35,13 @@ pub struct FitArgs {
     /// Name of the surface [default: the name of --out].
     #[arg(long)]
     name: Option<String>,
-    /// Write the pictures loss, drop and roll, each as PNG and SVG, to this folder.
+    /// Write the images loss, drop and roll to this folder, as PNG and SVG.
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// The true values, where the measurements are simulated: printed beside the found ones.
+    /// True values of simulated measurements, printed next to the results.
     #[arg(long, value_name = "S,D,R,L,A", value_parser = five)]
     truth: Option<Parameters>,
     #[command(flatten)]
@@ -58,7 +60,7 @@ enum RepeatsArg {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum StartsArg {
-    /// First height, speed of the first samples (paper).
+    /// First height, and speed of the first samples (paper).
     FirstSamples,
     /// Corrected by the whole run.
     Refined,
@@ -66,61 +68,65 @@ enum StartsArg {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum UnseenArg {
-    /// The task's ball, where it fits as well.
+    /// Those of the task's ball, where they fit equally well.
     Kept,
-    /// Wherever the search ended (paper).
+    /// Those at which the search ended (paper).
     Fitted,
 }
 
 #[derive(Debug, clap::Args)]
-#[command(next_help_heading = "Search (defaults: the paper's appendix, where it gives a number)")]
+#[command(next_help_heading = "Search (defaults as in the paper's appendix, where it gives a number)")]
 struct Search {
-    /// Start of the first search: static and dynamic friction, restitution, linear and angular damping [1/s].
+    /// Start of the first search.
+    ///
+    /// Static and dynamic friction, restitution, linear and angular damping [1/s].
     #[arg(long, value_name = "S,D,R,L,A", value_parser = five, default_value = "0.5,0.5,0.5,1,1")]
     initial: Parameters,
-    /// Range of a parameter, such as angular_damping=0,8 (repeatable) [default: 0,1; dampings 0,5].
+    /// Range of a parameter, such as angular_damping=0,8 (repeatable).
+    ///
+    /// Default: 0,1; for the dampings 0,5.
     #[arg(long, value_name = "NAME=LO,HI", value_parser = range)]
     range: Vec<(usize, [f64; 2])>,
     /// Initial step, in units of the ranges.
-    #[arg(long, default_value_t = Options::default().scale)]
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().scale)]
     scale: f64,
     /// Candidates per generation.
-    #[arg(long, default_value_t = Options::default().population)]
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().population)]
     population: usize,
-    /// A search ends when the best loss changes by less than this [m^2] ...
-    #[arg(long, default_value_t = Options::default().tolerance)]
+    /// A search ends when the best loss changes by less than this [m^2].
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().tolerance)]
     tolerance: f64,
-    /// ... so many generations in a row.
-    #[arg(long, default_value_t = Options::default().patience)]
+    /// Number of generations in a row with such small changes.
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().patience)]
     patience: usize,
     /// Most generations of a search.
-    #[arg(long, default_value_t = Options::default().generations)]
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().generations)]
     generations: usize,
-    /// Searches; all but the first begin at random.
+    /// Searches; all but the first start at random.
     #[arg(long, default_value_t = Options::default().restarts)]
     restarts: usize,
-    /// Random places of which the best becomes the start of a search.
-    #[arg(long, default_value_t = Options::default().screening)]
+    /// Random points, of which the best becomes the start of a search.
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().screening)]
     screening: usize,
     /// Weight of squared height errors.
-    #[arg(long, default_value_t = Options::default().weight_drop)]
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().weight_drop)]
     lambda1: f64,
     /// Weight of squared distance errors.
-    #[arg(long, default_value_t = Options::default().weight_roll)]
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().weight_roll)]
     lambda2: f64,
     /// Spacing of the compared samples [s].
-    #[arg(long, default_value_t = Options::default().every_s)]
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().every_s)]
     every: f64,
     /// Compared part of a run [s].
     #[arg(long, default_value_t = Options::default().duration_s)]
     duration: f64,
-    /// Samples that give the rolling ball's initial speed [s].
-    #[arg(long, default_value_t = Options::default().speed_window_s)]
+    /// Time over which the rolling ball's initial speed is measured [s].
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().speed_window_s)]
     speed_window: f64,
     /// Spin of the rolling ball at its first sample: 1 rolls, 0 slides.
     #[arg(long, default_value_t = Options::default().spin)]
     spin: f64,
-    /// What is done with repeats.
+    /// How repeats are used.
     #[arg(long, value_enum, default_value = "joint")]
     repeats: RepeatsArg,
     /// Initial heights and speeds of the simulated runs.
@@ -129,8 +135,8 @@ struct Search {
     /// Values of parameters that the measurements do not show.
     #[arg(long, value_enum, default_value = "kept")]
     unseen: UnseenArg,
-    /// Positions are not trusted beyond this [m].
-    #[arg(long, default_value_t = Options::default().resolution_m)]
+    /// Accuracy of the measured positions [m].
+    #[arg(long, hide_short_help = true, default_value_t = Options::default().resolution_m)]
     resolution: f64,
     /// Seed of the searches.
     #[arg(long, default_value_t = 0)]

@@ -19,9 +19,9 @@ enum SourceArg {
     Parameters,
     /// MuJoCo's ball (needs `cargo mujoco`).
     Mujoco,
-    /// Closed form with FIFA's figures of turf: rebound 0.60 to 0.85 m from 2 m, roll 4 to 8 m from the ramp.
+    /// Closed form with FIFA's limits for turf: rebound 0.60 to 0.85 m from 2 m, roll of 4 to 8 m from the ramp.
     Turf,
-    /// Closed form with FIFA's figure of steel: rebound 1.35 to 1.55 m; without rolls unless --roll-length is given.
+    /// Closed form with FIFA's limits for steel: rebound 1.35 to 1.55 m; no rolls unless --roll-length is given.
     Steel,
 }
 
@@ -31,28 +31,32 @@ pub struct Args {
     /// Folder for drop.csv and roll.csv.
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Who moves the ball.
+    /// What moves the ball.
     #[arg(long, value_enum, default_value = "parameters")]
     from: SourceArg,
-    /// Surface whose ball is simulated: hard, grass or a file [default: the task's ball].
+    /// Surface whose ball is simulated: hard, grass or a file.
+    ///
+    /// Without it, the ball is the task's.
     #[arg(long, value_name = "NAME|FILE", conflicts_with = "parameters")]
     surface: Option<String>,
-    /// Static and dynamic friction, restitution, linear and angular damping of the ball.
+    /// Static and dynamic friction, restitution, damping (linear, angular).
     #[arg(long, value_name = "S,D,R,L,A", value_parser = five)]
     parameters: Option<Parameters>,
     /// Repeats of each experiment.
     #[arg(long, default_value_t = Experiment::default().repeats)]
     repeats: usize,
-    /// Height of release [m].
+    /// Drop height [m].
     #[arg(long, default_value_t = Experiment::default().height_m)]
     height: f64,
-    /// Initial speed of the roll [m/s] [default: 2; turf and steel: that of FIFA's ramp, 3.43].
+    /// Initial speed of the roll [m/s] [default: 2; turf and steel 3.43].
+    ///
+    /// 3.43 m/s is the speed from FIFA's ramp.
     #[arg(long)]
     speed: Option<f64>,
-    /// Spin of the rolling ball at its start: 1 rolls, 0 slides.
+    /// Initial spin of the rolling ball: 1 rolls, 0 slides.
     #[arg(long, default_value_t = Experiment::default().spin)]
     spin: f64,
-    /// Also make slide.csv, of balls pushed off at this speed [m/s] without spin.
+    /// Also write slide.csv: balls pushed off at this speed without spin [m/s].
     #[arg(long, value_name = "SPEED")]
     slide: Option<f64>,
     /// Length of a run [s].
@@ -64,17 +68,21 @@ pub struct Args {
     /// Standard deviation of the camera's error [m].
     #[arg(long, default_value_t = Experiment::default().noise_m)]
     noise: f64,
-    /// Turf, steel: rebound after 2 m [m] [default: the middle of what is allowed].
-    #[arg(long)]
+    /// Rebound after a drop from 2 m [m] [default: middle of the range].
+    ///
+    /// The range is what FIFA allows.
+    #[arg(long, help_heading = "Turf and steel")]
     rebound: Option<f64>,
-    /// Turf, steel: roll after the ramp [m] [default: turf the middle of what is allowed].
-    #[arg(long)]
+    /// Roll from FIFA's ramp [m] [default: for turf, middle of the range].
+    ///
+    /// The range is what FIFA allows.
+    #[arg(long, help_heading = "Turf and steel")]
     roll_length: Option<f64>,
-    /// MuJoCo: damping ratio of the contact; 0.15 returns about 0.6 of the speed.
-    #[arg(long, default_value_t = MujocoBall::default().options.solref[1])]
+    /// Damping ratio of the contact; 0.15 returns about 0.6 of the speed.
+    #[arg(long, value_name = "RATIO", help_heading = "MuJoCo", default_value_t = MujocoBall::default().options.solref[1])]
     damping_ratio: f64,
-    /// MuJoCo: rolling friction [m].
-    #[arg(long, default_value_t = MujocoBall::default().options.friction[2])]
+    /// Rolling friction [m].
+    #[arg(long, value_name = "M", help_heading = "MuJoCo", default_value_t = MujocoBall::default().options.friction[2])]
     rolling_friction: f64,
     /// Seed of noise and repeats.
     #[arg(long, default_value_t = 0)]
