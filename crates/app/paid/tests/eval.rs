@@ -250,6 +250,14 @@ fn the_programs_own_policy_still_scores_with_the_built_in_kicks() {
     let success = report["total"]["success"]["share"].as_f64().expect("a share");
     assert!(success > 0.9, "{success}");
     assert!(folder.path().join("demo/policy.onnx").is_file());
+    let text = succeeds(&paid(folder.path(), &args[..5]));
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 3, "{text}");
+    assert!(
+        lines[0].contains("% of 63 shots scored") && lines[1].contains("simulated sensor errors"),
+        "{text}"
+    );
+    assert!(lines[2].starts_with("See demo/report.html."), "{text}");
 }
 
 #[test]

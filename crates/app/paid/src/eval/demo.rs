@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use paid_eval::episodes::run_episodes;
-use paid_eval::html::write_report;
+use paid_eval::html::{REPORT, write_report};
 use paid_eval::results::{Evaluation, to_json, write_shooting};
-use paid_eval::shooting::{self, Grid, ShootingOptions, Trial, Variant};
+use paid_eval::shooting::{self, Grid, PAPER, ShootingOptions, ShootingReport, Trial, Variant};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
 use paid_play::POLICY_FILE;
@@ -28,6 +28,8 @@ use crate::train::motion_folder;
 /// The policy that plays when none is given.
 const POLICY: &[u8] = include_bytes!("../../../../../policies/demo/policy.onnx");
 
+/// The recording.
+const SHOTS: &str = "shots.gif";
 /// Frame rate of the recording [Hz].
 const RATE_HZ: f64 = 12.5;
 /// Size of the recording [pixels].
@@ -60,6 +62,9 @@ pub struct Args {
     /// Worker threads; the result does not depend on them [default: all cores].
     #[arg(long, value_name = "N")]
     threads: Option<usize>,
+    /// Print the whole table of the score too.
+    #[arg(long, conflicts_with_all = ["live", "json"])]
+    table: bool,
     /// Print one line of JSON.
     #[arg(long, conflicts_with = "live")]
     json: bool,
@@ -70,7 +75,7 @@ pub struct Args {
     live: LiveArgs,
 }
 
-/// Shoots, prints the score, writes the pictures.
+/// Shoots, writes images and report, and prints the score in three lines.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     args.motions.as_deref().map_or(Ok(()), motion_folder)?;
     let policy = match &args.policy {
@@ -108,12 +113,14 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if output.nothing(&subject.setup.monitor, &timing) {
         return Ok(ended(&subject.setup.monitor));
     }
-    output.print(&format!("{}\n{}", report.table(), timing.text()), &json);
+    if args.json || args.table {
+        output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    }
     write_shooting(&args.out, subject.setup.engine.name(), &report, &json)?;
     film_worst(&args.out, &subject, &report, STRIPS)?;
     if args.record > 0 && !subject.setup.monitor.stopped() {
         if !args.json {
-            eprintln!("recording {} of these shots", args.record);
+            eprintln!("recording {} shots", args.record);
         }
         let trials: Vec<&Trial> = report.trials.iter().map(|outcome| &outcome.trial).collect();
         // Evenly over the workspace, whatever came of them.
@@ -129,9 +136,35 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     }
     write_report(&args.out)?;
     if !args.json {
-        println!("pictures, recording and report: {}", args.out.display());
+        let recording =
+            if args.record > 0 { format!(" and {}", args.out.join(SHOTS).display()) } else { String::new() };
+        println!("{}", meaning(&report));
+        println!("See {}{recording}. To play, add --live.", args.out.join(REPORT).display());
     }
     Ok(ended(&subject.setup.monitor))
+}
+
+/// The score, and what it means.
+fn meaning(report: &ShootingReport) -> String {
+    let score = &report.total.success;
+    let falls = match report.total.falls_ever.count {
+        0 => "never fell".to_owned(),
+        1 => "fell once".to_owned(),
+        count => format!("fell {count} times"),
+    };
+    let saw = match report.engine.knowledge_name() {
+        "truth" => "was given their exact positions",
+        _ => "saw them with simulated sensor errors",
+    };
+    format!(
+        "{:.1}% of {} shots scored (95% interval {:.1} to {:.1}%), and the robot {falls}.\n\
+         Balls lay up to 2 m ahead; the policy {saw}. The paper's policy: {}%, in MuJoCo.",
+        100.0 * score.share,
+        score.trials,
+        100.0 * score.low,
+        100.0 * score.high,
+        PAPER[3].1[0][0]
+    )
 }
 
 /// Writes the program's own policy into `out`, to be played with further; its place.
@@ -157,7 +190,7 @@ fn record(
     let half_width = options.goal_half_width_m;
     let every = (1.0 / (RATE_HZ * dt_s)).round().max(1.0) as usize;
     let frames = films.iter().map(|(_, film)| film.poses.len().div_ceil(every)).sum();
-    let mut animation = Animation::create(&out.join("shots.gif"), SIZE, RATE_HZ, frames)?;
+    let mut animation = Animation::create(&out.join(SHOTS), SIZE, RATE_HZ, frames)?;
     for (i, film) in &films {
         for t in (0..film.poses.len()).step_by(every) {
             if setup.monitor.stopped() {
