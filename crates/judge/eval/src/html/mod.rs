@@ -16,6 +16,9 @@ use crate::EvalError;
 /// Name of the page.
 pub const REPORT: &str = "report.html";
 
+/// A first line of a table beyond this states the protocol and is folded [characters].
+const LONG: usize = 120;
+
 /// Writes [`REPORT`] into `folder` from what earlier evaluations left there: every text table `NAME.txt` becomes a section. One with
 /// `NAME_shooting.json` beside it begins with the score and its interval beside the paper's, then come heat maps, the goal's mouth, ways,
 /// the worst shots and a table that sorts. Any other is followed by its pictures `NAME_*.svg`, by those `NAME_*.png` that have no
@@ -53,8 +56,14 @@ pub fn write_report(folder: &Path) -> Result<(), EvalError> {
 
 /// A table and the pictures that belong to it.
 fn plain(name: &str, text: &str, files: &[PathBuf]) -> Result<String, EvalError> {
-    let mut out =
-        format!("<h2 id=\"{0}\">{0}</h2>\n<pre>{1}</pre>\n<div class=\"row\">", escape(name), escape(text));
+    let (first, rest) = text.split_once('\n').unwrap_or((text, ""));
+    let (protocol, table) =
+        if first.len() > LONG { (shots::protocol(first), rest.trim_start()) } else { (String::new(), text) };
+    let mut out = format!(
+        "<h2 id=\"{0}\">{0}</h2>\n{protocol}<pre>{1}</pre>\n<div class=\"row\">",
+        escape(name),
+        escape(table)
+    );
     let own = |f: &&PathBuf| stem(f).strip_prefix(name).is_some_and(|rest| rest.starts_with('_'));
     for picture in files.iter().filter(own) {
         let twin = has(picture, "png") && picture.with_extension("svg").exists();
@@ -122,14 +131,22 @@ mod tests {
         let headline = "<b>50.0%</b> of 4 shots are goals (95% interval 15.0 to 85.0); accuracy 0.800. The paper's policy: 91.3%, 0.969.";
         assert!(page.contains(headline), "{page}");
         for part in [
-            "What the policy knew: <b>truth</b>",
+            "<td>truth: exact positions of ball and goal (the paper's: ball position, no velocity",
+            "<td>2: 0.5 to 0.75 m ahead, 0 to 0 m to the left</td>",
+            "<td>4, 2 per position, at a goal 2 m wide and 5 m away</td>",
             "The 1 worst shots",
             "no &lt;contact&gt;",
-            "Policy: a &amp; b",
-            "To repeat it:",
+            "<td>a &amp; b</td>",
+            "Command:",
         ] {
             assert!(page.contains(part), "{part}: {page}");
         }
+        let title = report.title();
+        assert_eq!(
+            page.matches(title.split(';').next().expect("a title")).count(),
+            2,
+            "folded, and in the text"
+        );
         assert_eq!(page.matches("<tr class=\"goal\">").count(), 2);
         assert_eq!(page.matches("<tr class=\"miss\">").count(), 2);
         assert!(

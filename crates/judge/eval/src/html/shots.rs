@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::mouth::mouth;
 use crate::EvalError;
 use crate::knowledge;
-use crate::shooting::PAPER;
+use crate::shooting::{Grid, PAPER};
 use crate::worst::{STRIPS, StripFile};
 
 /// More rows make a page that no browser sorts at once.
@@ -32,6 +32,7 @@ struct Shots {
 #[derive(Debug, Deserialize)]
 struct Engine {
     name: String,
+    ball_mass_kg: Option<f64>,
     knowledge: Option<Knowledge>,
 }
 
@@ -42,6 +43,9 @@ struct Knowledge {
 
 #[derive(Debug, Deserialize)]
 struct Options {
+    grid: Grid,
+    trials: usize,
+    goal_distance_m: f64,
     rolling: Option<[f64; 2]>,
     goal_half_width_m: f64,
 }
@@ -106,23 +110,20 @@ pub(super) fn section(
         None => (&shots.total, ""),
     };
     let rolling = options.rolling.is_some();
-    let ball = if rolling { "rolling balls" } else { "static balls" };
-    let known = engine.knowledge.as_ref().map_or("-", |k| k.name.as_str());
+    let ball = if rolling { "Rolling balls" } else { "Static balls" };
     let Share { trials: count, share, low, high } = total.success;
     let accuracy = total.accuracy.map_or_else(String::new, |a| format!("; accuracy {a:.3}"));
     let [paper, paper_accuracy] = PAPER[3].1[usize::from(rolling)];
-    let mut out = format!("<h2 id=\"{stem}\">{}, {ball}</h2>\n", escape(&engine.name));
+    let mut out = format!("<h2 id=\"{stem}\">{ball}, {}</h2>\n", escape(&engine.name));
     // Writing to a string cannot fail.
     let _ = writeln!(
         out,
         "<p class=\"headline\"><b>{:.1}%</b> of {count} shots{from} are goals (95% interval {:.1} to {:.1}){accuracy}. The paper's policy: \
-         {paper:.1}%, {paper_accuracy:.3}.</p>\n<p class=\"soft\">What the policy knew: <b>{}</b>; the paper's: {}. {}</p>",
+         {paper:.1}%, {paper_accuracy:.3}.</p>\n{}",
         100.0 * share,
         100.0 * low,
         100.0 * high,
-        escape(known),
-        knowledge::PAPER,
-        escape(table.lines().next().unwrap_or_default())
+        facts(&shots, table)
     );
     let mut rows =
         vec![Bar { name: "this policy".to_owned(), share, interval: Some([low, high]), own: true }];
@@ -145,11 +146,11 @@ pub(super) fn section(
             "where balls crossed the goal's plane, seen by the robot; thick lines: the posts"
         )
     );
-    out.push_str("<h3>Over the workspace, and from above</h3>\n<div class=\"row\">");
+    out.push_str("<h3>By ball position</h3>\n<div class=\"row\">");
     let captions = [
-        ("success", "goals [%] by the ball's place"),
+        ("success", "goals [%]"),
         ("accuracy", "accuracy x 100"),
-        ("paths", "ways; blue: the robot, green: balls of goals, red: the others"),
+        ("paths", "paths from above; blue: the robot, green: balls that scored, red: other balls"),
     ];
     for (what, caption) in captions {
         if let Some(drawn) = embedded(&folder.join(format!("{stem}_{what}")))? {
@@ -159,14 +160,65 @@ pub(super) fn section(
     out.push_str("</div>\n");
     out.push_str(&strips(folder, &format!("{stem}_{STRIPS}"), "worst shots")?);
     out.push_str(&trial_table(trials));
-    let _ =
-        writeln!(out, "<details><summary>The table as text</summary><pre>{}</pre></details>", escape(table));
-    let policy = shots.policy.as_deref().unwrap_or("not stated");
-    let _ = writeln!(out, "<p class=\"soft\">Policy: {}</p>", escape(policy));
+    let _ = writeln!(
+        out,
+        "<details><summary>All figures as text</summary><pre>{}</pre></details>",
+        escape(table)
+    );
     if let Some(command) = &shots.command {
-        let _ = writeln!(out, "<p class=\"soft\">To repeat it:</p><pre>{}</pre>", escape(command));
+        let _ = writeln!(out, "<p class=\"soft\">Command:</p><pre>{}</pre>", escape(command));
     }
     Ok(Some(out))
+}
+
+/// What a reader has to know of the protocol, and the rest of it folded.
+fn facts(shots: &Shots, table: &str) -> String {
+    let Shots { engine, options, trials, .. } = shots;
+    let grid = &options.grid;
+    let given = match engine.knowledge.as_ref().map(|k| k.name.as_str()) {
+        Some("truth") => "truth: exact positions of ball and goal",
+        Some("perceived") => "perceived: ball and goal with the errors of simulated sensors",
+        Some("eyes") => "eyes: ball and goal detected in rendered images, with a simulated LiDAR",
+        _ => "not stated",
+    };
+    let mass = engine.ball_mass_kg.map_or_else(String::new, |mass| format!(", {mass} kg"));
+    let ball = options
+        .rolling
+        .map_or_else(|| "at rest".to_owned(), |[low, high]| format!("rolling at {low} to {high} m/s"));
+    let count = grid.places(grid.x).len() * grid.places(grid.y).len();
+    let rows = [
+        ("policy", shots.policy.clone().unwrap_or_else(|| "not stated".to_owned())),
+        ("the policy is given", format!("{given} (the paper's: {})", knowledge::PAPER)),
+        ("engine", engine.name.clone()),
+        ("ball", ball + &mass),
+        (
+            "ball positions",
+            format!(
+                "{count}: {} to {} m ahead, {} to {} m to the left",
+                grid.x[0], grid.x[1], grid.y[0], grid.y[1]
+            ),
+        ),
+        (
+            "shots",
+            format!(
+                "{}, {} per position, at a goal {} m wide and {} m away",
+                trials.len(),
+                options.trials,
+                2.0 * options.goal_half_width_m,
+                options.goal_distance_m
+            ),
+        ),
+    ];
+    let row = |(name, what): &(&str, String)| {
+        format!("<tr><th scope=\"row\">{name}</th><td>{}</td></tr>", escape(what))
+    };
+    let rows: String = rows.iter().map(row).collect();
+    format!("<table class=\"facts\">{rows}</table>\n{}", protocol(table.lines().next().unwrap_or_default()))
+}
+
+/// The line that states a whole protocol, folded.
+pub(super) fn protocol(line: &str) -> String {
+    format!("<details class=\"soft\"><summary>Whole protocol</summary><p>{}</p></details>\n", escape(line))
 }
 
 /// The film strips that a file of the folder lists; nothing without it.
@@ -204,7 +256,7 @@ fn trial_table(trials: &[Trial]) -> String {
         "fell",
         "motion",
     ];
-    let mut out = String::from("<details><summary>Every shot</summary>");
+    let mut out = String::from("<details><summary>All shots</summary>");
     if trials.len() > MOST_ROWS {
         let _ = write!(
             out,

@@ -7,8 +7,8 @@ mod report;
 mod score;
 
 use paid_task::{EpisodeRules, InitialState, TimeLimit};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
 use crate::episodes::{Beside, EvalSetup, Observer, run_episodes};
 use crate::policy::DriverMaker;
@@ -25,8 +25,8 @@ pub use score::{CellScore, Outcome, totals};
 #[cfg(test)]
 pub(crate) use {observer::tests as observer_tests, report::tests as report_tests};
 
-/// Ball places.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// Ball positions.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
     /// First and last place ahead of the robot `[m]`.
     pub x: [f64; 2],

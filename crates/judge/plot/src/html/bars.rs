@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::begin_chart;
 use crate::escape;
 
-/// A share with its interval, or one that somebody else has published without.
+/// A share with its interval, or a published one without.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bar {
     /// Whose it is.
@@ -19,7 +19,7 @@ pub struct Bar {
 }
 
 /// Width of the names, of the bars and of the numbers in pixels.
-const WIDTHS: [f64; 3] = [170.0, 420.0, 150.0];
+const WIDTHS: [f64; 3] = [170.0, 420.0, 190.0];
 /// Height of a row in pixels.
 const ROW: f64 = 28.0;
 
@@ -89,5 +89,7 @@ mod tests {
         assert!(svg.contains("class=\"own\" x=\"170\" y=\"6.0\" width=\"210.0\""), "{svg}");
         assert!(svg.contains("M275.0 10.0v8M275.0 14.0H485.0M485.0"), "{svg}");
         assert!(svg.contains("a &lt; b") && svg.contains("50.0% (25.0 to 75.0)"), "{svg}");
+        // The longest label, "100.0% (100.0 to 100.0)", takes 170 pixels of the typeface.
+        assert!(svg.contains("viewBox=\"0 0 780 "), "{svg}");
     }
 }
