@@ -1,4 +1,4 @@
-//! The same shots in both engines: where they agree, and what went apart first where they do not.
+//! The same shots in both engines: where they agree, and what diverged first where they do not.
 
 use std::fmt::Write;
 
@@ -27,7 +27,7 @@ pub struct Pair {
     pub contact: [bool; 2],
     /// Falls: built-in, MuJoCo.
     pub fell: [bool; 2],
-    /// What went apart first.
+    /// What diverged first.
     pub first: Option<Divergence>,
 }
 
@@ -139,7 +139,7 @@ impl AgreementReport {
         for (title, disagreeing) in [("all trials", false), ("trials with different outcomes", true)] {
             let picked = self.pairs.iter().filter(|p| !disagreeing || p.goal[0] != p.goal[1]);
             let first = first_table(picked.map(|p| p.first.as_ref()));
-            let _ = writeln!(out, "\nwhat went apart first, {title}\n{first}");
+            let _ = writeln!(out, "\nwhat diverged first, {title}\n{first}");
         }
         out
     }

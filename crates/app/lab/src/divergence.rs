@@ -1,4 +1,4 @@
-//! The motion of robot and ball in two runs of one trial, and what went apart first.
+//! The motion of robot and ball in two runs of one trial, and what diverged first.
 
 use paid_eval::trace::Trace;
 use paid_lanes::stats::quantile;
@@ -57,7 +57,7 @@ pub(crate) fn divergence(a: &Trace, b: &Trace, joints: &[String], control_dt_s: 
     None
 }
 
-/// How often each quantity went apart first, and when.
+/// How often each quantity diverged first, and when.
 pub(crate) fn first_table<'a>(firsts: impl Iterator<Item = Option<&'a Divergence>>) -> Table {
     let mut found: Vec<(&str, Vec<f64>)> = Vec::new();
     let mut together = 0;

@@ -1,6 +1,6 @@
 //! What measures this project, not a policy: the program uses it, no other crate.
 //!
-//! - [`compare`]: methods trained with one budget and judged alike, from one plan.
+//! - [`compare`]: methods trained with equal budgets and scored the same way, from one plan.
 //! - [`agreement`], [`tracking_agreement`]: one policy in both engines, and where they part ([`divergence`]).
 //! - [`dataset`]: what a set of kicks covers.
 //! - [`mod@bench`]: physics steps a second.

@@ -1,4 +1,4 @@
-//! The same tracking runs in both engines: where they agree, and what went apart first.
+//! The same tracking runs in both engines: where they agree, and what diverged first.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ pub struct TrackingPair {
     pub completed: [bool; 2],
     /// Mean distance of bodies relative to the root `[mm]`: built-in, MuJoCo.
     pub mpjpe_mm: [f64; 2],
-    /// What went apart first.
+    /// What diverged first.
     pub first: Option<Divergence>,
 }
 
@@ -90,7 +90,7 @@ impl TrackingAgreement {
         // Writing to a string cannot fail.
         let _ = write!(
             out,
-            "\nwhat went apart first\n{}",
+            "\nwhat diverged first\n{}",
             first_table(self.pairs.iter().map(|p| p.first.as_ref()))
         );
         out

@@ -1,10 +1,10 @@
-// The course of the scene: frames come 50 times a second, of a robot on the network 10 times, pictures when the display is ready. Shows a
+// The course of the scene: frames arrive 50 times a second, from a robot on the network 10 times, and are drawn when the display is ready. Shows a
 // moment a little in the past, between two frames, and keeps enough to show the last shot again.
 
 import { mix } from "./math.js";
 
 const KEPT = 900;
-// How far behind the newest frame the picture is, at least [s], and where frames are farther apart, in times of their distance.
+// How far the drawing is behind the newest frame, at least [s], and where frames are farther apart, as a multiple of their distance.
 const BEHIND = 0.045;
 const APART = 1.4;
 
@@ -53,7 +53,7 @@ export class Course {
     this.touchedAt = null;
   }
 
-  // Time begins anew: another match, another program.
+  // Time starts again: another match, another program.
   begin() {
     this.frames = [];
     this.touchedAt = null;
@@ -84,7 +84,7 @@ export class Course {
     const touch = this.touchedAt ?? newest.time - 1.5;
     this.touchedAt = null;
     const frames = this.frames.filter((f) => f.time >= touch - 1.1);
-    // The ball goes on into the net.
+    // The ball continues into the net.
     this.shot = { frames, touch, until: newest.time + 0.7 };
   }
 

@@ -1,4 +1,4 @@
-// The curves of a training, beside the policy that it has made so far.
+// The curves of a training run, next to its current policy.
 
 const $ = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
@@ -64,7 +64,7 @@ export function hideCurves() {
   $("curves").hidden = true;
 }
 
-// Shows what the program told; the page turns into that of a training.
+// Shows the program's message; the page becomes that of a training run.
 export function showCurves(told) {
   document.body.classList.add("training");
   document.body.classList.toggle("waiting", told.playing === null && !window.paid?.view.scene);
@@ -75,6 +75,6 @@ export function showCurves(told) {
   $("progress").textContent = told.iteration
     ? `iteration ${told.iteration}${of} · ${(1e-6 * told.samples).toFixed(2)} million samples · ${time(told.elapsed_s)}, ${time(told.eta_s)} to go`
     : "the first iteration is not over yet";
-  $("policy").textContent = told.playing === null ? "The first policy comes with the first checkpoint." : `The policy after iteration ${told.playing}.`;
+  $("policy").textContent = told.playing === null ? "The first policy will appear with the first checkpoint." : `The policy after iteration ${told.playing}.`;
   $("diagrams").replaceChildren(...told.curves.map(diagram));
 }

@@ -6,7 +6,7 @@ import { command } from "./wire.js";
 // Impulse of a push per meter of its arrow [N s/m], and the hardest: the program takes 120, which rounding must not exceed [N s].
 const PUSH = 60;
 const HARDEST = 119.999;
-// A ball that lay still in the hand for so long is put down, not flicked [ms].
+// A ball that was held still for this long is put down, not flicked [ms].
 const STILL = 90;
 const FASTEST = 7;
 // The ball stays on the pitch [m].
@@ -34,7 +34,7 @@ export class Hand {
     setInterval(() => this.repeat(), 300);
   }
 
-  // What lies under a pointer. Who only looks on, or at clips, can take nothing.
+  // What is under a pointer. A page that only watches, or shows clips, can take nothing.
   under(moment, x, y, slack) {
     return this.view.scene.watched || this.view.scene.kicks ? { what: "ground" } : this.view.pick(moment, x, y, slack);
   }
@@ -150,7 +150,7 @@ export class Hand {
     this.ball.moved = true;
   }
 
-  // Once a picture.
+  // Once per drawing.
   flush() {
     if (this.ball && this.ball.moved) {
       this.ball.moved = false;

@@ -1,9 +1,9 @@
-// What a set of kicks covers, beside the robot that shows them. The program draws the pictures when they are asked for.
+// What a set of kicks covers, next to the robot that shows them. The program draws the plots on request.
 
 const $ = (id) => document.getElementById(id);
 
 const WORDS = {
-  coverage: "Which kick takes which ball, and the holes",
+  coverage: "Which kick is used for which ball, and the holes",
   placement: "Where the task puts the ball of each kick",
   trajectories: "Paths of the base, colored by time",
   foot_speed: "Speed of the kicking foot over the phase",

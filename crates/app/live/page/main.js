@@ -27,7 +27,7 @@ let last = 0;
 let reach = 0;
 let told = 0;
 let camera = null;
-// A page that only looks on can do nothing but stop.
+// A page that only watches can do nothing but stop.
 const send = (bytes) => view.scene?.watched || link.send(bytes);
 
 function stopReplay() {
@@ -138,7 +138,7 @@ function inHand(moment) {
   return { ...moment, ball: { ...moment.ball, pos: [x, y, view.scene.ball_radius_m] } };
 }
 
-// Fewer pixels where pictures come slowly.
+// Fewer pixels where drawing is slow.
 let adapted = 3000;
 function adapt(now) {
   if (now - adapted < 2000) return;

@@ -115,7 +115,7 @@ export class Panel {
     $("stop").hidden = !scene.watched;
     $("stop").title = `${scene.stop} (X)`;
     $("another").textContent = scene.ball ? "new ball" : "next clip";
-    $("another").title = scene.ball ? "A ball at another place (K)" : "The next clip (K)";
+    $("another").title = scene.ball ? "A ball at another position (K)" : "The next clip (K)";
     // What it follows is shown where there is nothing else to see.
     const follows = !scene.ball;
     if (follows !== Boolean(this.follows) && follows !== this.layers.ghost) $("layer-ghost").click();
@@ -169,7 +169,7 @@ export class Panel {
     const box = $("flash");
     box.textContent = text;
     box.className = good ? "good" : "bad";
-    // Begins the animation anew.
+    // Restarts the animation.
     void box.offsetWidth;
     box.classList.add("on");
   }
@@ -212,7 +212,7 @@ export class Panel {
     this.frame = frame;
     const press = (id, on) => $(id).setAttribute("aria-pressed", String(on));
     $("pause").textContent = frame.paused ? "▶" : "❚❚";
-    $("pause").title = frame.paused ? "Go on (Space)" : "Pause (Space)";
+    $("pause").title = frame.paused ? "Continue (Space)" : "Pause (Space)";
     press("pause", frame.paused);
     press("auto", frame.auto);
     press("fresh", !frame.fresh);
@@ -232,7 +232,7 @@ export class Panel {
           : "real time";
     $("status").textContent =
       time +
-      // Of what is played elsewhere, nobody says what it costs.
+      // The cost of what runs elsewhere is unknown.
       (frame.cost ? ` · step ${frame.cost.toFixed(1)} ms` : "") +
       ` · ${Math.round(pictures)} pictures/s` +
       (lost ? ` · ${lost} frames lost` : "") +
@@ -257,7 +257,7 @@ export class Panel {
     });
   }
 
-  // The box in the robot's picture: where that shows the believed ball (null: nowhere), and what is believed.
+  // The box in the robot's image: where it shows the estimated ball (null: nowhere), and the estimate.
   setPicture(box, moment) {
     const { belief, inView } = moment;
     const fresh = belief && belief.age < REMEMBERED;
@@ -265,7 +265,7 @@ export class Panel {
     mark.hidden = !box;
     mark.className = fresh ? "seen" : "kept";
     if (box) Object.assign(mark.style, { left: `${100 * box.x}%`, top: `${100 * box.y}%`, width: `${200 * box.half[0]}%`, height: `${200 * box.half[1]}%` });
-    const words = !belief ? "no ball is believed" : fresh ? "seen" : `remembered for ${belief.age.toFixed(1)} s`;
+    const words = !belief ? "no ball seen" : fresh ? "seen" : `remembered for ${belief.age.toFixed(1)} s`;
     $("picture-words").textContent = inView || !belief ? words : `${words}; out of view`;
   }
 
@@ -286,9 +286,9 @@ export class Panel {
 
   setGone(words) {
     $("gone").hidden = words === null;
-    // Beyond this machine it refuses pages without its token, and a page cannot tell that from a program that has ended.
+    // From other machines it refuses pages without its token; a page cannot distinguish that from a program that has ended.
     const here = /^(localhost$|127\.|\[::1\])/.test(location.hostname);
-    const away = here ? "The program is not running." : "The program is not running, or it has printed another address, with another token.";
+    const away = here ? "The program is not running." : "The program is not running, or its address has another token now.";
     if (words !== null) $("gone-words").textContent = words || `${away} This page waits for it.`;
   }
 }

@@ -24,9 +24,9 @@ const LOOKS = {
 };
 const COLORS = { shell: [0.62, 0.65, 0.7], sole: [0.05, 0.055, 0.065], bone: [0.07, 0.075, 0.09], head: [0.62, 0.65, 0.7] };
 const ROUND = [1, 0, 0, 0];
-// Nearest thing in the robot's own picture: its head's front is behind that [m].
+// Nearest thing in the robot's image: the front of its head is behind that [m].
 const OWN_NEAR = 0.12;
-// A ball that was seen so long ago is remembered [s].
+// A ball that was last seen this long ago counts as remembered [s].
 export const REMEMBERED = 0.2;
 const SEEN = [0.1, 0.75, 1];
 const KEPT = [1, 0.5, 0.08];
@@ -435,7 +435,7 @@ export class View {
     gl.disable(gl.BLEND);
   }
 
-  // The point from which the robot's camera sees, and where on the canvas its picture goes: into an element of the page.
+  // The point from which the robot's camera sees, and where on the canvas its image is drawn: into an element of the page.
   ownPicture(moment, element) {
     const { body, mount, corners } = this.scene.camera;
     const carrier = moment.bodies[body];
@@ -454,7 +454,7 @@ export class View {
     return { eye, right, up, back, tan, aspect, clip, area };
   }
 
-  // Where the robot's picture shows a ball: middle and half of its size as shares of width and height; null outside of the picture.
+  // Where the robot's image shows a ball: center and half its size as shares of width and height; null outside the image.
   inPicture(place) {
     const { eye, right, up, back, tan, aspect } = this.picture;
     const to = sub(place, eye);
@@ -466,7 +466,7 @@ export class View {
     return { x: (1 + x) / 2, y: (1 - y) / 2, half: [size / aspect / 2, size / 2] };
   }
 
-  // The way around the ground in the robot's picture; where that ends at the horizon, as far as it finds a ball.
+  // The outline of the ground in the robot's image; toward the horizon, as far as it detects a ball.
   footprint(moment) {
     const { body, mount, corners, far_m } = this.scene.camera;
     const carrier = moment.bodies[body];

@@ -1,4 +1,4 @@
-// What page and program say to each other. The tables stand in the documentation of the Rust types `Frame` and `Command`.
+// The messages between page and program. The tables stand in the documentation of the Rust types `Frame` and `Command`.
 
 export const VERSION = 2;
 

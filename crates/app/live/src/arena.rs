@@ -28,7 +28,7 @@ pub(crate) struct KickPlan {
     pub goal: [f64; 2],
     /// Number of the look at the ball.
     pub look: u64,
-    /// Where the robot takes its first pose; `None`: it goes on as it stands.
+    /// Where the robot takes its first pose; `None`: it continues from its present pose.
     pub stance: Option<Pose2>,
 }
 
@@ -151,7 +151,7 @@ impl Arena {
         Ok(())
     }
 
-    /// Another policy of the same shape acts from now on.
+    /// Replaces the policy by another one of the same shape.
     pub fn act_by(&mut self, mut driver: Box<dyn Driver>) {
         driver.begin(self.envs);
         self.driver = driver;
@@ -180,7 +180,7 @@ impl Arena {
         self.each(|control, env| control.disturb(env, &ball))
     }
 
-    /// The ball goes on with another velocity `[m/s]`, pitch axes.
+    /// The ball continues with another velocity `[m/s]`, pitch axes.
     pub fn set_ball_velocity(&mut self, [vx, vy, vz]: [f64; 3]) -> Result<(), LiveError> {
         let [vx, vy] = crate::pose2::turned([vx, vy], -self.axes.heading);
         let ball = Disturbance::Ball { pos: self.sample.ball_pos, vel: [vx, vy, vz] };
@@ -237,7 +237,7 @@ impl Arena {
         self.axes.pose(&self.anchor_in_world())
     }
 
-    /// True if a ball at `ball`, from the robot's anchor, would touch the robot as it stands.
+    /// True if a ball at `ball`, from the robot's anchor, would touch the robot in its present pose.
     pub fn touches(&self, ball: [f64; 2]) -> bool {
         paid_eval::shooting::Placement::new(&self.setup).touches(&self.sample, self.anchor, ball)
     }

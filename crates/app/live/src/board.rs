@@ -10,7 +10,7 @@ use crate::game::GOAL_HALF_WIDTH_M;
 /// Shots that the page lists.
 const LISTED: usize = 40;
 
-/// What came of a shot.
+/// The outcome of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
@@ -45,7 +45,7 @@ impl Outcome {
 pub struct Shot {
     /// Its number, from 1.
     pub number: usize,
-    /// What came of it.
+    /// Its outcome.
     pub outcome: Outcome,
     /// Speed of the ball at the goal plane, or the fastest that it was if it did not get there `[m/s]`.
     pub speed_m_s: f64,
@@ -152,7 +152,7 @@ impl Board {
         self.notice = (self.notice.0 + 1, words.into());
     }
 
-    /// Begins anew.
+    /// Starts again.
     pub fn clear(&mut self) {
         *self = Self {
             surface: self.surface,

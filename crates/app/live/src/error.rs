@@ -6,7 +6,7 @@ use paid_eval::EvalError;
 use paid_task::TaskError;
 use thiserror::Error;
 
-/// A page that cannot be served, or a scene that cannot go on.
+/// A page that cannot be served, or a scene that cannot continue.
 #[derive(Debug, Error)]
 pub enum LiveError {
     /// The address is taken or not allowed.

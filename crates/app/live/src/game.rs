@@ -26,15 +26,15 @@ pub(crate) const GOAL_HEIGHT_M: f64 = 1.0;
 const NET_M: f64 = 0.7;
 /// A ball let go slower than this lies still `[m/s]`.
 const FLICK_M_S: f64 = 0.35;
-/// Balls come by themselves so long after the last shot was decided `[s]`.
+/// Time from the end of a shot to the next automatic ball `[s]`.
 const PAUSE_S: f64 = 1.2;
-/// A pushed robot goes on for so long, if it does not fall `[s]`.
+/// How long a pushed robot is simulated if it does not fall `[s]`.
 const PUSHED_S: f64 = 3.0;
 /// A ball faster than this along an axis rolls `[m/s]`.
 const ROLLS_M_S: f64 = 0.03;
-/// So long does a robot lie on the ground before it stands again `[s]`.
+/// How long a robot lies on the ground before it is put on its feet `[s]`.
 const DOWN_S: f64 = 1.5;
-/// A hand that is silent for so long lets go of the ball `[s]`.
+/// A hand that sends nothing for this long lets go of the ball `[s]`.
 const GRIP_S: f64 = 2.0;
 /// Random stream of the balls that come by themselves.
 const STREAM: u32 = 0x5125;
@@ -62,7 +62,7 @@ pub(crate) struct Game<'a> {
     idle: u32,
     /// Control steps that the robot has lain.
     down: u32,
-    /// Control steps for which it goes on though it has nothing to do.
+    /// Control steps for which it continues without a task.
     awake: u32,
     /// It rested in the last control step.
     rested: bool,
@@ -85,7 +85,7 @@ impl<'a> Game<'a> {
         let rng = Rng::new(setup.seed, 0, STREAM);
         let arena = Arena::new(subject, setup)?;
         let mut board = Board::default();
-        board.say(if auto { "It plays by itself. Take the ball." } else { "Take the ball." });
+        board.say(if auto { "Automatic balls. Drag the ball to play." } else { "Drag the ball to play." });
         Ok(Self {
             subject,
             arena,
@@ -114,7 +114,7 @@ impl<'a> Game<'a> {
         self.arena.setup().preset.control_dt_s()
     }
 
-    /// Another policy of the same shape acts from now on.
+    /// Replaces the policy by another one of the same shape.
     pub fn act_by(&mut self, driver: Box<dyn Driver>) {
         self.arena.act_by(driver);
     }
@@ -172,17 +172,17 @@ impl<'a> Game<'a> {
         let names = self.arena.setup().library.facts();
         match clip {
             Some(clip) if usize::from(clip) >= names.len() => {
-                let words = format!("There are {} clips: no number {clip}.", names.len());
+                let words = format!("There are {} clips; there is no number {clip}.", names.len());
                 self.board.say(words);
             }
             Some(clip) => {
-                let words = format!("Every ball is kicked as in {}.", names[usize::from(clip)].name);
+                let words = format!("Every ball is kicked with the clip {}.", names[usize::from(clip)].name);
                 self.clip = Some(clip);
                 self.board.say(words);
             }
             None => {
                 self.clip = None;
-                self.board.say("Every ball is kicked with the clip that suits it.");
+                self.board.say("Every ball is kicked with the clip that fits it best.");
             }
         }
     }
@@ -219,11 +219,11 @@ impl<'a> Game<'a> {
         }
         if rolls {
             self.playing = None;
-            self.board.say("It rolls where the robot cannot reach it.");
+            self.board.say("The ball rolls where the robot cannot reach it.");
             return self.arena.put_ball(at, velocity);
         }
         let pose = stance::behind(at, self.goal.center);
-        self.board.say("The robot was carried to the ball.");
+        self.board.say("The robot was moved to the ball.");
         self.kick(&pose, at, velocity)
     }
 
@@ -239,7 +239,7 @@ impl<'a> Game<'a> {
             None => Placement::new(setup).motion(0, self.look, place, local),
         };
         let clip = setup.library.facts()[motion].name.clone();
-        // Going on as it stands only makes sense for a robot that stands there.
+        // Only a standing robot can continue from its present pose.
         let far = (self.arena.anchor().xy[0] - pose.xy[0]).hypot(self.arena.anchor().xy[1] - pose.xy[1]);
         let stance = (self.fresh || self.is_down() || far > 1e-6).then_some(*pose);
         self.arena.kick(&KickPlan {
@@ -276,7 +276,7 @@ impl<'a> Game<'a> {
         self.arena.touches(self.arena.anchor().local(pose.point(place)))
     }
 
-    /// A ball somewhere in reach, for the robot as it stands or, where it cannot go on, from a good place.
+    /// A ball within reach of the robot's present pose or, if it cannot continue, of a good start.
     fn another(&mut self) -> Result<(), LiveError> {
         self.grip = None;
         let home = stance::home(&self.goal);
@@ -298,14 +298,14 @@ impl<'a> Game<'a> {
         self.kick(&stance::behind(home.point([1.0, 0.0]), self.goal.center), home.point([1.0, 0.0]), [0.0; 2])
     }
 
-    /// True while nothing happens: no kick, no push, no rolling ball, and nobody wants balls to come by themselves.
+    /// True while nothing happens: no kick, no push, no rolling ball, and no automatic balls.
     fn rests(&self) -> bool {
         let rolls = self.arena.sample().ball_vel.iter().any(|v| v.abs() > ROLLS_M_S);
         self.awake == 0 && self.playing.is_none() && !self.auto && self.down == 0 && !rolls
     }
 
     /// One control step. Policies are trained to kick and not to wait: they would wander off. So a robot with nothing to do stands in a
-    /// clip's last pose, and nothing moves until somebody does something.
+    /// clip's last pose, and nothing moves until a command arrives.
     pub fn step(&mut self) -> Result<(), LiveError> {
         self.step = self.step.wrapping_add(1);
         self.awake = self.awake.saturating_sub(1);
@@ -386,7 +386,7 @@ impl<'a> Game<'a> {
         } else if lain {
             let here = self.arena.anchor();
             let ball = self.arena.ball();
-            self.board.say("The robot was put on its feet.");
+            self.board.say("The robot was put back on its feet.");
             return self.stand(&here, [ball[0], ball[1]]);
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! The page where anyone can play with the kick.
 //!
 //! [`play`] serves one page on this machine and simulates one robot in real time, by 50 control steps a second. Visitors take the
-//! ball, flick it, move the goal, push the robot; several can look on. [`Server`] carries bytes and knows no robot, so that a
+//! ball, flick it, move the goal, push the robot; several people can watch. [`Server`] carries bytes and knows no robot, so that a
 //! training shows its present policy on the same page ([`TrainingPage`]), a set of motions is shown with its figures ([`play_motions`]), and
 //! what is played elsewhere can be watched ([`WatchPage`], [`MatchPage`]); [`Frame`] and [`Command`] are the bytes.
 //!

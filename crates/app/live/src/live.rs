@@ -15,7 +15,7 @@ use crate::{Command, Frame, LiveError, ServeOptions, Server};
 /// How often a scene that stands still looks whether it should stop.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// Commands that are obeyed before time goes on and the page is shown anew: visitors may be faster than what they command.
+/// Commands that are executed before the next step and frame: visitors may send them faster than the simulation runs.
 pub(crate) const AT_ONCE: usize = 64;
 
 /// How a session begins.
@@ -36,7 +36,7 @@ impl Default for PlayOptions {
     }
 }
 
-/// What came of a session.
+/// Summary of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Control steps.
@@ -51,7 +51,7 @@ pub struct Summary {
     pub refused: u64,
 }
 
-/// Serves the page and plays until `stop` is set. `ready` is told the address first. Time passes only while somebody looks on.
+/// Serves the page and plays until `stop` is set. `ready` receives the address first. Time passes only while a page is open.
 ///
 /// ```no_run
 /// use std::sync::atomic::AtomicBool;
@@ -79,7 +79,7 @@ pub fn play(
     run(&mut game, served, stop, ready)
 }
 
-/// What goes on by control steps and heeds commands.
+/// What runs in control steps and obeys commands.
 pub(crate) trait Show {
     /// Length of a step `[s]`.
     fn dt_s(&self) -> f64;
@@ -152,7 +152,7 @@ pub(crate) fn run(
             live.pace.stepped(Instant::now(), dt_s, live.rate);
             changed = true;
         }
-        // The board first: who sees that a shot is over can read what came of it.
+        // The board first: a page that sees the end of a shot can read its outcome.
         if told != show.board().revision {
             told = show.board().revision;
             live.server.tell(serde_json::to_string(show.board())?);
@@ -171,7 +171,7 @@ pub(crate) fn run(
     })
 }
 
-/// The course of time, and who looks on.
+/// The speed of time, and the open pages.
 struct Live {
     pace: Pace,
     rate: f32,
@@ -221,7 +221,7 @@ mod tests {
         stop: &'a AtomicBool,
         board: Board,
         commands: usize,
-        /// Commands since the last picture, and the most of them.
+        /// Commands since the last frame, and the most of them.
         since: Cell<usize>,
         most: usize,
     }
@@ -238,7 +238,7 @@ mod tests {
             self.since.set(self.since.get() + 1);
             self.most = self.most.max(self.since.get());
             self.stop.store(self.commands >= 200, Ordering::Relaxed);
-            // Whoever never ends must fail the test, not hold it up.
+            // A thread that never ends must fail the test, not block it.
             if self.commands < 10_000 {
                 self.more.try_send(command).expect("room");
             }

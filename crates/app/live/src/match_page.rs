@@ -1,4 +1,4 @@
-//! The page looks on while matches are played.
+//! A page to watch while matches are played.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,12 +18,12 @@ use crate::pace::Pace;
 use crate::wire::{Flags, Frame};
 use crate::{LiveError, Outcome, Pose2, ServeOptions, Shot, WatchPage};
 
-/// How often somebody is looked for before the first one has come.
+/// How often to check for the first open page.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// No match is shown.
 const NONE: usize = usize::MAX;
 
-/// Shows the matches of `paid eval match`, one after the other. The first one waits until somebody looks on. While somebody does, the match
+/// Shows the matches of `paid eval match`, one after the other. The first one waits for an open page. While there is one, the match
 /// that is shown keeps real time; else it goes as fast as it can. The page's stop ends the evaluation.
 ///
 /// ```no_run
@@ -98,7 +98,7 @@ impl MatchPage {
         act(&mut self.shown.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// True if this match is shown; where none is, it is from now on.
+    /// True if this match is shown; if none is, this one will be.
     fn shows(&self, moment: &Spectacle<'_>) -> bool {
         let order = Ordering::Relaxed;
         match self.number.compare_exchange(NONE, moment.number, order, order) {
@@ -147,7 +147,7 @@ impl Shown {
         let _ = self.page.say(format!("Match {}", moment.number + 1));
     }
 
-    /// Shows a moment: when the next one is due, and whether anybody has looked on yet.
+    /// Shows a frame: when the next one is due, and whether a page has been open yet.
     fn see(&mut self, moment: &Spectacle<'_>, monitor: &Monitor) -> (Instant, bool) {
         if self.page.stop_asked() {
             monitor.stop();

@@ -1,4 +1,4 @@
-//! A set of motions: the robot shows one after the other, and beside it stands what the set covers.
+//! A set of motions: the robot shows one after the other, next to the figures of what the set covers.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -17,7 +17,7 @@ use crate::{Command, LiveError, Pose2, ServeOptions, Server, Summary, Watched};
 
 /// Length of a step `[s]`; clips keep their own rates.
 const DT_S: f64 = 0.02;
-/// The next clip begins so long after the last one `[s]`.
+/// Time from the end of a clip to the next one `[s]`.
 const PAUSE_S: f64 = 0.6;
 
 /// A set of motions and what it covers.
@@ -40,7 +40,7 @@ pub struct Motions {
     pub spec: RobotSpec,
 }
 
-/// Serves the page and shows the motions until `stop` is set: all in turn, or only `clip` over and over. `ready` is told the address first.
+/// Serves the page and shows the motions until `stop` is set: all in turn, or only `clip` again and again. `ready` receives the address first.
 ///
 /// # Errors
 /// If the address cannot be had.

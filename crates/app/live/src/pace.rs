@@ -31,7 +31,7 @@ impl Pace {
         self.due
     }
 
-    /// A step of `dt_s` has been made at the course of time `rate`; the next one is due so much later.
+    /// A step of `dt_s` has been made at the speed `rate`; the next one is due that much later.
     pub fn stepped(&mut self, now: Instant, dt_s: f64, rate: f32) {
         self.due += Duration::from_secs_f64(dt_s / f64::from(rate));
         if now > self.due + GIVE_UP {
@@ -51,7 +51,7 @@ impl Pace {
         self.due = self.due.max(at);
     }
 
-    /// Time stood still until now, or the course of time has changed: measuring begins anew.
+    /// Time stood still until now, or its speed has changed: measuring starts again.
     pub fn resume(&mut self, now: Instant, rate: f32) {
         *self = Self { kept: rate, ..Self::new(now) };
     }

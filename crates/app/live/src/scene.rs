@@ -30,7 +30,7 @@ enum Look {
     Head,
 }
 
-/// A box with round edges: spheres, capsules and boxes alike.
+/// A box with round edges: spheres, capsules and boxes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 struct Part {
     /// Number of the body that it is fixed to.
@@ -53,9 +53,9 @@ struct Camera {
     body: usize,
     /// Place in the body's frame `[m]`.
     mount: [f64; 3],
-    /// The rays through the corners of its picture, body frame, in order around it.
+    /// The rays through the corners of its image, body frame, in order around it.
     corners: [[f64; 3]; 4],
-    /// How far it finds a ball `[m]`.
+    /// How far it detects a ball `[m]`.
     far_m: f64,
 }
 
@@ -72,15 +72,15 @@ pub(crate) struct Scene {
     version: u8,
     policy: String,
     robot: String,
-    /// What the policy knows of ball and goal.
+    /// What the policy is given of ball and goal.
     knowledge: String,
-    /// True: the page only looks on, and can stop it.
+    /// True: the page only watches, and can stop it.
     watched: bool,
     /// True: there is neither reference nor contact force to be shown.
     bare: bool,
     /// What the stop does.
     stop: &'static str,
-    /// `None` where it is told.
+    /// `None` if it is given the true values.
     camera: Option<Camera>,
     bodies: Vec<String>,
     /// Number of the body that a push is drawn from, and that places are measured from.
@@ -95,7 +95,7 @@ pub(crate) struct Scene {
     mass_kg: f64,
     clips: Vec<String>,
     engines: Vec<Engine>,
-    /// Balls and grounds that MuJoCo has beside the scene's: name, and what it stands for.
+    /// Balls and grounds that MuJoCo has in addition to the scene's: name, and description.
     surfaces: Vec<[&'static str; 2]>,
     rewards: Vec<&'static str>,
     /// First and last place ahead and to the left, and the distance between places `[m]`.
@@ -106,10 +106,10 @@ pub(crate) struct Scene {
     kicks: Option<Kicks>,
 }
 
-/// The figures of a set of kicks; the server draws the pictures when they are asked for.
+/// The figures of a set of kicks; the server draws the plots on request.
 #[derive(Debug, Serialize)]
 pub(crate) struct Kicks {
-    /// Names of the pictures.
+    /// Names of the plots.
     pub pictures: [&'static str; 4],
     /// How much is covered, as a sentence.
     pub share: String,

@@ -1,4 +1,4 @@
-//! A page that looks on: what is shown is played elsewhere, and the page can only stop it.
+//! A page to watch: what is shown runs elsewhere, and the page can only stop it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,7 +30,7 @@ pub struct Watched<'a> {
     pub stop: &'static str,
 }
 
-/// A page that looks on.
+/// A page to watch.
 ///
 /// ```no_run
 /// use paid_live::{Frame, ServeOptions, WatchPage, Watched};
@@ -62,7 +62,7 @@ pub struct WatchPage {
 }
 
 impl WatchPage {
-    /// Serves the page. `knowledge` says what the policy knows of ball and goal.
+    /// Serves the page. `knowledge` states what the policy is given of ball and goal.
     ///
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
@@ -70,7 +70,7 @@ impl WatchPage {
         Self::serve(&Scene::watched(watched, knowledge), options, None)
     }
 
-    /// The same; the page's stop also sets `stop`, whatever keeps busy whoever shows and tells.
+    /// The same; the page's stop also sets `stop`, even while the program that sends the frames is busy.
     ///
     /// # Errors
     /// As [`WatchPage::start`].
@@ -107,12 +107,12 @@ impl WatchPage {
         self.server.url()
     }
 
-    /// How many look on.
+    /// Number of open pages.
     pub fn viewers(&self) -> usize {
         self.server.viewers()
     }
 
-    /// Shows a moment. Who is slow misses some of them; nobody waits.
+    /// Shows a frame. A slow page misses some of them; nothing waits for it.
     pub fn show(&self, frame: Frame) {
         let viewers = self.server.viewers().min(255) as u8;
         self.server.show(Frame { viewers, ..frame }.encode());
@@ -136,7 +136,7 @@ impl WatchPage {
         self.tell()
     }
 
-    /// Says something to all who look on.
+    /// Shows a message on all open pages.
     ///
     /// # Errors
     /// As [`WatchPage::count`].
@@ -145,7 +145,7 @@ impl WatchPage {
         self.tell()
     }
 
-    /// True once after somebody has pressed the page's stop. Nothing else that a page sends does anything.
+    /// True once after the page's stop was pressed. Everything else that a page sends is ignored.
     pub fn stop_asked(&self) -> bool {
         self.asked.swap(false, Ordering::Relaxed)
     }

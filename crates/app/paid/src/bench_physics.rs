@@ -1,4 +1,4 @@
-//! `paid bench physics`: steps per second of the built-in engine, and beside it of MuJoCo in the same scene.
+//! `paid bench physics`: steps per second of the built-in engine and of MuJoCo in the same scene.
 
 use std::process::ExitCode;
 
@@ -68,9 +68,7 @@ fn print(report: &PhysicsBench) {
         "{} ({} lanes), {} environments per core, {} cores; physics step {} s, {} per control step",
         report.isa, report.lanes, report.envs_per_core, report.cores, report.physics_dt_s, report.substeps
     );
-    println!(
-        "thousand steps/s; 'one core' by processor time, 'wall' and 'all cores' by the clock on the wall"
-    );
+    println!("thousand steps/s; 'one core' by processor time, 'wall' and 'all cores' by wall-clock time");
     println!(
         "{:33}{:>10}{:>10}{:>10}{:>10}{:>10}{:>9}{:>7}",
         "", "one core", "control", "wall", "all cores", "contacts", "on feet", "ratio"

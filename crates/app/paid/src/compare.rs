@@ -1,4 +1,4 @@
-//! `paid compare`: methods trained with one budget and judged alike, from a plan.
+//! `paid compare`: methods trained with equal budgets and scored the same way, from a plan.
 
 mod stages;
 
@@ -53,7 +53,7 @@ pub struct Args {
     quiet: bool,
 }
 
-/// Trains and judges every entry, or takes up what an earlier call left. Of several processes each takes its share of the entries, and
+/// Trains and scores every entry, or continues what an earlier call left. Of several processes each takes its share of the entries, and
 /// the first one writes and prints.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     ranks::together(|joined| compare(args, joined))
@@ -68,7 +68,7 @@ struct Part {
     asked: bool,
 }
 
-/// The policies of the plan, those to be trained and judged marked.
+/// The policies of the plan; those to be trained and scored are marked.
 fn parts(args: &Args, plan: &Plan, beside: &Path) -> Result<Vec<Part>, Failure> {
     check_only(&args.only, plan)?;
     let motions = args.motions.as_deref().map(motions_value);
@@ -151,7 +151,7 @@ fn compare(args: &Args, joined: &Joined) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads what the plan's entries begin with, before the first of them is trained. Those that are judged already are not read again.
+/// Reads what the plan's entries begin with, before the first of them is trained. Those that already have scores are not read again.
 fn check(args: &Args, plan: &Plan, parts: &[Part]) -> Result<(), Failure> {
     let robot =
         parts.iter().flat_map(|part| &part.contender.stages).map(|preset| preset.robot.as_str()).next();
@@ -164,9 +164,9 @@ fn check(args: &Args, plan: &Plan, parts: &[Part]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Trains and judges an entry unless that was done before; false after Ctrl-C.
+/// Trains and scores an entry unless that was done before; false after Ctrl-C.
 fn work(args: &Args, plan: &Plan, part: &Part, name: &str, threads: usize) -> Result<bool, Failure> {
-    // Who is trained and judged is not even loaded: an earlier version's checkpoints may not go on in this one.
+    // An entry that is trained and scored is not even loaded: this version may not be able to continue checkpoints of an earlier one.
     let scores = match known(args, plan, part)? {
         Some(scores) => scores,
         None => {
@@ -194,7 +194,7 @@ fn work(args: &Args, plan: &Plan, part: &Part, name: &str, threads: usize) -> Re
     Ok(true)
 }
 
-/// Writes table, JSON, diagram and page of the entries that are trained and judged.
+/// Writes table, JSON, diagram and page of the entries that are trained and scored.
 fn write(args: &Args, plan: &Plan, parts: &[Part]) -> Result<Comparison, Failure> {
     let (mut courses, mut filmed) = (Vec::new(), Vec::new());
     let mut comparison = Comparison { title: plan.title.clone(), rows: Vec::new() };
@@ -224,7 +224,7 @@ fn write(args: &Args, plan: &Plan, parts: &[Part]) -> Result<Comparison, Failure
     Ok(comparison)
 }
 
-/// The scores of an entry, if it was trained to its end and judged as the plan says.
+/// The scores of an entry, if it was trained to its end and scored as the plan says.
 fn known(args: &Args, plan: &Plan, part: &Part) -> Result<Option<Scores>, Failure> {
     match stages::trained(&args.out, &part.contender) {
         Some(samples) => {
@@ -235,7 +235,7 @@ fn known(args: &Args, plan: &Plan, part: &Part) -> Result<Option<Scores>, Failur
     }
 }
 
-/// Judges a policy and keeps its scores, and film strips of its shots, in its folder; `None` after Ctrl-C.
+/// Scores a policy and keeps its scores, and film strips of its shots, in its folder; `None` after Ctrl-C.
 fn score(
     args: &Args,
     plan: &Plan,

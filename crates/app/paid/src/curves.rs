@@ -28,7 +28,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if same(&args.run, &args.out) {
         let place = args.out.display();
         return Err(Failure::input(format!(
-            "--out {place}: expected another folder than the run's, whose log it would thin"
+            "--out {place}: expected a folder other than the run's, whose log it would thin"
         )));
     }
     let curves = Curves::read(&args.run)?;

@@ -61,7 +61,7 @@ struct Written<'a> {
 pub fn run(args: Args) -> Result<ExitCode, Failure> {
     if args.checkpoint.as_deref() == Some(args.out.as_path()) {
         let found = args.out.display();
-        return Err(Failure::input(format!("--checkpoint: expected another file than --out, found {found}")));
+        return Err(Failure::input(format!("--checkpoint: expected a file other than --out, found {found}")));
     }
     let weights = match args.average {
         Some(count) => Some(load_mean(&args.run, count)),

@@ -27,16 +27,17 @@ pub struct LiveArgs {
 }
 
 impl LiveArgs {
-    /// The page of a training, if it was asked for. Without one the training goes on, and says why.
+    /// The page of a training run, if it was asked for. If it cannot be served, one warning is printed and training continues.
     pub fn training(&self) -> Option<TrainingPage> {
         if !self.live {
             return None;
         }
-        let failed = |error: &LiveError| eprintln!("--live: the page ends, the training goes on: {error}");
+        let failed =
+            |error: &LiveError| eprintln!("--live: the page cannot be served, training continues: {error}");
         match TrainingPage::start(&self.options(), failed) {
             Ok(page) => {
                 // Standard output may be lines of JSON.
-                eprintln!("{}  <- open this in a browser to watch it learn", page.url());
+                eprintln!("{}  <- open this in a browser to watch the training", page.url());
                 Some(page)
             }
             Err(error) => {
@@ -53,7 +54,7 @@ impl LiveArgs {
         }
         let page = MatchPage::start(subject, &self.options()).map_err(Failure::input)?;
         // Standard output is the report's.
-        eprintln!("{}  <- open this in a browser to look on: the matches wait for it", page.url());
+        eprintln!("{}  <- open this in a browser to watch; the matches wait for it", page.url());
         Ok(Some(page))
     }
 
@@ -62,7 +63,7 @@ impl LiveArgs {
         ServeOptions { port: self.port, listen: self.listen }
     }
 
-    /// Serves the page until the program is stopped, and prints what came of it.
+    /// Serves the page until the program is stopped, and prints a summary.
     pub fn serve(&self, subject: &Subject, clip: Option<u16>) -> Result<ExitCode, Failure> {
         let stop = flag()?;
         let options = PlayOptions { serve: self.options(), clip, ..PlayOptions::default() };

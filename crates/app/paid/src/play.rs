@@ -1,4 +1,4 @@
-//! `paid play`: shows a motion, a human beside the robot that follows, or an episode of a policy.
+//! `paid play`: shows a motion, a human next to the robot that follows, or an episode of a policy.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -104,8 +104,8 @@ const HUMAN: [&str; 10] =
 /// The options of a recorded shot, by the names of their fields: on the page they are chosen there.
 const NOT_LIVE: [&str; 7] = ["ball", "velocity", "limit", "size", "pictures", "no_ghost", "no_forces"];
 
-/// Refuses what was given and would change nothing. Clap's own `requires` and `conflicts_with` are not enough: what conflicts with an
-/// argument takes back that others require it.
+/// Refuses what was given and would change nothing. Clap's own `requires` and `conflicts_with` are not enough: if an argument
+/// conflicts with another, clap ignores that others require it.
 fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
     const A_HUMANS: &str = "a human's motion (.bvh, .amc)";
     const A_FILE: &str = "the file of one motion";
@@ -117,7 +117,7 @@ fn refuse_ignored(args: &Args, given: &[String]) -> Result<(), Failure> {
         (Some(_), Some(path)) => {
             let found = path.display();
             return Err(Failure::input(format!(
-                "motion {found}: cannot be used with --policy, whose motions are named with --motions"
+                "motion {found}: cannot be used with --policy; name its motions with --motions"
             )));
         }
         (Some(_), None) => {
@@ -177,7 +177,7 @@ pub fn run(args: &Args, given: &[String]) -> Result<ExitCode, Failure> {
         }
         animation.finish()?;
         let (file, name) = (path.display(), &footage.name);
-        println!("{file}: {count} pictures of {name}, {:.2} s", footage.duration_s());
+        println!("{file}: {count} images of {name}, {:.2} s", footage.duration_s());
     }
     if let Some(target) = &target {
         let place = target.send(&footage, shows)?;
@@ -199,7 +199,7 @@ pub fn run(args: &Args, given: &[String]) -> Result<ExitCode, Failure> {
 /// The policy, or a set of motions, in the browser.
 fn live(args: &Args) -> Result<ExitCode, Failure> {
     if args.record.is_some() || args.rerun.is_some() {
-        return Err(Failure::input("--live: expected no --record and no --rerun beside it, found one"));
+        return Err(Failure::input("--live: expected no --record and no --rerun, found one"));
     }
     let EpisodeArgs { policy, setting, .. } = &args.policy;
     let Some(policy) = policy else { return live_motions(args) };

@@ -30,12 +30,12 @@ pub struct Joined {
 }
 
 impl Joined {
-    /// True for the one that writes, prints and judges.
+    /// True for the one that writes, prints and scores.
     pub fn is_first(&self) -> bool {
         self.ranks.rank() == 0
     }
 
-    /// Ends all processes if this one cannot go on: the others wait for it. What all of them found out the first one tells.
+    /// Ends all processes if this one cannot continue: the others wait for it. An error of all of them is printed by the first one.
     fn end_all(&self, failure: &Failure) {
         let (rank, count) = (self.ranks.rank(), self.ranks.count());
         if count > 1 {
@@ -56,7 +56,7 @@ impl Joined {
 
 /// Writes a message in one piece: Open MPI and the other ranks write to the same place.
 fn tell(message: &str) {
-    // There is nobody left to tell that it could not be written.
+    // If it cannot be written, there is no place left to report that.
     let _ = std::io::stderr().write_all(message.as_bytes());
 }
 
@@ -88,7 +88,7 @@ fn join() -> Result<Joined, Failure> {
         return Ok(Joined { ranks: Arc::new(Alone), mpi: None });
     }
     let mpi = paid_train::mpi_ranks::Mpi::join().ok_or_else(|| {
-        Failure::input("mpirun: expected processes that can be joined once, found them joined")
+        Failure::input("mpirun: expected processes that are not connected yet, found them connected")
     })?;
     Ok(Joined { ranks: mpi.ranks(), mpi: Some(mpi) })
 }
@@ -99,8 +99,8 @@ fn join() -> Result<Joined, Failure> {
     match started() {
         1 => Ok(Joined { ranks: Arc::new(Alone) }),
         count => Err(Failure::input(format!(
-            "mpirun: expected a program with the feature mpi (cargo build --release --features mpi), found one without: {count} \
-             processes would each train the same"
+            "mpirun: expected a program with the feature mpi (cargo build --release --features mpi), found one without it: each of \
+             the {count} processes would train the same"
         ))),
     }
 }

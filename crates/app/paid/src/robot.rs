@@ -1,4 +1,4 @@
-//! `paid robot`: a policy on a G1, and a virtual G1 that nobody can break.
+//! `paid robot`: a policy on a G1, and a simulated G1 on the robot's DDS topics.
 
 mod mirror;
 mod offline;

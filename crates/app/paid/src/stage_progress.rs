@@ -2,7 +2,7 @@
 
 use paid_train::Record;
 
-/// Tells how far a stage is: after its first iteration, then at whole percents, but not twice in a minute.
+/// Prints the progress of a stage: after its first iteration, then at whole percents, but at most once a minute.
 pub struct StageProgress {
     name: String,
     quiet: bool,
@@ -67,7 +67,7 @@ mod tests {
     fn the_first_iteration_is_told_then_whole_percents_a_minute_apart_and_the_end() {
         let mut progress = StageProgress::new("1 of 3: AMP, amp".to_owned(), false);
         let mut told = |iteration, elapsed_s| progress.line(&record(iteration, elapsed_s));
-        // A run that goes on is told where it is.
+        // A resumed run prints where it is.
         let first = told(333, 100.0).expect("the first");
         assert_eq!(
             first,

@@ -55,7 +55,7 @@ fn print(table: &[TermInfo]) {
     }
 }
 
-/// A unit as it stands behind a name; `[-]` for pure numbers.
+/// A unit as it is written after a name; `[-]` for pure numbers.
 fn bracketed(unit: &str) -> String {
     if unit.is_empty() { "[-]".to_owned() } else { format!("[{unit}]") }
 }

@@ -17,15 +17,15 @@ pub fn thread_count(asked: Option<usize>) -> Result<usize, Failure> {
     }
 }
 
-/// What to say of a run that has no work for some of its threads: a shard is one thread's work.
+/// The note about a run that has no work for some of its threads: each shard uses one thread.
 pub fn without_work(threads: usize, run: &RunConfig) -> Option<String> {
     let lanes = run.isa.parse::<Isa>().ok()?.lanes();
     let groups = run.envs / lanes;
     let fits = |shards: &usize| groups.is_multiple_of(*shards);
     let more = (run.shards + 1..=threads).rev().find(fits)?;
     Some(format!(
-        "{threads} threads, but the environments are in {} shards, and a shard is one thread's work; \
-         `--set run.shards={more} --set learn.ppo.slices={more}` uses more of them (sums are then rounded otherwise)",
+        "{threads} threads, but the environments are in {} shards, and each shard uses one thread; \
+         `--set run.shards={more} --set learn.ppo.slices={more}` uses more (sums are then rounded differently)",
         run.shards
     ))
 }

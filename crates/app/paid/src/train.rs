@@ -167,7 +167,7 @@ impl Args {
                     Ok(resolved)
                 }
                 Some((option, name)) => Err(Failure::input(format!(
-                    "{option} {name}: the run in {} has its preset; change its values with --set",
+                    "{option} {name}: the run in {} has a preset; change its values with --set",
                     out.display()
                 ))),
             };
@@ -242,7 +242,10 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
         for stage in [Stage::Stage1, Stage::Stage2].into_iter().filter(|_| joined.is_first()) {
             let folder = out.join(stage.name());
             if forget_unsaved(&folder)? {
-                eprintln!("note: the run in {} has no checkpoint yet and begins anew", folder.display());
+                eprintln!(
+                    "note: the run in {} has no checkpoint yet and starts from scratch",
+                    folder.display()
+                );
             }
         }
         // The others look again when that is done.
@@ -262,7 +265,7 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     }
     if !begun(Stage::Stage2) {
-        // A mistake in it is told now and not after Stage I.
+        // A mistake in it is reported now and not after Stage I.
         args.resolve(Stage::Stage2, &Start::Fresh, &out)?;
     }
     let watched = Watched { joined, page: page(&args, joined) };
@@ -360,7 +363,7 @@ fn run_stage(
     }
     let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
     if !printer.quiet && job.ranks.count() == 1 && !matches!(job.start, Start::Resume) {
-        // A run that goes on keeps its shards.
+        // A resumed run keeps its shards.
         without_work(threads, &job.preset.run).iter().for_each(|text| eprintln!("{text}"));
     }
     if !printer.quiet && !job.preset.run.motions.is_empty() && !matches!(job.start, Start::Resume) {
@@ -387,7 +390,7 @@ fn run_stage(
             None if stop.load(Ordering::SeqCst) => {
                 let policy = job.out.join(POLICY_FILE);
                 eprintln!(
-                    "the contacts were not measured; `paid eval contacts --policy {} --keep` does it",
+                    "the contacts were not measured; measure them with `paid eval contacts --policy {} --keep`",
                     policy.display()
                 );
                 outcome.end = End::Stopped;
@@ -398,7 +401,7 @@ fn run_stage(
     Ok(outcome)
 }
 
-/// The referee, if the preset asks for one. Without MuJoCo training goes on without its scores, and says so.
+/// Scores in MuJoCo during training, if the preset asks for them. Without MuJoCo a warning is printed and training continues.
 fn judge(job: &StageJob) -> Option<MujocoJudge<'static>> {
     let config = job.preset.run.judge;
     if config.every_iterations == 0 || !job.preset.task.scene.ball {

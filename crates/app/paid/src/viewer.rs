@@ -25,7 +25,7 @@ mod without {
         pub fn new(wanted: &str) -> Result<Self, Failure> {
             Err(Failure::input(format!(
                 "--rerun {wanted}: this program was built without Rerun; build it with `cargo build --release --features rerun`, or \
-                 record pictures with --record"
+                 record images with --record"
             )))
         }
 

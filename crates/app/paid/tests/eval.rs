@@ -157,7 +157,7 @@ fn both_engines_run_the_same_trials() {
         ["eval", "tracking", "--policy", "run", "--engine", "both", "--starts", "1", "--out", "scores"];
     let table = succeeds(&paid(folder.path(), &args));
     assert!(table.contains("MuJoCo 3.") && table.contains("built-in"), "{table}");
-    assert!(table.contains("what went apart first") && table.contains("of 4 runs"), "{table}");
+    assert!(table.contains("what diverged first") && table.contains("of 4 runs"), "{table}");
     let csv = fs::read_to_string(folder.path().join("scores/both_tracking_runs.csv")).expect("the pairs");
     assert_eq!(csv.lines().count(), 5);
 }

@@ -201,7 +201,7 @@ fn a_dry_run_thinks_and_logs_and_commands_nothing() {
     assert!(end(&course)["steps"].as_u64() > Some(100));
     // Its log replays bit for bit: exit code 0.
     let said = succeeds(&paid(folder.path(), &["robot", "replay", "dry.mcap"]));
-    assert!(said.ends_with("every command, observation and action came out bit for bit\n"), "{said}");
+    assert!(said.ends_with("all commands, observations and actions are equal bit for bit\n"), "{said}");
 }
 
 #[test]

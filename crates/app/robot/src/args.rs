@@ -109,7 +109,7 @@ pub fn print_latency(latency: &Latency) {
     let Some(figures) = latency.figures() else { return };
     let [least, lowest, low, half, most, nearly_all, all] = figures.within_ms;
     println!(
-        "from capture to joint targets: {least:.0} ms at least, then {lowest:.0} / {low:.0} / {half:.0} / {most:.0} / {nearly_all:.0} / {all:.0} ms (1 / 5 / 50 / 95 / 99 / 100% of {} pictures)",
+        "from capture to joint targets: {least:.0} ms at least, then {lowest:.0} / {low:.0} / {half:.0} / {most:.0} / {nearly_all:.0} / {all:.0} ms (1 / 5 / 50 / 95 / 99 / 100% of {} images)",
         figures.pictures
     );
 }

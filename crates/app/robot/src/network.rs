@@ -21,7 +21,7 @@ use paid_terminal::{
 use crate::args::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
 use crate::screen::Viewer;
 
-/// Is told what a run does, beside the terminal.
+/// Receives the events and states of a run, in addition to the terminal.
 pub type Teller = Box<dyn FnMut(Told<'_>) + Send>;
 
 /// Arguments of `paid robot run`.
@@ -63,7 +63,7 @@ pub struct RunArgs {
     seconds: Option<f64>,
 }
 
-/// Runs a policy on the robot. `watch` is given the player and the flag that ends the run, and may give something to be told of it.
+/// Runs a policy on the robot. `watch` is given the player and the flag that ends the run, and may return a receiver of its events.
 ///
 /// # Errors
 /// If something is missing, does not fit or is refused.
@@ -115,7 +115,7 @@ pub fn run(
     if !args.json && !args.quiet {
         let dry = if args.dry_run { ", dry run: no commands" } else { "" };
         println!("domain {domain}, interface {interface}{dry}");
-        println!("L2+Up: stand up; R1+X: kicks are allowed; L2+B: damping. Ctrl-C: damping, and the end.");
+        println!("L2+Up: stand up; R1+X: allow kicks; L2+B: damping. Ctrl-C: damping, then exit.");
     }
     let writer = Writer::new(&limits, player.joints());
     let runtime = Runtime::new(Arc::clone(&player), limits);
@@ -128,7 +128,7 @@ pub fn run(
         None => Sensed::Nothing,
     };
     if matches!(sensed, Sensed::Nothing) && !args.json && !args.quiet {
-        println!("without --eyes or --virtual-senses the robot sees no ball: it does not kick");
+        println!("without --eyes or --virtual-senses the robot sees no ball and does not kick");
     }
     let link = SensedLink::new(link, sensed);
     let keys = args.view.then(Arc::default);
@@ -221,7 +221,7 @@ pub fn run(
     print_usage(&usage);
     print!("{}", lateness_table(&commands, &timer));
     if !report.real_time {
-        println!("the system grants no real-time priority (it needs CAP_SYS_NICE): commands may come late");
+        println!("the system grants no real-time priority (that needs CAP_SYS_NICE): commands may be late");
     }
     if report.dropped_frames > 0 {
         println!("the log lacks {} steps: the disk was too slow", report.dropped_frames);

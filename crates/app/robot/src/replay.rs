@@ -61,11 +61,11 @@ pub fn replay(
     draw(&found.course)?;
     match found.difference {
         None => {
-            println!("every command, observation and action came out bit for bit");
+            println!("all commands, observations and actions are equal bit for bit");
             Ok(ExitCode::SUCCESS)
         }
         Some((frame, what)) => {
-            println!("step {frame}: {what} came out otherwise");
+            println!("step {frame}: {what} differs");
             Ok(ExitCode::from(1))
         }
     }

@@ -1,4 +1,4 @@
-//! `paid robot run --view`: draws what is told, and takes keys.
+//! `paid robot run --view`: draws the robot's state, and takes keys.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,7 +43,7 @@ impl Viewer {
         let _ = self.screen.draw(&self.view);
     }
 
-    /// A line beside the transitions.
+    /// A line next to the transitions.
     pub fn note(&mut self, line: &str) {
         self.view.note(line);
     }
@@ -62,7 +62,7 @@ fn read_keys(keys: &TypedKeys, stop: &AtomicBool, ended: &AtomicBool) {
             Ok(Some(Pressed::Remote(bits))) => keys.press(bits),
             Ok(Some(Pressed::Quit)) => stop.store(true, Ordering::Relaxed),
             Ok(None) => {}
-            // A keyboard that is gone is no reason to go on unseen.
+            // Without a keyboard the run does not continue unseen.
             Err(_) => {
                 stop.store(true, Ordering::Relaxed);
                 return;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 /// The exit codes, as shown in the help.
 pub const EXIT_CODES: &str = "Exit codes: 0 done; 1 the program failed; 2 bad input (arguments, files, presets, full disk); \
-     130 stopped by Ctrl-C or SIGTERM before the end, what was done is saved.";
+     130 stopped by Ctrl-C or SIGTERM before the end; what was done is saved.";
 
 /// One clear sentence for the user, whose input or file is at fault.
 #[derive(Debug)]

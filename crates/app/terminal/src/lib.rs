@@ -1,4 +1,4 @@
-//! What the programs `paid` and `paid-robot` do alike on a terminal: exit codes, signals, a full disk.
+//! What the programs `paid` and `paid-robot` have in common on a terminal: exit codes, signals, a full disk.
 
 mod failure;
 mod print;

@@ -17,7 +17,7 @@ const SAME_WISH: Duration = Duration::from_secs(2);
 /// Set by [`outlive_the_terminal`].
 static MUST_END_IN_ORDER: AtomicBool = AtomicBool::new(false);
 
-/// The flag that the first Ctrl-C (or SIGTERM) sets; whoever works in steps looks at it and ends with what there is. A second
+/// The flag that the first Ctrl-C (or SIGTERM) sets; work that is done in steps checks it, and ends with what there is. A second
 /// signal ends the program at once.
 ///
 /// # Errors
@@ -41,7 +41,7 @@ pub fn flag() -> Result<Arc<AtomicBool>, Failure> {
         // The terminal may be gone.
         let _ = writeln!(
             std::io::stderr(),
-            "stopping: what is done so far will be saved and reported; Ctrl-C again ends at once"
+            "stopping: finished work will be saved and reported; Ctrl-C again exits at once"
         );
     })
     .map_err(|error| Failure::input(format!("cannot watch for Ctrl-C: {error}")))?;
@@ -63,7 +63,7 @@ pub fn end_with_the_reader() {
 pub fn end_with_the_reader() {}
 
 /// For a program that must damp a robot before it ends: a reader that is gone, Ctrl-Z and a second signal right after the first neither
-/// end nor halt it. [`end_with_the_reader`] takes back what concerns the reader.
+/// end nor halt it. [`end_with_the_reader`] undoes the part that concerns the reader.
 pub fn outlive_the_terminal() {
     MUST_END_IN_ORDER.store(true, Ordering::SeqCst);
     #[cfg(unix)]

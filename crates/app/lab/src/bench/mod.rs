@@ -1,4 +1,4 @@
-//! Physics steps per second of the built-in engine, and beside it of MuJoCo in the same scene.
+//! Physics steps per second of the built-in engine and of MuJoCo in the same scene.
 
 mod builtin;
 mod clock;

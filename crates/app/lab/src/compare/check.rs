@@ -16,11 +16,11 @@ use super::plan::{JudgePlan, wrong};
 use super::{score, tracks};
 
 impl Contender {
-    /// Reads what it begins with, and what it is if it is not trained: the file, its networks, its robot, and the clips in `motions` (or its
+    /// Reads what it starts from, or what it is if it is not trained: the file, its networks, its robot, and the clips in `motions` (or its
     /// own). `robot` is that of the plan's training, if there is any.
     ///
     /// # Errors
-    /// The first part that would fail once it is trained or judged.
+    /// The first part that would fail once it is trained or scored.
     pub fn check(
         &self,
         judge: &JudgePlan,
@@ -93,7 +93,7 @@ mod tests {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies")
     }
 
-    /// What the entries of a plan beside the shipped policies say.
+    /// Reads the entries of a plan with the committed policies.
     fn checked(plan: &str, motions: Option<&Path>) -> Result<(), String> {
         let plan: Plan = toml::from_str(plan).expect("reads");
         let set = motions.map(|folder| format!("run.motions={:?}", folder.display().to_string()));

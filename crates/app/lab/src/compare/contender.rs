@@ -1,4 +1,4 @@
-//! The policies that a plan asks for.
+//! The policies of a plan.
 
 use std::path::{Path, PathBuf};
 
@@ -22,18 +22,18 @@ pub struct Contender {
     pub folder: PathBuf,
     /// What is trained.
     pub stages: Vec<RunPreset>,
-    /// What the first stage begins with.
+    /// What the first stage starts from.
     pub from: Option<PathBuf>,
     /// What there is.
     pub policy: Option<PathBuf>,
-    /// True: judged by how it follows the clips.
+    /// True: scored by how closely it follows the clips.
     pub tracks: bool,
     /// The clip's file, of a specialist.
     pub clip: Option<PathBuf>,
 }
 
 impl Contender {
-    /// What its training begins with; `None` for a policy that there is.
+    /// What its training starts from; `None` for an existing policy.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -42,7 +42,7 @@ impl Contender {
         Origin::of(self.from.as_deref(), Path::new(&last.run.motions)).map(Some)
     }
 
-    /// What tells it from others of its name: the seed and, of a specialist, the clip.
+    /// What distinguishes it from others of its name: the seed and, for a specialist, the clip.
     pub fn suffix(&self) -> String {
         let clip = self
             .clip
@@ -55,7 +55,7 @@ impl Contender {
 }
 
 impl Plan {
-    /// Everything that is to be trained and judged, checked before any of it begins. `folder` is the plan's, and `motions` changes
+    /// Everything that is to be trained and scored, checked before any of it starts. `folder` is the plan's, and `motions` changes
     /// where the clips lie.
     ///
     /// # Errors
@@ -67,10 +67,14 @@ impl Plan {
         for entry in self.entries.iter().filter(|e| !left_out.iter().any(|(name, _)| *name == e.name)) {
             let slug = slug(&entry.name);
             if slug.is_empty() {
-                return Err(wrong("entry.name", "letters or digits, which name its folder", &entry.name));
+                return Err(wrong(
+                    "entry.name",
+                    "letters or digits, as its folder has this name",
+                    &entry.name,
+                ));
             }
             if contenders.iter().any(|c| c.folder.starts_with(&slug)) {
-                return Err(wrong("entry.name", "a name of its own for every entry", &entry.name));
+                return Err(wrong("entry.name", "a different name for each entry", &entry.name));
             }
             let new = |seed: Option<u64>| Contender {
                 name: entry.name.clone(),
@@ -92,7 +96,7 @@ impl Plan {
             };
             match (&entry.policy, entry.stages.is_empty()) {
                 (Some(_), true) if entry.from.is_some() => {
-                    return Err(wrong("entry.from", "stages that begin with it", &entry.name));
+                    return Err(wrong("entry.from", "stages that start from it", &entry.name));
                 }
                 (Some(policy), true) => {
                     let policy = there("entry.policy", policy)?;
@@ -127,7 +131,7 @@ impl Plan {
         Ok(contenders)
     }
 
-    /// How policies without a ball are judged must be said, and only they can be specialists.
+    /// Policies without a ball need `tracks`, and only they can be specialists.
     fn check_trackers(&self, contenders: &[Contender]) -> Result<(), EvalError> {
         if let Some(tracker) = contenders.iter().find(|c| c.tracks && self.judge.tracking_starts == 0) {
             let expected = "above 0 for a policy without a ball, or a last stage with a ball";
@@ -145,7 +149,7 @@ impl Plan {
         if let Some(entry) = self.entries.iter().find(|e| e.tracks && e.policy.is_none()) {
             return Err(wrong(
                 "entry.tracks",
-                "a policy; of stages the last one's task says it",
+                "a policy; for stages the last stage's task decides it",
                 &entry.name,
             ));
         }
@@ -190,7 +194,7 @@ fn check_folders(contenders: &[Contender]) -> Result<(), EvalError> {
         for stage in &contender.stages {
             let folder = contender.folder.join(&stage.stage);
             if taken.contains(&folder) {
-                let expected = "a folder of its own for every stage; name one with sets = ['stage=\"NAME\"'], or the clip's file otherwise";
+                let expected = "a different folder for each stage; name one with sets = ['stage=\"NAME\"'], or the clip's file otherwise";
                 let found = format!("{} twice in '{}'", folder.display(), contender.name);
                 return Err(wrong("entry.stages", expected, &found));
             }

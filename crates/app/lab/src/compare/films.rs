@@ -13,7 +13,7 @@ use paid_files::{FileError, write_whole};
 
 /// List of the strips in a policy's folder.
 const STRIPS: &str = "strips.json";
-/// The same of all policies, beside the comparison's table.
+/// The same for all policies, next to the comparison's table.
 const ALL_STRIPS: &str = "comparison_strips.json";
 
 /// What went wrong in a shot.
@@ -27,7 +27,7 @@ enum Cause {
 
 const CAUSES: [(Cause, &str); 4] = [
     (Cause::Fell, "falls before the clip's end"),
-    (Cause::Unmet, "balls that were not met"),
+    (Cause::Unmet, "balls that were not touched"),
     (Cause::Short, "balls short of the goal"),
     (Cause::Past, "balls past a post"),
 ];
@@ -61,7 +61,7 @@ fn chosen(shots: &[Outcome]) -> Vec<(&'static str, usize, String)> {
         found.push((
             "typical",
             shot,
-            format!("typical of {came} of {} balls that came to the goal", shots.len()),
+            format!("typical of {came} of {} balls that reached the goal", shots.len()),
         ));
     }
     let count = |wanted: Cause| shots.iter().filter(|shot| cause(shot) == Some(wanted)).count();
@@ -98,7 +98,7 @@ pub(super) fn write(subject: &Subject, report: &ShootingReport, folder: &Path) -
 }
 
 /// Lists the strips of all policies for the page of the comparison in `out`: of each its name and its folder below `out`. A policy that was
-/// judged before there were strips has none.
+/// scored by an earlier version has none.
 ///
 /// # Errors
 /// If a list cannot be read or written.

@@ -1,4 +1,4 @@
-//! A comparison from one plan: methods are trained with the same budget and judged alike, beside the paper's figures.
+//! A comparison from one plan: methods are trained with equal budgets and scored the same way, next to the paper's figures.
 
 mod check;
 mod contender;

@@ -1,4 +1,4 @@
-//! What a training began with, kept beside its runs: another policy or other clips under the same names must not pass for it.
+//! What a training run started from, kept next to its runs: another policy or other clips under the same names are not accepted.
 
 use std::fmt::Write;
 use std::fs;
@@ -12,7 +12,7 @@ use super::print::{print_of_clips, print_of_policy};
 /// Name of the file.
 const ORIGIN_FILE: &str = "origin.txt";
 
-/// Prints of the policy and of the clips that a training begins with.
+/// Hashes of the policy and of the clips that a training run starts from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin(String);
 

@@ -1,4 +1,4 @@
-//! A plan of a comparison: what is trained or taken as it is, with which budget, and how it is judged.
+//! A plan of a comparison: what is trained or taken as it is, with which budget, and how it is scored.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -26,7 +26,7 @@ pub struct Plan {
     /// value of its first one, if that has the key.
     #[serde(default)]
     pub sets: Vec<String>,
-    /// How policies are judged.
+    /// How policies are scored.
     #[serde(default)]
     pub judge: JudgePlan,
     /// What is compared, in the order of the table.
@@ -49,7 +49,7 @@ pub struct Entry {
     /// Stages, each from the one before.
     #[serde(default)]
     pub stages: Vec<StagePlan>,
-    /// The first stage begins with this policy instead of from scratch, and keeps its action noise except where Stage II follows
+    /// The first stage starts from this policy instead of from scratch, and keeps its action noise except where Stage II follows
     /// Stage I: a run folder or checkpoint. A path is relative to the plan.
     pub from: Option<PathBuf>,
     /// Instead of stages: a run folder, checkpoint or ONNX file. A path is relative to the plan.
@@ -57,10 +57,10 @@ pub struct Entry {
     /// True: without its `policy`'s file, such as one that may not be passed on, the entry is left out ([`Plan::left_out`]).
     #[serde(default)]
     pub optional: bool,
-    /// The policy is judged by how it follows the clips, not by its shots. Of stages the last one's task says so.
+    /// The policy is scored by how closely it follows the clips, not by its shots. For stages, the last stage's task decides.
     #[serde(default)]
     pub tracks: bool,
-    /// One policy for each clip, each with the plan's samples, judged on its own clip.
+    /// One policy for each clip, each with the plan's samples, scored on its own clip.
     #[serde(default)]
     pub specialists: bool,
     /// Names of the specialists' clips; empty: all.
@@ -93,7 +93,7 @@ fn whole() -> f64 {
     1.0
 }
 
-/// How policies are judged, in MuJoCo.
+/// How policies are scored, in MuJoCo.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JudgePlan {
@@ -103,7 +103,7 @@ pub struct JudgePlan {
     pub grid_step_m: f64,
     /// Time limit of a trial `[s]`.
     pub limit_s: f64,
-    /// What the policies are told of ball and goal, one judgment each.
+    /// What the policies are given of ball and goal, one evaluation each.
     pub knowledge: Vec<KnowledgeMode>,
     /// Trials at each place with each of the ten balls and grounds of the panel, `truth`, still balls; 0 leaves it out.
     pub panel_trials: usize,

@@ -45,8 +45,8 @@ impl Contender {
         self.clip.as_deref().or(asked).or(trained).map(Path::to_owned)
     }
 
-    /// What its scores are of, as text: the contents of the policy that it is or begins with, names and contents of the clips, and how it is judged.
-    /// `asked` is the folder of motions that all are judged with, if there is one.
+    /// What its scores depend on, as text: the contents of the policy that it is or starts from, names and contents of the clips, and how it is scored.
+    /// `asked` is the folder of motions that all are scored with, if there is one.
     ///
     /// # Errors
     /// A file that cannot be read.
@@ -59,7 +59,7 @@ impl Contender {
         }
         let clips = match (self.motions(asked), &self.policy) {
             (Some(folder), _) => folder,
-            // One that cannot be read, or whose motions are not here, is refused before it is judged.
+            // One that cannot be read, or whose motions are not here, is refused before it is scored.
             (None, Some(policy)) => {
                 PolicySource::read(policy).and_then(|source| source.motions_here()).unwrap_or_default()
             }

@@ -51,7 +51,7 @@ impl Comparison {
         let judge = &first.scores.judge;
         let _ = writeln!(
             out,
-            "MuJoCo, effective workspace, {} shots at each of {} places with still and with rolling balls, seed {}",
+            "MuJoCo, effective workspace, {} shots at each of {} positions with still and with rolling balls, seed {}",
             judge.trials,
             judge.places(),
             judge.seed
@@ -124,10 +124,10 @@ impl Comparison {
         }
     }
 
-    /// Goals with each clip, the ball within 0.25 m of the clip's own place; `None` where nobody was asked for them.
+    /// Goals with each clip, the ball within 0.25 m of the clip's own place; `None` if no entry has them.
     fn clips(&self) -> Option<Table> {
         let mut table = Table::new(&[
-            "near each clip's own place, truth",
+            "near each clip's own ball, truth",
             "seed",
             "clip",
             "static [95%]",

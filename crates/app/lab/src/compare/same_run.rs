@@ -1,4 +1,4 @@
-//! Whether the run in a folder is the one that a plan asks for.
+//! Whether the run in a folder is the one of a plan.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;

@@ -20,7 +20,7 @@ use super::plan::JudgePlan;
 use super::tracks::{self, ClipTrack};
 use crate::compare::Count;
 
-/// The eyes of `perceived` scores, the same for every policy whatever it was trained with: 30 pictures a second, 60 ms late, a noise of the
+/// The sensors of `perceived` scores, the same for every policy, however it was trained: 30 images per second, 60 ms late, a noise of the
 /// paper's form, odometry that drifts by 1 cm and 0.23 degrees a second.
 pub const EYES: [&str; 7] = [
     "eyes.rate_hz=[30,30]",
@@ -64,7 +64,7 @@ impl Shots {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Judgment {
-    /// What the policy was told.
+    /// What the policy was given.
     pub knowledge: KnowledgeMode,
     /// Balls that lie still.
     pub fixed: Shots,
@@ -90,7 +90,7 @@ pub struct PanelScore {
 pub struct ClipShots {
     /// Name of the clip.
     pub clip: String,
-    /// What came of them.
+    /// Their outcomes.
     pub shots: Shots,
     /// How far off the clip the bodies were relative to the root, mean over the shots `[mm]`; `None` in older scores, which lack it.
     #[serde(default)]
@@ -104,7 +104,7 @@ pub struct ClipShots {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scores {
-    /// How it was judged.
+    /// How it was scored.
     pub judge: JudgePlan,
     /// Training samples of each stage; empty for a policy that was there.
     pub samples: Vec<u64>,
@@ -113,12 +113,12 @@ pub struct Scores {
     pub of: String,
     /// One for each knowledge of the plan; none of a policy that follows clips without a ball.
     pub judgments: Vec<Judgment>,
-    /// If the plan asks for it.
+    /// If the plan requests it.
     pub panel: Option<PanelScore>,
-    /// Shots with each clip; empty unless the plan asks for it.
+    /// Shots with each clip; empty unless the plan requests them.
     #[serde(default)]
     pub clips: Vec<ClipShots>,
-    /// How the kicks compare with the clips: the clips themselves, then the policy; empty unless the plan asks for it.
+    /// How the kicks compare with the clips: the clips themselves, then the policy; empty unless the plan requests it.
     #[serde(default)]
     pub likeness: Vec<Likeness>,
     /// How each clip is followed, of a policy that follows clips without a ball.
@@ -156,7 +156,7 @@ pub(super) fn clips_folder(spec: &SubjectSpec) -> Result<PathBuf, EvalError> {
 }
 
 impl Scores {
-    /// Earlier scores, if they were judged like this, after as many samples, and are `of` the same policy and clips as far as they say.
+    /// Earlier scores, if they were made the same way, after the same number of samples, and are `of` the same policy and clips as far as they state it.
     ///
     /// # Errors
     /// If the file cannot be read, or is none of these.
@@ -183,7 +183,7 @@ impl Scores {
         Ok(Some(scores).filter(same))
     }
 
-    /// Nothing is judged yet.
+    /// There are no scores yet.
     fn empty(judge: &JudgePlan, samples: &[u64]) -> Self {
         Self {
             judge: judge.clone(),
@@ -197,7 +197,7 @@ impl Scores {
         }
     }
 
-    /// Judges in MuJoCo how a policy without a ball follows each clip; `None` if `monitor` said stop meanwhile.
+    /// Scores in MuJoCo how a policy without a ball follows each clip; `None` if `monitor` was stopped.
     ///
     /// # Errors
     /// As [`Scores::judge`].
@@ -211,7 +211,7 @@ impl Scores {
         Ok((!monitor.stopped()).then(|| Self { tracks, ..Self::empty(judge, samples) }))
     }
 
-    /// Judges a policy's shots in MuJoCo; `None` if `monitor` said stop meanwhile. `spec` names policy, motions, threads and the like. Film
+    /// Scores a policy's shots in MuJoCo; `None` if `monitor` was stopped. `spec` names policy, motions, threads and so on. Film
     /// strips of a typical shot and of a typical failure go to `folder`.
     ///
     /// # Errors

@@ -62,13 +62,13 @@ impl fmt::Display for NextKick {
         let foot = self.leg.map_or_else(|| "either".to_owned(), |leg| format!("the {leg}"));
         write!(
             f,
-            "a kick with {foot} foot at a ball {x:.2} m ahead of where the robot begins and {side}; the nearest kick of the set, \
-             {}, is {:.0} cm off",
+            "a kick with {foot} foot at a ball {x:.2} m ahead of the robot's start and {side}; the nearest kick of the set, \
+             {}, is {:.0} cm away",
             self.nearest,
             100.0 * self.nearest_m
         )?;
         match &self.mirror_of {
-            Some(name) => write!(f, ". The mirror image of {name} would do"),
+            Some(name) => write!(f, ". The mirror image of {name} would fill it"),
             None => Ok(()),
         }
     }
@@ -96,7 +96,7 @@ impl Coverage {
     pub fn share(&self) -> String {
         let Self { grid, reach_m, covered, holes, .. } = self;
         format!(
-            "{:.0}% of the balls {} to {} m ahead and {} m to either side are within {:.0} cm of a kick's place; {} holes",
+            "{:.0}% of the balls {} to {} m ahead and {} m to either side are within {:.0} cm of a kick's ball; {} holes",
             100.0 * covered,
             grid.x[0],
             grid.x[1],
@@ -110,7 +110,7 @@ impl Coverage {
     pub fn advice(&self) -> String {
         match &self.next {
             Some(next) => format!("record next: {next}"),
-            None => "record next: nothing; the workspace has no hole".to_owned(),
+            None => "record next: nothing; the workspace has no holes".to_owned(),
         }
     }
 }
@@ -258,7 +258,7 @@ mod tests {
         // Kicks 0.4 m apart leave no point farther than 0.28 m; without the nearest ones there is one hole.
         let full = Coverage::of(&lattice([9.0, 9.0]), WIDE);
         assert_eq!((full.covered, &full.holes, &full.next), (1.0, &vec![], &None));
-        assert_eq!(full.advice(), "record next: nothing; the workspace has no hole");
+        assert_eq!(full.advice(), "record next: nothing; the workspace has no holes");
         assert!(
             full.share()
                 .starts_with("100% of the balls 0 to 2 m ahead and 2 m to either side are within 30 cm")
@@ -282,8 +282,8 @@ mod tests {
         assert_eq!((next.leg, next.mirror_of.as_deref()), (None, None));
         assert_eq!(
             next.to_string(),
-            "a kick with either foot at a ball 1.25 m ahead of where the robot begins and straight ahead; the nearest kick of \
-             the set, far, is 300 cm off"
+            "a kick with either foot at a ball 1.25 m ahead of the robot's start and straight ahead; the nearest kick of \
+             the set, far, is 300 cm away"
         );
         // 31 x 41 squares of 5 cm.
         assert!((one.holes[0].area_m2 - 31.0 * 41.0 * 0.0025).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! The pictures of a set of kicks.
+//! The plots of a set of kicks.
 
 use paid_plot::{Anchor, Chart, Figure, Floor, HeatMap, Rgb, Series, color_of};
 
@@ -14,7 +14,7 @@ const CHARACTER: i64 = 8;
 const LINE: i64 = 24;
 /// Pixels between the points of a way.
 const APART: f64 = 4.0;
-/// Half the side of a square of the grid in the coverage picture `[m]`.
+/// Half the side of a square of the grid in the coverage plot `[m]`.
 const HALF_CELL: f64 = 0.5;
 
 /// A kick's color: hues a golden angle apart, so that neighbors in the list differ most, in three brightnesses.
@@ -31,7 +31,7 @@ fn pale(color: Rgb) -> Rgb {
     color.map(|c| (255.0 - 0.25 * (255.0 - f64::from(c))).round() as u8)
 }
 
-/// A picture with the list of kicks on its right.
+/// A plot with the list of kicks on its right.
 fn with_legend(set: &Dataset, picture: &Figure, about: impl Fn(&Kick) -> String) -> Figure {
     let [width, height] = picture.size();
     let texts: Vec<String> = set.kicks.iter().map(|k| format!("{} {}", k.name, about(k))).collect();
@@ -63,7 +63,7 @@ fn mark(figure: &mut Figure, at: [f64; 2], i: usize) {
 pub(super) fn trajectories(set: &Dataset) -> Figure {
     let points = set.kicks.iter().flat_map(|k| k.path.iter().copied().chain([k.place]));
     let floor = Floor::around(points, FLOOR);
-    let mut figure = floor.figure("ways of the base (color: time) and places of the kicks");
+    let mut figure = floor.figure("paths of the base (color: time) and balls of the kicks");
     for kick in &set.kicks {
         let last = (kick.path.len() - 1).max(1) as f64;
         let mut from = kick.path.first().map(|p| floor.place(*p));
@@ -122,7 +122,7 @@ pub(super) fn placement(set: &Dataset) -> Figure {
     let floor = Floor::around(sectors.iter().flat_map(&outline), FLOOR);
     let Dataset { sector, .. } = set;
     let title = format!(
-        "balls of each kick: {:.0} degrees and {:.2} m about its place",
+        "balls of each kick: {:.0} degrees and {:.2} m around its own",
         sector.angle_deg, sector.radius_m
     );
     let mut figure = floor.figure(&title);
@@ -213,7 +213,7 @@ pub(super) fn coverage(set: &Dataset) -> Figure {
         }
     }
     let heat = HeatMap {
-        title: "distance to the nearest place [cm]".to_owned(),
+        title: "distance to the nearest kick's ball [cm]".to_owned(),
         values: coverage
             .cells
             .chunks(y.len())

@@ -23,7 +23,7 @@ use paid_plot::Figure;
 
 pub use coverage::{Cell, Coverage, Hole, NextKick, REACH_M};
 
-/// Names of the pictures.
+/// Names of the plots.
 pub const PICTURES: [&str; 4] = ["coverage", "placement", "trajectories", "foot_speed"];
 
 /// One kick of the set.
@@ -121,7 +121,7 @@ impl Dataset {
         Ok(Self { kicks, sector, coverage })
     }
 
-    /// The picture of a name in [`PICTURES`]; `None` for another one.
+    /// The plot of a name in [`PICTURES`]; `None` for another name.
     pub fn picture(&self, name: &str) -> Option<Figure> {
         Some(match name {
             "trajectories" => draw::trajectories(self),
@@ -175,7 +175,7 @@ mod tests {
         set.write(folder.path()).expect("writes");
         for name in PICTURES {
             let svg = std::fs::read_to_string(folder.path().join(format!("{name}.svg"))).expect("written");
-            assert!(svg.contains(&kick.name), "{name}: every picture has the legend");
+            assert!(svg.contains(&kick.name), "{name}: every plot has the legend");
             assert!(folder.path().join(format!("{name}.png")).is_file(), "{name}");
         }
         // A folder is in the way of one of them: none is written.

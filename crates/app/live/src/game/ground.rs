@@ -23,7 +23,7 @@ impl Game<'_> {
         if self.engine == 1 { "MuJoCo" } else { "built-in" }
     }
 
-    /// The scene goes on in an engine with a ball and ground, from a standing robot. The panel's are MuJoCo's. A MuJoCo that is not here,
+    /// The scene continues in an engine with a ball and ground, from a standing robot. The panel's are MuJoCo's. A MuJoCo that is not here,
     /// or a number that is none, is said, not an error.
     pub(super) fn go_to(&mut self, engine: u8, surface: u8) -> Result<(), LiveError> {
         if (engine, surface) == (self.engine, self.board.surface) {
@@ -34,7 +34,8 @@ impl Game<'_> {
             Some(ball) => ball.apply(&mut scene, &mut setup.preset),
             None if surface == 0 => {}
             None => {
-                let words = format!("There are {} balls and grounds: no number {surface}.", PANEL.len());
+                let words =
+                    format!("There are {} balls and grounds; there is no number {surface}.", PANEL.len());
                 self.board.say(words);
                 return Ok(());
             }
@@ -52,7 +53,7 @@ impl Game<'_> {
                 self.stand(&pose, [ball[0], ball[1]])
             }
             Err(error) => {
-                self.board.say(format!("The engine stays: {error}"));
+                self.board.say(format!("The engine was not changed: {error}"));
                 Ok(())
             }
         }

@@ -8,9 +8,9 @@ use crate::board::{Outcome, Shot};
 
 /// A ball slower than this has come to rest `[m/s]`.
 const AT_REST_M_S: f64 = 0.06;
-/// A robot that has not met the ball so long after the clip's end will not `[s]`.
+/// Time after the clip's end at which a ball that was not touched counts as missed `[s]`.
 const PATIENCE_S: f64 = 0.6;
-/// A touched ball that has not been decided so long after the clip's end counts as short `[s]`.
+/// Time after the clip's end at which a touched ball without an outcome counts as short `[s]`.
 const LONGEST_S: f64 = 5.0;
 
 /// The shot that is played.

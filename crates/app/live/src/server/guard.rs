@@ -1,7 +1,7 @@
-//! Who may come in. The page drives a simulation only, but nobody else's page shall drive it.
+//! Which requests are accepted. The page drives only a simulation, but no other page shall drive it.
 //!
 //! - The host name must be this machine's: a foreign name that was made to point here (DNS rebinding) is refused.
-//! - A browser says from which page a request comes; only the own one may open the WebSocket.
+//! - A browser states from which page a request comes; only this server's page may open the WebSocket.
 //! - Beyond this machine it also takes the token that was printed.
 
 use std::net::{IpAddr, SocketAddr};
@@ -24,7 +24,7 @@ impl Refusal {
     pub fn words(self) -> &'static str {
         match self {
             Self::Host => "open this page by its IP address or as localhost",
-            Self::Origin => "another page may not command this one",
+            Self::Origin => "another page may not control this one",
             Self::Token => "open the address that was printed, with its token",
         }
     }
@@ -49,7 +49,7 @@ fn is_own(host: &str, address: SocketAddr) -> bool {
     local || (number.is_some() && !address.ip().is_loopback())
 }
 
-/// Equal, in a time that does not tell where they differ.
+/// Equal, in a time that does not depend on where they differ.
 fn same(a: &str, b: &str) -> bool {
     a.len() == b.len() && a.bytes().zip(b.bytes()).fold(0, |all, (x, y)| all | (x ^ y)) == 0
 }

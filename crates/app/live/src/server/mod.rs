@@ -28,7 +28,7 @@ pub const USUAL_PORT: u16 = 4747;
 /// Commands that wait for the simulation; more are dropped.
 const WAITING: usize = 256;
 
-/// Draws the picture of a name as SVG; `None`: there is none of that name.
+/// Draws the plot of a name as SVG; `None`: there is none of that name.
 pub type Pictures = Arc<dyn Fn(&str) -> Option<String> + Send + Sync>;
 
 /// Where the page is served.
@@ -43,7 +43,7 @@ pub struct ServeOptions {
 /// What the server counts.
 #[derive(Debug, Default)]
 pub struct Counts {
-    /// Pages that look on.
+    /// Open pages.
     pub viewers: AtomicUsize,
     /// Messages that were dropped: malformed, hostile, or too many.
     pub dropped: AtomicU64,
@@ -82,7 +82,7 @@ pub struct Server {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The address that the options ask for.
+/// The address of the options.
 fn bind(options: &ServeOptions) -> Result<TcpListener, LiveError> {
     let home = |port| SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port);
     let open = |address| TcpListener::bind(address).map_err(|reason| LiveError::Bind { address, reason });
@@ -101,8 +101,8 @@ fn token() -> Result<String, LiveError> {
 }
 
 impl Server {
-    /// Serves the page and the scene (JSON; empty: there is none yet) from now on; what visitors command comes out of the receiver, but for
-    /// the stop, which concerns only pages that look on.
+    /// Serves the page and the scene (JSON; empty: there is none yet); the visitors' commands come out of the receiver, except for
+    /// the stop, which concerns only pages that watch.
     ///
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
@@ -110,7 +110,7 @@ impl Server {
         Self::open(options, scene, None, Vec::new())
     }
 
-    /// The same, with pictures that are drawn when a page asks for them.
+    /// The same, with plots that are drawn when a page requests them.
     pub(crate) fn with_pictures(
         options: &ServeOptions,
         scene: String,
@@ -200,7 +200,7 @@ impl Server {
         &self.counts
     }
 
-    /// Number of pages that look on.
+    /// Number of open pages.
     pub fn viewers(&self) -> usize {
         self.counts.viewers.load(Ordering::Relaxed)
     }

@@ -51,7 +51,7 @@ files! {
     "/light.glsl", GLSL, "light.glsl";
 }
 
-/// Nothing from elsewhere is loaded or run, nobody frames the page, and nothing goes out but to the own WebSocket.
+/// Nothing from elsewhere is loaded or run, no other page may frame this one, and it connects only to its own WebSocket.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; \
      frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 

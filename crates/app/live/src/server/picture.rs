@@ -1,4 +1,4 @@
-//! Pictures of a set of kicks, drawn when a page asks for one.
+//! Plots of a set of kicks, drawn when a page requests one.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -19,11 +19,11 @@ pub(super) async fn picture(State(shared): State<Arc<Shared>>, headers: HeaderMa
     }
     let name = uri.path().trim_start_matches("/kicks/").strip_suffix(".svg").map(str::to_owned);
     let drawn = match (name, shared.pictures.clone()) {
-        // Frames go on meanwhile.
+        // Frames continue in the meantime.
         (Some(name), Some(draw)) => tokio::task::spawn_blocking(move || draw(&name)).await.ok().flatten(),
         _ => None,
     };
-    let Some(svg) = drawn else { return (StatusCode::NOT_FOUND, "no such picture").into_response() };
+    let Some(svg) = drawn else { return (StatusCode::NOT_FOUND, "no such plot").into_response() };
     let headers = [
         (CONTENT_TYPE, "image/svg+xml"),
         // A name of a clip is text, whatever it looks like.

@@ -1,4 +1,4 @@
-//! One page that looks on.
+//! One open page.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -19,11 +19,11 @@ use crate::{Command, VERSION};
 
 /// Pages at once; more are sent away.
 const MOST_VIEWERS: usize = 32;
-/// Commands of a page a second; more are dropped. The page sends once a picture; single steps may come faster.
+/// Commands of a page per second; more are dropped. The page sends once per drawing; single steps may come faster.
 const MOST_COMMANDS: f64 = 2000.0;
 /// A longer message ends the connection `[bytes]`; one that is longer than any command is dropped.
 const LONGEST_MESSAGE: usize = 1 << 14;
-/// A page that takes nothing for so long is gone.
+/// A page that receives nothing for this long is closed.
 const STALLED: Duration = Duration::from_secs(20);
 /// Close codes: another version of the messages; too many pages.
 const CLOSE_VERSION: u16 = 4001;
@@ -68,7 +68,7 @@ impl Drop for Present {
 async fn serve(socket: WebSocket, shared: Arc<Shared>) {
     let (mut sink, stream) = socket.split();
     let reason = match Present::enter(&shared.counts) {
-        None => Some((CLOSE_FULL, format!("{MOST_VIEWERS} pages look on already"))),
+        None => Some((CLOSE_FULL, format!("{MOST_VIEWERS} pages are open already"))),
         Some(_present) => tokio::select! {
             () = write(&mut sink, &shared) => None,
             reason = read(stream, &shared) => reason,
@@ -168,7 +168,7 @@ async fn read(mut stream: SplitStream<WebSocket>, shared: &Shared) -> Option<(u1
             Err(_) => return None,
         };
         match Command::decode(&bytes) {
-            // Before the budget and beside the queue: a flood must not hold it up, nor whoever does not take what waits.
+            // Before the budget and outside the queue: neither a flood of commands nor a full queue may delay it.
             Ok(Command::Stop) => {
                 for stop in &shared.stops {
                     stop.store(true, Ordering::Relaxed);
@@ -190,7 +190,7 @@ async fn read(mut stream: SplitStream<WebSocket>, shared: &Shared) -> Option<(u1
     None
 }
 
-/// So many commands a second, and as many at once.
+/// This many commands per second, and as many at once.
 struct Budget {
     left: f64,
     since: Instant,

@@ -62,7 +62,7 @@ struct Curve {
     points: Vec<[f64; 2]>,
 }
 
-/// What the page is told.
+/// The message to the page.
 #[derive(Serialize)]
 struct Told<'a> {
     kind: &'static str,

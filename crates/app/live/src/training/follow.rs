@@ -8,7 +8,7 @@ use crate::board::Board;
 use crate::wire::{Flags, Frame};
 use crate::{Command, LiveError};
 
-/// The next clip begins so long after the last one, or after a fall `[s]`.
+/// Time from the end of a clip, or from a fall, to the next clip `[s]`.
 const PAUSE_S: f64 = 0.6;
 
 pub(super) struct Follow {
@@ -24,7 +24,7 @@ pub(super) struct Follow {
 }
 
 impl Follow {
-    /// The robot begins with the first clip.
+    /// The robot starts with the first clip.
     pub fn new(subject: &Subject) -> Result<Self, LiveError> {
         let mut arena = Arena::new(subject, subject.setup.clone())?;
         arena.follow(0)?;

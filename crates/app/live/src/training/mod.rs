@@ -1,4 +1,4 @@
-//! The page of a training: its curves, and the present policy beside them.
+//! The page of a training run: its curves, and its current policy next to them.
 //!
 //! A thread of its own reads the run folder and nothing else, so that the training's result is the same with and without it.
 
@@ -26,9 +26,9 @@ use act::Act;
 use course::Course;
 use time::Time;
 
-/// How often the thread looks whether it should end, or whether somebody looks on.
+/// How often the thread checks whether it should end, or whether a page is open.
 const PATIENCE: Duration = Duration::from_millis(100);
-/// How often it looks into the run folder while somebody looks on.
+/// How often it reads the run folder while a page is open.
 const LOOK: Duration = Duration::from_secs(2);
 /// What a page of a training has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub struct TrainingPage {
 }
 
 impl TrainingPage {
-    /// Serves the page in a thread. `failed` is told once if it cannot go on.
+    /// Serves the page in a thread. `failed` is called once if it cannot continue.
     ///
     /// # Errors
     /// If the address cannot be had, or the system gives no thread or no random numbers.
@@ -102,7 +102,7 @@ impl TrainingPage {
         &self.url
     }
 
-    /// Shows the training in this run folder from now on. The last policy plays until it has one.
+    /// Switches to the training run in this folder. The last policy plays until the run has one.
     pub fn follow(&self, run: &Path) {
         *self.shared.run.lock().unwrap_or_else(PoisonError::into_inner) = Some(run.to_owned());
     }
@@ -118,7 +118,7 @@ impl Drop for TrainingPage {
     fn drop(&mut self) {
         self.shared.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A panic was printed where it happened; the training goes on.
+            // A panic was printed where it happened; training continues.
             let _ = thread.join();
         }
     }
@@ -150,7 +150,7 @@ impl Desk {
             next = match next {
                 Some(found) => self.play(found)?,
                 None => {
-                    // Nobody has anything to command yet.
+                    // There is nothing to command yet.
                     while self.commands.try_recv().is_ok() {}
                     thread::sleep(PATIENCE);
                     self.look()?
@@ -160,7 +160,7 @@ impl Desk {
         Ok(())
     }
 
-    /// Reads the log and finds a new checkpoint, every two seconds while somebody looks on.
+    /// Reads the log and looks for a new checkpoint, every two seconds while a page is open.
     fn look(&mut self) -> Result<Option<Found>, LiveError> {
         if self.server.viewers() == 0 || self.looked.is_some_and(|looked| looked.elapsed() < LOOK) {
             return Ok(None);
@@ -183,7 +183,7 @@ impl Desk {
         Ok(found)
     }
 
-    /// Tells the curves, and which policy plays.
+    /// Sends the curves, and which policy plays.
     fn plot(&self) -> Result<(), LiveError> {
         let playing = self.playing.as_ref().filter(|found| Some(&found.run) == self.run.as_ref());
         if let Some(course) = &self.course {

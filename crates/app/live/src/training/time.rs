@@ -8,7 +8,7 @@ use crate::pace::Pace;
 
 /// The share of all cores that its control steps may take.
 const SHARE: f64 = 0.015;
-/// The cost of a step is the least of so many: the others were interrupted by the training.
+/// The cost of a step is the minimum over this many: the others were interrupted by the training.
 const COSTS: usize = 16;
 
 /// The course of time, which leaves the cores to the training.
@@ -64,7 +64,7 @@ impl Time {
         self.pace.not_before(due);
     }
 
-    /// A step took from `begun` to `now`. The next one is due when real time asks for it and the share of the cores allows it; a late
+    /// A step took from `begun` to `now`. The next one is due when real time requires it and the share of the cores allows it; a late
     /// one is not made up for.
     pub fn stepped(&mut self, begun: Instant, now: Instant) {
         self.costs[self.count % COSTS] = now - begun;
@@ -95,7 +95,7 @@ mod tests {
         let mut slow = Time { cores: 2.0, pace: Pace::new(start), ..Time::new(0.02) };
         slow.stepped(ms(1000), ms(1003));
         assert_eq!(slow.pace.due(), ms(1100));
-        // Whoever pauses and goes on gets no step sooner.
+        // Pausing and continuing brings no step earlier.
         assert!(slow.obey(Command::Pause(true)) && slow.obey(Command::Pause(false)));
         assert!(slow.pace.due() >= ms(1100) && !slow.pace.late());
     }

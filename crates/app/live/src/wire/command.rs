@@ -39,7 +39,7 @@ pub enum Command {
     Push([f32; 2]),
     /// Kind 5: kick with this clip; `None` (-1): the one that suits the ball.
     Clip(Option<u16>),
-    /// Kind 6: time stands still, or goes on.
+    /// Kind 6: time stands still, or continues.
     Pause(bool),
     /// Kind 7: one control step.
     Step,
@@ -51,9 +51,9 @@ pub enum Command {
     Auto(bool),
     /// Kind 11: the robot stands up where it began.
     Reset,
-    /// Kind 12: score, shots and heat map begin anew.
+    /// Kind 12: score, shots and heat map start again.
     Clear,
-    /// Kind 13: the robot takes its first pose before every kick; else it goes on as it stands.
+    /// Kind 13: the robot takes its first pose before every kick; otherwise it continues from its present pose.
     Fresh(bool),
     /// Kind 14: a ball at a random place in reach.
     Another,

@@ -63,7 +63,7 @@ pub struct Flags {
     pub held: bool,
     /// Bit 7: the robot takes its first pose before every kick.
     pub fresh: bool,
-    /// Bit 8: the ball is in the camera's picture.
+    /// Bit 8: the ball is in the camera's image.
     pub in_view: bool,
 }
 
@@ -110,7 +110,7 @@ impl Flags {
 /// | 62 | i16: clip, -1 for the one that suits the ball |
 /// | 64 .. 67 | u8: bodies, bodies of the reference, forces, reward terms |
 /// | 68 | f32: time that a control step takes `[ms]` |
-/// | 72 | bodies: 3 f32 and 4 i16 each; the reference's bodies alike |
+/// | 72 | bodies: 3 f32 and 4 i16 each; then the reference's bodies |
 /// | | forces: u8 body, 255 for the ball, and 3 i16 `[N]` each |
 /// | | reward terms: f32 each |
 /// | | belief: 3 f32 `[m]`, deviation `[m]`, age `[s]` |
@@ -132,7 +132,7 @@ pub struct Frame {
     pub goal: [f32; 3],
     /// 0 built-in, 1 MuJoCo.
     pub engine: u8,
-    /// Pages that look on.
+    /// Open pages.
     pub viewers: u8,
     /// The clip that was chosen.
     pub clip: Option<u16>,
@@ -146,7 +146,7 @@ pub struct Frame {
     pub forces: Vec<Force>,
     /// Reward terms of the step.
     pub rewards: Vec<f32>,
-    /// Where the robot believes the ball to be, if it is not told.
+    /// Where the robot estimates the ball, if it is not given the true position.
     pub belief: Option<Belief>,
 }
 

@@ -2,7 +2,7 @@
 //! pitch's axes (see [`crate::Pose2`]).
 //!
 //! The program sends texts (JSON: first the scene, then the board whenever it changes) and [`Frame`]s; the page sends [`Command`]s.
-//! Every binary message begins with [`VERSION`].
+//! Every binary message starts with [`VERSION`].
 
 mod command;
 mod frame;
@@ -10,7 +10,7 @@ mod frame;
 pub use command::{Command, CommandError};
 pub use frame::{Belief, Body, Flags, Force, Frame};
 
-/// Version of the messages. A page of another version is told so and loads itself anew.
+/// Version of the messages. A page of another version is informed and reloads itself.
 pub const VERSION: u8 = 2;
 /// Longest message that a page may send `[bytes]`.
 pub const LONGEST_COMMAND: usize = 32;

@@ -35,7 +35,7 @@ pub fn refuse_another(folder: &Path, preset: &RunPreset) -> Result<(), Failure> 
     match [METRICS_FILE, POLICY_FILE].into_iter().find(|name| folder.join(name).exists()) {
         None => Ok(()),
         Some(name) => Err(Failure::input(format!(
-            "{}: expected the preset of the run whose {name} lies there, found none; copy it too, or use another --out",
+            "{}: expected the preset of the run next to its {name}, found none; copy it too, or use another --out",
             file.display()
         ))),
     }
@@ -63,7 +63,7 @@ pub fn trained(out: &Path, contender: &Contender) -> Option<Vec<u64>> {
     contender.stages.iter().map(|preset| samples(&run_folder(out, contender, preset), preset)).collect()
 }
 
-/// Policy file and samples of a stage that was trained to its end elsewhere, and came without its checkpoints. Beside checkpoints a policy
+/// Policy file and samples of a stage that was trained to its end elsewhere, and came without its checkpoints. Next to checkpoints a policy
 /// file may be that of an earlier end.
 fn carried(folder: &Path, preset: &RunPreset) -> Result<Option<(PathBuf, u64)>, Failure> {
     let file = folder.join(POLICY_FILE);
@@ -73,7 +73,7 @@ fn carried(folder: &Path, preset: &RunPreset) -> Result<Option<(PathBuf, u64)>, 
     }
 }
 
-/// Trains what is to be trained, and tells the progress under `name` unless `quiet`. The policy and the samples of its stages; `None` after
+/// Trains what is to be trained, and reports the progress under `name` unless `quiet`. The policy and the samples of its stages; `None` after
 /// Ctrl-C.
 pub fn train(
     out: &Path,

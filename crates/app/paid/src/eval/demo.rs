@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             eprintln!("recording {} shots", args.record);
         }
         let trials: Vec<&Trial> = report.trials.iter().map(|outcome| &outcome.trial).collect();
-        // Evenly over the workspace, whatever came of them.
+        // Evenly over the workspace, whatever their outcome.
         let every = (trials.len() / args.record).max(1);
         let chosen: Vec<InitialState> = trials
             .iter()

@@ -52,7 +52,7 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A count of trials, kicks, pictures and such: more than the most that anyone waits for is a slip.
+/// A number of trials, kicks, images and so on. More than a million is a typing error.
 pub fn count(text: &str) -> Result<usize, String> {
     const MOST: usize = 1_000_000;
     let found = text.parse().ok().filter(|count| (0..=MOST).contains(count));

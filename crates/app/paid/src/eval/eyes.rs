@@ -1,4 +1,4 @@
-//! The robot's own eyes: options of `paid eval shooting --eyes`.
+//! Onboard perception: options of `paid eval shooting --eyes`.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -131,7 +131,7 @@ impl EyesArgs {
     }
 }
 
-/// Scores with the robot's own eyes, one kind of ball after the other.
+/// Scores with onboard perception, one kind of ball after the other.
 fn look(
     subject: &mut Subject,
     kinds: &[ShootingOptions],

@@ -1,4 +1,4 @@
-//! `paid eval film`: pictures of one episode.
+//! `paid eval film`: images of one episode.
 
 use std::path::PathBuf;
 
@@ -33,7 +33,7 @@ pub struct Args {
     rate: u32,
 }
 
-/// Plays the episode and writes the pictures.
+/// Plays the episode and writes the images.
 pub fn run(args: &Args) -> Result<(), Failure> {
     args.common.setting.one_engine()?;
     let subject = Subject::load(&args.common.spec("paper_stage2")?)?;
@@ -60,6 +60,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         animation.finish()?;
     }
     let poses = film.poses.len();
-    println!("{poses} control steps of motion {}: pictures in {}", watched.motion, args.frames.display());
+    println!("{poses} control steps of motion {}: images in {}", watched.motion, args.frames.display());
     Ok(())
 }

@@ -45,7 +45,7 @@ impl Output {
         self.out.as_deref().filter(|_| !self.silent)
     }
 
-    /// True if no progress is to be told.
+    /// True if no progress is to be printed.
     pub fn quiet(&self) -> bool {
         self.json || self.silent || self.mute
     }
@@ -81,7 +81,7 @@ pub fn writable(option: &str, folder: &Path) -> Result<(), Failure> {
     })
 }
 
-/// Tries to write beside a file that is to be written later.
+/// Tries to write into the folder of a file that is to be written later.
 ///
 /// # Errors
 /// If that fails, with the file as it was named.

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 /// How a ZIP archive begins, and with it an NPZ file.
 const ZIP: &[u8] = b"PK\x03\x04";
 
-/// Refuses a file of another kind, and a folder without a run, in words that help. All else its reader judges.
+/// Refuses a file of another kind, and a folder without a run, with a helpful message. The reader checks the rest.
 pub fn check(policy: &Path) -> Result<(), Failure> {
     let place = policy.display();
     if policy.is_dir() {
@@ -46,7 +46,7 @@ fn files_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// What a file is, if it is surely no checkpoint: that begins with a number of eight bytes, which has zeros.
+/// What a file is, if it is certainly not a checkpoint: a checkpoint starts with an eight-byte number, which contains zeros.
 fn kind(file: &Path) -> Option<&'static str> {
     let mut begin = Vec::new();
     File::open(file).ok()?.take(64).read_to_end(&mut begin).ok()?;

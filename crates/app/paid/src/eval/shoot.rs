@@ -43,7 +43,7 @@ pub struct Args {
     output: Output,
 }
 
-/// Film strips of a report unless told otherwise.
+/// Default number of film strips in a report.
 pub const STRIPS: usize = 10;
 
 /// Scores in one engine, or in both with a comparison, for each kind of ball.

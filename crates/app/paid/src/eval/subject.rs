@@ -107,7 +107,7 @@ pub struct Setting {
     scene: EngineArgs,
 }
 
-/// Longest age of a picture [ms], as in a task.
+/// Longest age of an image [ms], as in a task.
 const MOST_LATENCY_MS: f64 = 500.0;
 
 fn latency(text: &str) -> Result<f64, String> {
@@ -115,7 +115,7 @@ fn latency(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("expected 0 to {MOST_LATENCY_MS} ms, found '{text}'"))
 }
 
-/// What the policy is told of ball and goal.
+/// What the policy is given of ball and goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum KnowledgeName {
     /// Exact positions, and the velocity of the ball, from the simulator.
@@ -168,7 +168,7 @@ impl Setting {
         if let Some(robot) = self.robot.as_ref().filter(|_| !is_onnx(policy)) {
             let file = policy.display();
             return Err(Failure::input(format!(
-                "--robot {robot}: expected an ONNX file as --policy, found {file}, which knows its robot"
+                "--robot {robot}: expected an ONNX file as --policy, found {file}, which names its robot"
             )));
         }
         Ok(SubjectSpec {

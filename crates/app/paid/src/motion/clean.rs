@@ -88,7 +88,7 @@ fn overload(peak: &Peak, fps: f64) -> Option<String> {
     let percent = (100.0 * peak.value).round();
     (percent > 100.0).then(|| {
         format!(
-            "{} needs {percent} % of its motor's torque at {:.2} s (frame {}); a larger --stretch or a smaller --torque asks for less",
+            "{} needs {percent} % of its motor's torque at {:.2} s (frame {}); a larger --stretch or a smaller --torque needs less",
             peak.joint,
             peak.frame as f64 / fps,
             peak.frame

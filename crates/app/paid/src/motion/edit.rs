@@ -101,7 +101,7 @@ pub fn run_cut(args: &CutArgs) -> Result<ExitCode, Failure> {
     } else if args.shift_kick.is_some() && part.kick_frame.is_none() {
         if let Some(kick) = clip.kick_frame {
             return Err(Failure::input(format!(
-                "--shift-kick: expected a part with the stated kick frame {kick}, found it cut off in {}; --relabel finds another kick",
+                "--shift-kick: expected a part with the stated kick frame {kick}, found it cut off in {}; --relabel detects the kick again",
                 args.input.display()
             )));
         }

@@ -126,7 +126,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 /// Why the kick that was asked for cannot be made, with the option that asked.
 fn refusal(error: &GenerateError) -> Failure {
     match error {
-        // Both begin with "ball".
+        // Both start with "ball".
         GenerateError::Ball { .. } | GenerateError::Reach { .. } => Failure::input(format!("--{error}")),
         GenerateError::Robot(_) => Failure::input(error),
     }

@@ -77,7 +77,7 @@ fn failing(clips: &[Clip], model: &RobotModel, spec: &RobotSpec) -> Result<Optio
     }))
 }
 
-/// Draws the pictures and prints what the kicks cover and which one to record next.
+/// Draws the plots and prints what the kicks cover and which one to record next.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     expect_folder(&args.out)?;

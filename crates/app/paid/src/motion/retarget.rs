@@ -40,7 +40,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Makes the options of [`super::clean::CleanHow`] ask for `--clean`: they would do nothing without.
+/// Makes the options of [`super::clean::CleanHow`] require `--clean`: they would do nothing without it.
 fn with_clean(option: clap::Arg) -> clap::Arg {
     let cleans = ["clean_rate", "stretch", "torque", "lead", "facing"].contains(&option.get_id().as_str());
     if cleans { option.requires("clean") } else { option }

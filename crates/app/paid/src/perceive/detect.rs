@@ -1,4 +1,4 @@
-//! `paid perceive detect`: how well a detector finds balls in rendered pictures.
+//! `paid perceive detect`: how well a detector finds balls in rendered images.
 
 use std::path::{Path, PathBuf};
 
@@ -54,7 +54,7 @@ fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
-/// Judges and prints.
+/// Evaluates and prints.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let mut detector = match &args.detector {
         Some(path) => load(path, args.class)?,
@@ -72,14 +72,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         writable("--out", folder)?;
     }
     let [width, height] = args.picture;
-    // Square pixels, 42 degrees from top to bottom as the D435i's color picture.
+    // Square pixels, 42 degrees from top to bottom as in the D435i's color image.
     let upright = Intrinsics::from_angles(width, height, 42.0, 42.0);
     let intrinsics = Intrinsics { focal: [upright.focal[1]; 2], ..upright };
     let options = JudgeOptions { pictures: args.held_out, seed: args.seed, intrinsics, worst: 24 };
     let every = (args.held_out / 10).max(1);
     let report = judge(&detector, &options, |done| {
         if done % every == 0 && !args.json {
-            eprintln!("{done} of {} pairs of pictures", args.held_out);
+            eprintln!("{done} of {} pairs of images", args.held_out);
         }
     })
     .map_err(Failure::input)?;

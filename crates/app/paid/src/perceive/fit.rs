@@ -22,7 +22,7 @@ pub struct Args {
     json: bool,
 }
 
-/// Ranges that training draws from: factor of the noise, and age of a picture `[s]`.
+/// Ranges that training draws from: factor of the noise, and age of an image `[s]`.
 const TRAINED_SCALE: [f64; 2] = [0.4, 1.5];
 const TRAINED_LATENCY_S: [f64; 2] = [0.04, 0.1];
 
@@ -49,7 +49,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn print(fit: &Fit, scale: f64) {
     let divisor = |value: f64| if value > 1e4 { "none".to_owned() } else { format!("{value:.1}") };
     println!(
-        "{} finds of the ball; {:.1}% of all were of something else",
+        "{} detections of the ball; {:.1}% of all detections were false",
         fit.finds,
         100.0 * fit.false_share
     );
@@ -73,7 +73,7 @@ fn print(fit: &Fit, scale: f64) {
     );
     println!(
         "\n{:18}{:>7}{:>8}{:>8}{:>11}{:>11}{:>11}{:>11}{:>8}",
-        "finds", "number", "dist m", "m/s", "along cm", "across cm", "bias along", "across", "fit cm"
+        "group", "number", "dist m", "m/s", "along cm", "across cm", "bias along", "across", "fit cm"
     );
     for g in &fit.groups {
         println!(
@@ -109,7 +109,7 @@ fn draw(finds: &[Find], fit: &Fit, stem: &Path) -> Result<(), Failure> {
         Series { points: line(&|d| fit.deviation(0.0, d)), color: [20, 60, 160], dots: false },
     ];
     let chart = Chart {
-        title: "error of the ball's place; blue: fit at rest, red: training",
+        title: "error of the ball position; blue: fit at rest, red: training",
         x_label: "distance [m]",
         y_label: "error [cm]",
         logarithmic: false,

@@ -131,14 +131,14 @@ fn notes(r: &Report) {
         (r.across_rms_m, r.along_error_m, r.along_deviation_m)
     {
         println!(
-            "{name}: along the unobservable direction {along:.2} m off at the end with {deviation:.2} m given as deviation; across it {:.1} cm RMS",
+            "{name}: along the unobservable direction {along:.2} m off at the end with {deviation:.2} m estimated as its deviation; across it {:.1} cm RMS",
             100.0 * across
         );
     }
     if let Some(after) = r.fault_said_after_s {
         let back = r.fault_recovered_after_s.map_or_else(
-            || "it did not come back by itself".to_owned(),
-            |s| format!("tracking again after {s:.1} s"),
+            || "it did not recover by itself".to_owned(),
+            |s| format!("it recovered after {s:.1} s"),
         );
         println!("{name}: the fault was reported after {after:.1} s; {back}");
     }

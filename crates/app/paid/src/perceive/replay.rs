@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let result = result.map_err(Failure::input)?;
     let cpu_s = begin.elapsed().as_secs_f64();
     println!(
-        "{} messages, {} pictures, {} steps in {:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
+        "{} messages, {} images, {} steps in {:.2} s of recording; {cpu_s:.2} s of processor time, {:.1} times real time",
         result.messages,
         result.pictures,
         result.steps,
@@ -48,11 +48,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     );
     match result.first_different_s {
         None => {
-            println!("{} beliefs, all equal to the recorded ones to the last bit", result.equal);
+            println!("{} estimates, all equal to the recorded ones bit for bit", result.equal);
             Ok(())
         }
         Some(at_s) => Err(Failure::input(format!(
-            "{}: beliefs: expected those of the recording, found others from {at_s:.2} s on ({} were equal)",
+            "{}: estimates: expected those of the recording, found others from {at_s:.2} s on ({} were equal)",
             args.file.display(),
             result.equal
         ))),

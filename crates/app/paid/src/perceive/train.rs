@@ -1,4 +1,4 @@
-//! `paid perceive train`: a ball detector from rendered pictures.
+//! `paid perceive train`: a ball detector from rendered images.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -75,7 +75,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 #[cfg(not(feature = "train-detector"))]
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     Err(Failure::input(format!(
-        "this program was built without training of detectors; {} is written by one built with it: cargo run --release --features \
+        "this program cannot train detectors; to write {}, build one that can: cargo run --release --features \
          train-detector -- perceive train --steps {} --batch {} --rate {} --seed {}",
         args.out.display(),
         args.steps,

@@ -1,4 +1,4 @@
-//! `paid robot run --live`: a page that shows what the runtime knows of its robot, and can stop it.
+//! `paid robot run --live`: a page that shows what the runtime knows about its robot, and that can stop it.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,7 +13,7 @@ use paid_runtime::{LiveStatus, Player, State, Status, Told};
 use super::watch::{anchor, believed, in_view, serve};
 use crate::live::LiveArgs;
 
-/// Where a ball or goal is drawn that nobody knows of: out of sight, below the ground `[m]`.
+/// Where a ball or goal of unknown position is drawn: out of sight, below the ground `[m]`.
 const BURIED_M: f64 = -9.0;
 
 /// The page of a runtime.
@@ -37,15 +37,15 @@ impl Mirror {
             return Ok(None);
         }
         let shown = ["the robot", "The robot is damped, and the program ends"];
-        let page = serve(live, args, player, shown, "what the robot's senses say", stop)
+        let page = serve(live, args, player, shown, "what the robot's sensors report", stop)
             .map_err(paid_terminal::Failure::input)?;
         // Standard output may be lines of JSON.
-        eprintln!("{}  <- open this in a browser to look on", page.url());
+        eprintln!("{}  <- open this in a browser to watch", page.url());
         let mut mirror = Self { page, player: Arc::clone(player), pictures: 0, lay: false };
         Ok(Some(Box::new(move |told| mirror.tell(told))))
     }
 
-    /// Shows what is told. A page that fails does not end the run.
+    /// Shows an event or status. A page that fails does not end the run.
     fn tell(&mut self, told: Told<'_>) {
         match told {
             Told::Event(event) => {
@@ -75,7 +75,7 @@ impl Mirror {
         let radius = self.player.play.ball_params.radius_m;
         let belief = believed(status, &axes, radius);
         let ball = belief.map_or([base[0], base[1], BURIED_M], |belief| belief.pos.map(f64::from));
-        // A goal lies beyond the horizon while nobody has said where it is.
+        // The goal is drawn beyond the horizon until its position is known.
         let [gx, gy] = status.goal_m.unwrap_or([base[0] + 1e3, base[1]]);
         Frame {
             flags: Flags {

@@ -155,7 +155,7 @@ enum TorsoChoice {
     Modeled,
 }
 
-/// The own eyes of a lockstep.
+/// Onboard perception in lockstep.
 fn own_eyes(args: &SimArgs) -> OwnEyesOptions {
     let usual = OwnEyesOptions::default();
     OwnEyesOptions {
@@ -211,7 +211,9 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
         return serve_network(args, &player, domain, interface);
     }
     if args.record.is_some() && !args.eyes {
-        return Err(Failure::input("--record: in lockstep there are pictures with --eyes only"));
+        return Err(Failure::input(
+            "--record: expected --eyes in lockstep, which renders the images, found none",
+        ));
     }
     let page = Watching::open(&args.live, &args.player, &player)?;
     let stop = flag()?;
@@ -298,7 +300,7 @@ fn one_match(
     let [tilt, gyro, speed, torque] = result.peak;
     let out_of_view: usize = result.kicks.iter().map(|kick| kick.out_of_view).sum();
     println!(
-        "{} goals of {} balls in {:.0} s of simulated time, seed {}; {out_of_view} places outside the picture were drawn again",
+        "{} goals of {} balls in {:.0} s of simulated time, seed {}; {out_of_view} ball positions outside the image were drawn again",
         result.goals(),
         result.kicks.len(),
         result.seconds,

@@ -1,4 +1,4 @@
-//! The virtual robot on the network: served in real time, with orders from keyboard and script, or with a referee.
+//! The virtual robot on the network: served in real time, with commands from keyboard and script, or in a match.
 
 use std::io::BufRead;
 use std::process::ExitCode;
@@ -39,8 +39,10 @@ fn script(file: &std::path::Path) -> Result<Vec<(f64, Order)>, Failure> {
     lines
         .map(|(k, line)| {
             let fail = |message: String| Failure::input(format!("{name}, line {}: {message}", k + 1));
-            let (when, order) =
-                line.trim().split_once(' ').ok_or_else(|| fail("expected a time and an order".to_owned()))?;
+            let (when, order) = line
+                .trim()
+                .split_once(' ')
+                .ok_or_else(|| fail("expected a time and a command".to_owned()))?;
             let when =
                 when.parse().map_err(|_| fail(format!("expected a time in seconds, found '{when}'")))?;
             Ok((when, order.parse().map_err(fail)?))
@@ -55,11 +57,11 @@ impl Watcher for Clock {
     fn step(&mut self, _robot: &VirtualG1) {}
     fn goal(&mut self, _center: [f64; 2], _heading: f64) {}
     fn behind(&mut self, lost_s: f64) {
-        eprintln!("behind real time: {lost_s:.2} s were lost so far");
+        eprintln!("behind real time: {lost_s:.2} s lost so far");
     }
 }
 
-/// The referee of a match, if one was asked for.
+/// Runs the match, if one was asked for.
 fn referee(args: &SimArgs, player: &Arc<Player>) -> Option<Referee> {
     args.kicks.map(|kicks| {
         let mut field = MatchOptions::default().field;
@@ -69,7 +71,7 @@ fn referee(args: &SimArgs, player: &Arc<Player>) -> Option<Referee> {
     })
 }
 
-/// Tells kicks that were judged.
+/// Prints the kicks that are over.
 fn tell(referee: &mut Referee, json: bool, page: Option<&Watching>) {
     while let Some((number, kick)) = referee.news() {
         if let Some(page) = page {
@@ -91,7 +93,7 @@ pub(super) fn serve_network(
     interface: std::net::IpAddr,
 ) -> Result<ExitCode, Failure> {
     if args.record.is_some() && args.camera_hz == Some(0.0) {
-        return Err(Failure::input("--record: expected pictures, found --camera-hz 0"));
+        return Err(Failure::input("--record: expected images, found --camera-hz 0"));
     }
     let mut script = match &args.script {
         Some(file) => script(file)?,
@@ -106,10 +108,10 @@ pub(super) fn serve_network(
     let mut referee = referee(args, player);
     let standing = args.standing || referee.is_some();
     if !args.json {
-        let held = if standing { "hands until its joints hold it" } else { "a gantry" };
+        let held = if standing { "a support until its joints hold it" } else { "a gantry" };
         println!("a virtual G1 on domain {domain}, interface {interface}, held by {held}");
         if !args.master.is_empty() {
-            println!("the vendor's controller '{}' is in command", args.master);
+            println!("the vendor's controller '{}' is active", args.master);
         }
         if referee.is_some() {
             print_head();
@@ -182,7 +184,7 @@ pub(super) fn serve_network(
     if let Some((report, rate_hz)) = pictures {
         let [sent, dropped] = report.pictures;
         println!(
-            "{sent} pictures sent, {dropped} dropped: {:.1} a second of {rate_hz:.1} while somebody read them; {} packets of the LiDAR",
+            "{sent} images sent, {dropped} dropped: {:.1} per second of {rate_hz:.1} while a program read them; {} LiDAR packets",
             report.rate_hz(),
             report.packets
         );
@@ -205,6 +207,6 @@ fn print_end(seed: u64, referee: Option<&Referee>, served: &Served, usage: &Usag
     print_usage(usage);
     println!("{:.1} s of simulated time; {} commands refused", served.simulated_s, served.refused);
     if served.lost_s > 0.0 {
-        println!("this machine could not keep real time: {:.2} s were lost", served.lost_s);
+        println!("this machine could not keep up with real time: {:.2} s lost", served.lost_s);
     }
 }

@@ -1,4 +1,4 @@
-//! `--live` of a virtual robot: a page that looks on.
+//! `--live` of a virtual robot: a page to watch it.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -16,9 +16,9 @@ use paid_twin::{KickResult, STEP_US, VirtualG1, Watcher, trained_task};
 use crate::failure::Failure;
 use crate::live::LiveArgs;
 
-/// Simulated time from one picture to the next `[us]`.
+/// Simulated time from one frame of the page to the next `[us]`.
 const PICTURE_US: u64 = 20_000;
-/// How often somebody is looked for.
+/// How often to check for viewers.
 const PATIENCE: Duration = Duration::from_millis(50);
 /// Force from which the robot has touched the ball `[N]`.
 const TOUCHED_N: f64 = 10.0;
@@ -28,10 +28,10 @@ pub(super) fn anchor(player: &Player) -> usize {
     player.model.body_index(&player.spec.anchor_body).unwrap_or(0)
 }
 
-/// A picture is of this age at most, or the ball is not in view `[s]`.
+/// The ball is in view if its last image is at most this old `[s]`.
 const IN_VIEW_S: f32 = 0.2;
 
-/// What the runtime believes of the ball, if it knows of one, in the world: the torso stands on `axes`, the ball's center is at this height `[m]`.
+/// The runtime's estimate of the ball, if it has one, in the world: the torso is at `axes`, the ball's center at this height `[m]`.
 pub(super) fn believed(status: &Status, axes: &Pose2, height_m: f64) -> Option<Belief> {
     status.ball_m.map(|ball| axes.point(ball)).map(|[x, y]| Belief {
         pos: [x, y, height_m].map(|x| x as f32),
@@ -45,7 +45,7 @@ pub(super) fn in_view(belief: Option<&Belief>) -> bool {
     belief.is_some_and(|belief| belief.age_s < IN_VIEW_S)
 }
 
-/// Serves a page that looks on at a robot with this player: what moves it, and what the page's stop does, which sets `asked`.
+/// Serves a page to watch a robot with this player: what simulates it, and what the page's stop button does, which sets `asked`.
 pub(super) fn serve(
     live: &LiveArgs,
     args: &PlayerArgs,
@@ -81,16 +81,16 @@ impl Watching {
         if !live.live {
             return Ok(None);
         }
-        let knowledge = "what the virtual robot's senses say";
+        let knowledge = "what the virtual robot's sensors report";
         let stop = "The robot is damped";
         let page = serve(live, args, player, ["MuJoCo", stop], knowledge, &Arc::default())?;
         let anchor = anchor(player);
-        println!("{}  <- open this in a browser to look on", page.url());
+        println!("{}  <- open this in a browser to watch", page.url());
         let nominal_height_m = player.spec.nominal_height_m;
         Ok(Some(Self { page: Rc::new(RefCell::new(page)), anchor, nominal_height_m }))
     }
 
-    /// Shows a robot. `waits`: simulated time passes only while somebody looks on, and not faster than real time.
+    /// Shows a robot. `waits`: simulated time passes only while the page is open, and not faster than real time.
     pub fn look_on(&self, waits: bool) -> LookOn {
         LookOn {
             watching: self.clone(),
@@ -121,7 +121,7 @@ impl Watching {
         let _ = self.page.borrow_mut().count(shot);
     }
 
-    /// Says something to all who look on.
+    /// Shows a message to all viewers.
     pub fn say(&self, words: &str) {
         let _ = self.page.borrow_mut().say(words);
     }

@@ -299,7 +299,7 @@ fn write(args: &FitArgs, found: &Identification, surface: &Surface) -> Result<Ve
         let sources = [args.drop.as_slice(), &args.roll, &args.slide].concat();
         let comments = [
             format!("Identified by `paid sysid` from {}.", list(&sources)),
-            "[ball_params] takes the place of the table of that name in a task preset.".to_owned(),
+            "[ball_params] replaces the table of that name in a task preset.".to_owned(),
         ];
         let text = surface.to_toml(&comments).map_err(Failure::input)?;
         files.add(out.clone(), text.into_bytes());

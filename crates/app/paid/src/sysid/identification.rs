@@ -22,7 +22,7 @@ pub fn loss(found: &Identification) -> Figure {
         dots: false,
     };
     Chart {
-        title: "loss of every search",
+        title: "loss of each search",
         x_label: "generation",
         y_label: "loss [m2]",
         logarithmic: true,

@@ -231,7 +231,7 @@ fn describe(args: &Args, truth: Option<&Parameters>) -> String {
                 args.damping_ratio, args.rolling_friction
             )
         }
-        (SourceArg::Turf, _) => "closed form with FIFA's figures of turf".to_owned(),
-        (SourceArg::Steel, _) => "closed form with FIFA's figure of steel".to_owned(),
+        (SourceArg::Turf, _) => "closed form with FIFA's limits for turf".to_owned(),
+        (SourceArg::Steel, _) => "closed form with FIFA's limits for steel".to_owned(),
     }
 }

@@ -12,7 +12,7 @@ pub struct Printer {
 }
 
 impl Printer {
-    /// Iterations take fractions of a second; nobody reads faster than this.
+    /// Iterations take fractions of a second; no one reads faster than this.
     const PAUSE: Duration = Duration::from_secs(5);
 
     /// Prints an iteration.
