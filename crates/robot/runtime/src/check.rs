@@ -8,7 +8,7 @@ use paid_robot::RobotModel;
 use crate::limits::Limits;
 use crate::message::Packet;
 use crate::motors::{G1_MOTORS, motors_of};
-use crate::wire::{LowState, MODE_MACHINE_G1_29, MotorState};
+use crate::wire::{LowState, MODE_MACHINE_G1_29, MotorState, machine};
 
 /// A joint that is so far from where it was first has been moved `[rad]`: more than what moves along when its neighbor is.
 const MOVED_RAD: f64 = 0.15;
@@ -184,7 +184,8 @@ impl Checker {
         );
         let _ = writeln!(
             text,
-            "mode_machine  {mode} (expected {MODE_MACHINE_G1_29}: 29 free joints), mode_pr {}",
+            "mode_machine  {mode}: {} (expected {MODE_MACHINE_G1_29}), mode_pr {}",
+            machine(mode),
             state.mode_pr
         );
         let (released, master) = match &self.master {

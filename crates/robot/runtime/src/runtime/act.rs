@@ -145,11 +145,11 @@ impl Runtime {
         if let Some(mirrors) = mirrors {
             mirrors.action.apply_to_marked(&mut self.done, &[true], &mut self.image);
         }
-        let worst = self
-            .done
-            .iter()
-            .fold(0.0_f32, |worst, a| if a.is_finite() { worst.max(a.abs()) } else { f32::INFINITY });
-        if f64::from(worst) > self.limits.action {
+        // A number that is none stays: neither side of the comparison holds for it.
+        let larger = |worst: f32, a: &f32| if a.abs() <= worst { worst } else { a.abs() };
+        let worst =
+            self.done.iter().fold(0.0, |worst, a| if f32::is_nan(worst) { worst } else { larger(worst, a) });
+        if worst.is_nan() || f64::from(worst) > self.limits.action {
             self.damp(now_us, Reason::Action(f64::from(worst)));
             return;
         }

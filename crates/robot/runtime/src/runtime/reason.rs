@@ -4,6 +4,8 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::wire::{MODE_MACHINE_G1_29, machine};
+
 /// What the runtime is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -93,11 +95,15 @@ impl fmt::Display for Reason {
             Self::StateNotFinite => f.write_str("a number of the robot's state is not finite"),
             Self::StateGap(x) => write!(f, "no new state for {:.0} ms", 1e3 * x),
             Self::Checksum(n) => write!(f, "{n} wrong checksums in a row"),
-            Self::ModeMachine(x) => write!(f, "mode_machine: expected 5 (29 free joints), found {x}"),
+            Self::ModeMachine(x) => {
+                let expected = MODE_MACHINE_G1_29;
+                write!(f, "mode_machine: expected {expected} (29 free joints), found {x}: {}", machine(*x))
+            }
             Self::RemoteLost(x) => write!(f, "the remote has been silent for {x:.1} s"),
             Self::StopKey => f.write_str("stop key"),
             Self::StopSignal => f.write_str("stop signal"),
             Self::Late(x) => write!(f, "policy steps late, the last one by {:.0} ms", 1e3 * x),
+            Self::Action(x) if x.is_nan() => f.write_str("an action that is not a number"),
             Self::Action(x) => write!(f, "an action of {x}"),
             Self::OthersCommand => f.write_str("somebody else commands the robot"),
             Self::Vendor(name) => write!(f, "the vendor's controller '{name}' is in command"),
