@@ -280,29 +280,6 @@ fn copy(from: &Path, to: &Path) {
 }
 
 #[test]
-fn every_link_in_the_text_leads_to_a_file_and_a_heading() {
-    for page in pages() {
-        let text = read(&page);
-        for link in links(&text).filter(|l| !l.contains("://") && !l.starts_with("mailto:")) {
-            let (file, heading) = link.split_once('#').map_or((link, None), |(f, h)| (f, Some(h)));
-            let target = if file.is_empty() { page.clone() } else { page.with_file_name("").join(file) };
-            assert!(root().join(&target).exists(), "{}: no file {link}", page.display());
-            if let Some(heading) = heading {
-                let found = read(&target).lines().any(|l| anchor(l).as_deref() == Some(heading));
-                assert!(found, "{}: no heading {link}", page.display());
-            }
-        }
-    }
-}
-
-/// The anchor of a heading, as GitHub and mdbook make it.
-fn anchor(line: &str) -> Option<String> {
-    let title = line.strip_prefix('#')?.trim_start_matches('#').trim();
-    let kept = title.chars().filter(|c| c.is_alphanumeric() || *c == ' ' || *c == '-' || *c == '_');
-    Some(kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect())
-}
-
-#[test]
 fn words_are_those_of_a_shell() {
     let found = words("paid eval --set 'a.b=[0.1, 2]'  x  # and so on", "here");
     assert_eq!(found, ["paid", "eval", "--set", "a.b=[0.1, 2]", "x"]);
