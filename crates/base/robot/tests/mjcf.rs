@@ -111,7 +111,42 @@ fn unknown_elements_and_attributes_are_named_with_their_line() {
         fault(r#"<position name="knee""#, r#"<muscle name="knee""#),
         "twig.xml:35:5: <muscle 'knee'>: unknown element here"
     );
-    assert_eq!(fault("<contact>", "<tendon/><contact>"), "twig.xml:31:3: <tendon>: unknown element here");
+}
+
+#[test]
+fn what_is_not_simulated_says_what_to_do() {
+    for (tag, words) in [
+        ("tendon", "tendons are not simulated: take this section out"),
+        ("equality", "take this section out, and what it ties"),
+        ("include", "put the included file's elements in this place"),
+    ] {
+        let error = fault("<contact>", &format!("<{tag}/><contact>"));
+        assert!(error.starts_with(&format!("twig.xml:31:3: <{tag}>: ")) && error.ends_with(words), "{error}");
+    }
+    let error = fault(r#"type="box" size="0.1 0.2 0.3""#, r#"type="cylinder" size="0.1 0.2""#);
+    assert!(error.ends_with("(a capsule of the same radius is nearest), found 'cylinder'"), "{error}");
+}
+
+#[test]
+fn a_mesh_that_touches_nothing_is_skipped_and_another_says_what_to_do() {
+    let mesh = |attributes: &str| {
+        TWIG.replace(
+            r#"type="box" size="0.1 0.2 0.3""#,
+            &format!("type=\"mesh\" mesh=\"trunk\" {attributes}"),
+        )
+    };
+    let model =
+        RobotModel::from_mjcf(&mesh(r#"contype="0" conaffinity="0""#), "twig.xml").expect("for the eye only");
+    assert_eq!(model.bodies[0].geoms, []);
+    for attributes in ["", r#"contype="0""#] {
+        let error = RobotModel::from_mjcf(&mesh(attributes), "twig.xml").expect_err("it touches").to_string();
+        assert!(
+            error.contains("<geom 'chest'>: a mesh that touches other shapes: replace it by spheres"),
+            "{error}"
+        );
+    }
+    let fitted = fault(r#"type="box" size="0.1 0.2 0.3""#, r#"type="box" mesh="trunk""#);
+    assert!(fitted.contains("a shape fitted to a mesh"), "{fitted}");
 }
 
 #[test]
@@ -215,8 +250,8 @@ fn numbers_that_cannot_be_used_are_named() {
         ),
         (
             r#"type="box""#,
-            r#"type="mesh""#,
-            "twig.xml:17:26: <geom 'chest'>: attribute 'type': expected 'sphere', 'capsule' or 'box', found 'mesh'",
+            r#"type="plane""#,
+            "twig.xml:17:26: <geom 'chest'>: attribute 'type': expected 'sphere', 'capsule' or 'box', found 'plane'",
         ),
     ];
     for (from, to, message) in cases {

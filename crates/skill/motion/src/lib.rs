@@ -64,7 +64,7 @@ pub use label::{KickLabel, fastest_kick};
 pub use library::{MotionLibrary, motion_files};
 pub use points::{Points, is_points_file, parse_points, read_points, write_points};
 pub use quat_order::QuatOrder;
-pub use read::{no_other_rate, parse_npz, read_clip};
+pub use read::{parse_npz, read_clip};
 pub use resample::resample;
 pub use rotation::{rotation_log, slerp};
 pub use write::write_npz;

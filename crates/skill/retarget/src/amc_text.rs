@@ -141,10 +141,15 @@ fn numbers([x, y, z]: [f64; 3]) -> String {
     format!("{x:.6} {y:.6} {z:.6}")
 }
 
-/// A bone's name that neither format takes for something else: a number, a section, a comment, a key.
+/// A bone's name that neither format takes for something else: several words, a number, a section, a comment, a key.
 fn bone_name(name: &str) -> String {
+    let name = &name.replace(char::is_whitespace, "_");
     let odd = name.starts_with(|c: char| c.is_ascii_digit() || c == ':' || c == '#');
-    if odd || ["root", "begin", "end"].contains(&name) { format!("bone_{name}") } else { name.to_owned() }
+    if odd || ["root", "begin", "end"].contains(&name.as_str()) {
+        format!("bone_{name}")
+    } else {
+        name.to_owned()
+    }
 }
 
 /// A file's name as one word.

@@ -273,12 +273,13 @@ pub fn parse_amc(
     fps: f64,
 ) -> Result<HumanMotion, RetargetError> {
     let mut words = Words::new(path, text, Some('#'));
-    let mut unit_rad = skeleton.unit_rad;
+    let (mut unit_rad, mut full) = (skeleton.unit_rad, false);
     while words.peek().is_some_and(|w| w.text.starts_with(':')) {
         let flag = words.word("")?;
         match flag.text.to_ascii_uppercase().as_str() {
             ":DEGREES" => unit_rad = 1f64.to_radians(),
             ":RADIANS" => unit_rad = 1.0,
+            ":FULLY-SPECIFIED" => full = true,
             _ => {}
         }
     }
@@ -317,6 +318,17 @@ pub fn parse_amc(
                 let value = words.number()?;
                 values[start + channel] = if angle { value * unit_rad } else { value };
             }
+            if let Some(more) = words.peek().filter(|w| w.line == name.line) {
+                let count = skeleton.lines[bone].len();
+                return Err(words.error_at(more, format!("{count} numbers after '{}'", name.text)));
+            }
+        }
+        let left_out = |&b: &usize| full && seen[b] < frames && !skeleton.lines[b].is_empty();
+        if let Some(bone) = (0..seen.len()).find(left_out) {
+            let name = &skeleton.skeleton.bones[bone].name;
+            return Err(
+                words.error(format!("a line of '{name}' in frame {frames}, as ':FULLY-SPECIFIED' says"))
+            );
         }
     }
     if frames == 0 || channels == 0 {
@@ -333,7 +345,7 @@ mod tests {
         :root\n order TX TY TZ RX RY RZ\n axis XYZ\n position 0 0 0\n orientation 0 0 0\n:bonedata\n begin\n id 1\n name thigh\n\
         direction 0 -1 0\n length 4\n axis 0 0 90 XYZ\n dof rx rz\n limits (-160.0 20.0)\n (-70 70)\n end\n begin\n name hip\n\
         direction 1 0 0\n length 2\n axis 0 0 0 XYZ\n end\n:hierarchy\n begin\n root hip\n hip thigh\n end\n";
-    const AMC: &str = ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 2 3 0 90 0\nthigh 90 0\n2\nroot 1 2 3 0 0 0\n";
+    const AMC: &str = ":DEGREES\n1\nroot 1 2 3 0 90 0\nthigh 90 0\n2\nroot 1 2 3 0 0 0\n";
 
     #[test]
     fn a_small_pair_gives_hand_computed_points() {
@@ -379,19 +391,35 @@ mod tests {
         };
         assert!(
             amc("thigh 90 0", "thigh 90")
-                .starts_with("a.amc:6:1: expected 2 numbers after 'thigh', found '2'")
+                .starts_with("a.amc:5:1: expected 2 numbers after 'thigh', found '2'")
         );
-        assert!(amc("thigh", "shin").starts_with("a.amc:5:1: expected a bone of the skeleton"));
+        assert!(amc("thigh", "shin").starts_with("a.amc:4:1: expected a bone of the skeleton"));
         assert!(amc("thigh 90 0", "root 1 2 3 0 0 0").contains("once a frame"));
         assert!(amc(AMC, ":DEGREES").contains("at least one frame"));
         assert_eq!(
             amc("root 1 2 3 0 90 0\nthigh 90 0\n", ""),
-            "a.amc:4:1: expected the line of a bone after the number of a frame, found '2'"
+            "a.amc:3:1: expected the line of a bone after the number of a frame, found '2'"
         );
         assert_eq!(
             amc("2\nroot 1 2 3 0 0 0\n", "2"),
-            "a.amc:6:2: expected the line of a bone after the number of a frame, found the end of the file"
+            "a.amc:5:2: expected the line of a bone after the number of a frame, found the end of the file"
         );
+    }
+
+    #[test]
+    fn a_fully_specified_file_has_a_line_of_every_bone_in_every_frame() {
+        let skeleton = parse_asf(ASF, Path::new("a.asf")).expect("a good skeleton");
+        let read = |text: &str| {
+            parse_amc(text, Path::new("a.amc"), &skeleton, 120.0).map(|m| m.frames).map_err(|e| e.to_string())
+        };
+        let full = format!(":FULLY-SPECIFIED\n{AMC}");
+        let missing = "expected a line of 'thigh' in frame 2, as ':FULLY-SPECIFIED' says, found";
+        assert_eq!(read(&full), Err(format!("a.amc:7:17: {missing} the end of the file")));
+        assert_eq!(read(&format!("{full}3\n")), Err(format!("a.amc:8:1: {missing} '3'")));
+        // The hip has no degree of freedom and needs no line.
+        assert_eq!(read(&format!("{full}thigh 1 2\n")), Ok(2));
+        let error = read(&AMC.replace("thigh 90 0", "thigh 90 0 7")).expect_err("one number more");
+        assert_eq!(error, "a.amc:4:12: expected 2 numbers after 'thigh', found '7'");
     }
 
     #[test]

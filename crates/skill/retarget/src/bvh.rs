@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::text::Words;
+use crate::text::{Word, Words};
 use crate::{Bone, HumanMotion, RetargetError, Skeleton};
 
 /// More bones than this are no human.
@@ -11,11 +11,21 @@ const MOST_BONES: usize = 1024;
 /// Reads the text of a BVH file; `path` names it in messages. Y is up; a unit of length is `unit_m` meters.
 ///
 /// The channels of a joint multiply in the order in which they are listed; position channels take the place of its offset. An `End
-/// Site` becomes a bone without channels, named after its parent with `_end`.
+/// Site` becomes a bone without channels, named after its parent with `_end`. One frame more than promised, which Rokoko writes, is read and noted.
 ///
 /// # Errors
 /// Line and column of the first thing that is not BVH.
 pub fn parse_bvh(text: &str, path: &Path, unit_m: f64) -> Result<HumanMotion, RetargetError> {
+    parse_bvh_at(text, path, unit_m, None)
+}
+
+/// As [`parse_bvh`], at `fps` frames a second if given, whatever the file's frame time is.
+pub(crate) fn parse_bvh_at(
+    text: &str,
+    path: &Path,
+    unit_m: f64,
+    fps: Option<f64>,
+) -> Result<HumanMotion, RetargetError> {
     let mut words = Words::new(path, text, None);
     words.keyword("HIERARCHY")?;
     words.keyword("ROOT")?;
@@ -28,23 +38,79 @@ pub fn parse_bvh(text: &str, path: &Path, unit_m: f64) -> Result<HumanMotion, Re
     }
     words.keyword("Frame")?;
     words.keyword("Time:")?;
-    let place = words.clone();
-    let period = words.number()?;
-    if !(5e-4..=1.0).contains(&period) {
-        return Err(place.clone().error("a time from 0.0005 to 1 s"));
-    }
-    let angle: Vec<bool> = angles(&skeleton);
-    let mut values = Vec::new();
-    for _ in 0..frames {
-        for &angle in &angle {
-            let value = words.number()?;
-            values.push(if angle { value.to_radians() } else { value });
+    let stated = words.word("the time of a frame")?;
+    let (fps, note) = rate(&words, stated, fps)?;
+    let (values, extra) = rows(&mut words, &angles(&skeleton), frames)?;
+    let mut motion = HumanMotion::from_channels(path, skeleton, fps, unit_m, &values);
+    motion.notes.extend(note.into_iter().chain(extra));
+    Ok(motion)
+}
+
+/// How much a rate may be off because its frame time is rounded: 0.0083 s stands for 120 Hz.
+const ROUNDED: f64 = 0.01;
+
+/// The frame rate `[Hz]`: the `given` one, with a note if the `stated` frame time is another.
+fn rate(
+    words: &Words<'_>,
+    stated: Word<'_>,
+    given: Option<f64>,
+) -> Result<(f64, Option<String>), RetargetError> {
+    let Some(fps) = given else {
+        let period = words.parse_number(stated)?;
+        let plausible = (5e-4..=1.0).contains(&period);
+        return if plausible {
+            Ok((1.0 / period, None))
+        } else {
+            Err(words.error_at(stated, "a time from 0.0005 to 1 s; --fps states the frame rate instead"))
+        };
+    };
+    match stated.text.parse::<f64>() {
+        Ok(period) if (fps - 1.0 / period).abs() <= ROUNDED * fps => Ok((1.0 / period, None)),
+        _ => {
+            let period: String = stated.text.chars().take(40).collect();
+            let note = format!("the file's frame time, {period:?} s, is not used: --fps {fps} is");
+            Ok((fps, Some(note)))
         }
     }
-    if words.peek().is_some() {
-        return Err(words.error(format!("the end of the file after {frames} frames")));
+}
+
+/// The numbers of all frames, angles in rad, and a note if there is one frame more than promised.
+fn rows(
+    words: &mut Words<'_>,
+    angle: &[bool],
+    promised: usize,
+) -> Result<(Vec<f64>, Option<String>), RetargetError> {
+    let channels = angle.len();
+    let mut values = Vec::new();
+    while words.peek().is_some() && values.len() < promised * channels {
+        let value = words.number()?;
+        values.push(if angle[values.len() % channels] { value.to_radians() } else { value });
     }
-    Ok(HumanMotion::from_channels(path, skeleton, 1.0 / period, unit_m, &values))
+    let frames = |n: usize| if n == 1 { "1 frame".to_owned() } else { format!("{n} frames") };
+    let all = format!("{} of {channels} numbers", frames(promised));
+    let count = |n: usize| match n % channels {
+        0 => frames(n / channels),
+        rest => format!("{} and {rest} numbers", frames(n / channels)),
+    };
+    let Some(more) = words.peek() else {
+        return if values.len() == promised * channels {
+            Ok((values, None))
+        } else {
+            Err(words.error_found(all, count(values.len())))
+        };
+    };
+    let mut ahead = words.clone();
+    let left = std::iter::from_fn(|| ahead.word("").ok()).count();
+    if left != channels {
+        return Err(words.error_found_at(more, all, count(values.len() + left)));
+    }
+    for &angle in angle {
+        let value = words.number()?;
+        values.push(if angle { value.to_radians() } else { value });
+    }
+    let note =
+        format!("the file promises {} and has {}: all are used", frames(promised), frames(promised + 1));
+    Ok((values, Some(note)))
 }
 
 /// For each channel whether it holds an angle.
@@ -113,8 +179,13 @@ fn hierarchy(words: &mut Words<'_>) -> Result<Skeleton, RetargetError> {
 
 fn name_of(words: &mut Words<'_>, skeleton: &Skeleton) -> Result<String, RetargetError> {
     let word = words.word("the name of a joint")?;
+    let mut name = word.text.to_owned();
+    while let Some(more) = words.peek().filter(|w| w.line == word.line && w.text != "{") {
+        name = format!("{name} {}", more.text);
+        words.word("")?;
+    }
     // Exporters put the character before the name: "mixamorig:Hips".
-    let name = word.text.rsplit(':').next().unwrap_or(word.text);
+    let name = name.rsplit(':').next().unwrap_or(&name).trim();
     if name.is_empty() || name == "{" || skeleton.find(name).is_some() {
         return Err(words.error_at(word, "the name of a joint that no other has"));
     }
@@ -185,6 +256,37 @@ mod tests {
     }
 
     #[test]
+    fn one_frame_more_than_promised_is_used_and_said() {
+        let expected = parse(TEXT).expect("a good file");
+        let mut motion = parse(&TEXT.replace("Frames: 2", "Frames: 1")).expect("as Rokoko writes it");
+        assert_eq!(motion.notes, ["the file promises 1 frame and has 2 frames: all are used"]);
+        motion.notes.clear();
+        assert_eq!(motion, expected);
+    }
+
+    #[test]
+    fn names_may_have_spaces_and_a_namespace() {
+        for (name, expected) in [("Left Up  Leg", "Left Up Leg"), ("mixamorig:Left Leg", "Left Leg")] {
+            let motion = parse(&TEXT.replace("JOINT Leg\n {", &format!("JOINT {name} {{"))).expect(name);
+            assert_eq!(motion.skeleton.bones[1].name, expected);
+        }
+    }
+
+    #[test]
+    fn a_frame_rate_that_is_given_takes_the_place_of_the_frame_time() {
+        let at = |time: &str, fps| {
+            let text = TEXT.replace("0.02", time);
+            parse_bvh_at(&text, Path::new("a.bvh"), 0.01, Some(fps)).expect("a good file")
+        };
+        assert_eq!((at("0.02", 50.3).fps, at("0.02", 50.3).notes.len()), (50.0, 0), "a rounded frame time");
+        for time in ["0.02", "33.3", "0", "nan", "0,0333"] {
+            let motion = at(time, 30.0);
+            let note = format!("the file's frame time, \"{time}\" s, is not used: --fps 30 is");
+            assert_eq!((motion.fps, motion.notes), (30.0, vec![note]));
+        }
+    }
+
+    #[test]
     fn faults_are_named_with_line_and_column() {
         let cases = [
             (
@@ -193,7 +295,11 @@ mod tests {
             ),
             (
                 TEXT.replace("Frames: 2", "Frames: 3"),
-                "a.bvh:20:21: expected a number, found the end of the file",
+                "a.bvh:20:21: expected 3 frames of 9 numbers, found 2 frames",
+            ),
+            (
+                TEXT.trim_end().trim_end_matches(" 0 0").to_owned(),
+                "a.bvh:20:17: expected 2 frames of 9 numbers, found 1 frame and 7 numbers",
             ),
             (
                 TEXT.replace("Frames: 2", "Frames: 10000001"),
@@ -205,8 +311,16 @@ mod tests {
                 "a.bvh:22:9: expected the number of frames: a whole number from 0 to 8388608, found '8388609'",
             ),
             (
-                TEXT.replace("Frames: 2", "Frames: 1"),
-                "a.bvh:20:1: expected the end of the file after 1 frames, found '1'",
+                TEXT.to_owned() + "1 2 3",
+                "a.bvh:21:1: expected 2 frames of 9 numbers, found 2 frames and 3 numbers",
+            ),
+            (
+                TEXT.to_owned() + &"1 2 3 4 5 6 7 8 9\n".repeat(2),
+                "a.bvh:21:1: expected 2 frames of 9 numbers, found 4 frames",
+            ),
+            (
+                TEXT.replace("0.02", "33.3"),
+                "a.bvh:18:13: expected a time from 0.0005 to 1 s; --fps states the frame rate instead, found '33.3'",
             ),
             (
                 TEXT.replace("JOINT Leg", "JOINT Hips"),

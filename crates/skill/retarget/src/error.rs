@@ -3,7 +3,7 @@
 use core::fmt;
 use std::path::PathBuf;
 
-use paid_motion::{MotionError, no_other_rate};
+use paid_motion::MotionError;
 use paid_robot::SpecError;
 use thiserror::Error;
 
@@ -82,16 +82,6 @@ pub enum RetargetError {
         expected: String,
         /// What is there.
         found: String,
-    },
-    /// Another frame rate than the file's own.
-    #[error("{path}: expected {}, found --fps {given}", no_other_rate(format_args!("{stated:.1}")))]
-    Rate {
-        /// The file.
-        path: PathBuf,
-        /// The file's own `[Hz]`.
-        stated: f64,
-        /// The one in the options `[Hz]`.
-        given: f64,
     },
     /// Points that cannot be read.
     #[error(transparent)]

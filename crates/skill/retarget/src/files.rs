@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use paid_motion::{is_points_file, read_points};
 
+use crate::bvh::parse_bvh_at;
 use crate::points::{motion_of_points, parse_skeleton};
 use crate::recognize::{Unit, recognize};
 use crate::text::LARGEST;
-use crate::{HumanMotion, RetargetError, Setting, TEXT_UNIT_M, parse_amc, parse_asf, parse_bvh};
+use crate::{HumanMotion, RetargetError, Setting, TEXT_UNIT_M, parse_amc, parse_asf};
 
 /// What files of human motion leave open.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,15 +18,13 @@ pub struct HumanOptions {
     /// Meters of a unit of length of a BVH file [default: 0.01, or what a leg says], of an AMC file [default: what its ASF states, or what a leg
     /// says] or of points [default: what the TOML says, else recognized].
     pub unit_m: Option<f64>,
-    /// Frames a second of an AMC file [default: 120] or of points [default: what the files say]. A BVH file states its own; another is an error.
+    /// Frames a second of an AMC file [default: 120] or of points [default: what the files say]. A BVH file states its
+    /// own; another takes its place and is noted.
     pub fps: Option<f64>,
     /// The ASF file of an AMC file, or the TOML file of points [default: the one beside it, see [`read_human`]]. A BVH file has its own; another
     /// is an error.
     pub skeleton: Option<PathBuf>,
 }
-
-/// How much the rate of a BVH file may be off because its frame time is rounded: 0.0083 s stands for 120 Hz.
-const ROUNDED: f64 = 0.01;
 
 fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
@@ -88,13 +87,7 @@ pub fn read_human(path: &Path, options: &HumanOptions) -> Result<HumanMotion, Re
             return Err(RetargetError::OwnSkeleton { path: path.to_owned(), given: skeleton.clone() });
         }
         let unit = options.unit_m.map_or(Unit::Usual(TEXT_UNIT_M), Unit::Told);
-        let motion = parse_bvh(&text(path)?, path, unit.meters())?;
-        match options.fps {
-            Some(given) if (given - motion.fps).abs() > ROUNDED * given => {
-                Err(RetargetError::Rate { path: path.to_owned(), stated: motion.fps, given })
-            }
-            _ => recognize(motion, unit),
-        }
+        recognize(parse_bvh_at(&text(path)?, path, unit.meters(), options.fps)?, unit)
     } else {
         Err(RetargetError::Extension { path: path.to_owned() })
     }
@@ -118,7 +111,7 @@ fn text(path: &Path) -> Result<String, RetargetError> {
         return Err(large(bytes.len() as u64));
     }
     // Old files name people in other encodings; all that matters is ASCII.
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
 }
 
 fn skeleton_beside(path: &Path, extension: &str) -> Result<PathBuf, RetargetError> {

@@ -79,13 +79,29 @@ impl<'a> Words<'a> {
     pub fn error(&mut self, expected: impl Into<String>) -> RetargetError {
         match self.peek() {
             Some(word) => self.error_at(word, expected),
-            None => RetargetError::Text {
-                path: self.path.to_owned(),
-                line: self.number.max(1),
-                column: self.line.chars().count() + 1,
-                expected: expected.into(),
-                found: "the end of the file".to_owned(),
-            },
+            None => self.error_found(expected, "the end of the file"),
+        }
+    }
+
+    /// The error that something else was `found` at the end of the line.
+    pub fn error_found(&self, expected: impl Into<String>, found: impl Into<String>) -> RetargetError {
+        let (line, column) = (self.number.max(1), self.line.chars().count() + 1);
+        self.error_found_at(Word { text: "", line, column }, expected, found)
+    }
+
+    /// The error that something else was `found` from `word` on.
+    pub fn error_found_at(
+        &self,
+        word: Word<'_>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> RetargetError {
+        RetargetError::Text {
+            path: self.path.to_owned(),
+            line: word.line,
+            column: word.column,
+            expected: expected.into(),
+            found: found.into(),
         }
     }
 
@@ -93,13 +109,7 @@ impl<'a> Words<'a> {
     pub fn error_at(&self, word: Word<'_>, expected: impl Into<String>) -> RetargetError {
         // A word can be as long as the file.
         let shown: String = word.text.chars().take(40).collect();
-        RetargetError::Text {
-            path: self.path.to_owned(),
-            line: word.line,
-            column: word.column,
-            expected: expected.into(),
-            found: format!("'{shown}'"),
-        }
+        self.error_found_at(word, expected, format!("'{shown}'"))
     }
 
     /// Takes the next word.

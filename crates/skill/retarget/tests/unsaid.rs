@@ -187,14 +187,16 @@ fn a_player_who_lies_on_the_floor_is_not_stood_up() {
 }
 
 #[test]
-fn a_frame_rate_beside_that_of_a_bvh_file_must_be_the_same() {
+fn a_frame_rate_beside_that_of_a_bvh_file_takes_its_place_and_is_said() {
     let (_folder, [bvh, ..]) = files(&player(130));
-    let at = |fps| read_human(&bvh, &HumanOptions { fps: Some(fps), ..HumanOptions::default() });
-    assert!((at(60.3).expect("a rounded frame time").fps - 60.0).abs() < 0.01);
-    let error = at(120.0).expect_err("another").to_string();
-    let expected =
-        "kick.bvh: expected no --fps beside the 60.0 frames a second that the file states, found --fps 120";
-    assert!(error.ends_with(expected), "{error}");
+    let at = |fps| {
+        read_human(&bvh, &HumanOptions { fps: Some(fps), ..HumanOptions::default() }).expect("a player")
+    };
+    let rounded = at(60.3);
+    assert!((rounded.fps - 60.0).abs() < 0.01 && rounded.notes.is_empty(), "a rounded frame time");
+    let other = at(120.0);
+    assert_eq!((other.fps, other.notes.len()), (120.0, 1), "{:?}", other.notes);
+    assert!(other.notes[0].ends_with("is not used: --fps 120 is"), "{:?}", other.notes);
 }
 
 #[test]

@@ -8,7 +8,6 @@ use super::error::{MjcfError, MjcfProblem, Source};
 use super::inertia;
 use super::shape;
 use super::vocabulary::{BODY_ELEMENTS, SKIPPED_BODY_ELEMENTS, attributes_of};
-use crate::names::hint;
 use crate::{Body, Geom, Joint, RobotModel};
 
 /// Bodies nested deeper than this are refused: no robot has them, and reading recurses.
@@ -42,9 +41,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
                 }
                 self.read_body(node, None, 0, 0)?;
             } else if tag != "geom" && !SKIPPED_BODY_ELEMENTS.contains(&tag) {
-                return Err(self
-                    .source
-                    .error(node, MjcfProblem::UnknownElement { hint: hint(tag, BODY_ELEMENTS) }));
+                return Err(self.source.stranger(node, BODY_ELEMENTS));
             }
         }
         Ok(())
@@ -76,9 +73,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         for child in elements(node) {
             let tag = child.tag_name().name();
             if !BODY_ELEMENTS.contains(&tag) && !SKIPPED_BODY_ELEMENTS.contains(&tag) {
-                return Err(self
-                    .source
-                    .error(child, MjcfProblem::UnknownElement { hint: hint(tag, BODY_ELEMENTS) }));
+                return Err(self.source.stranger(child, BODY_ELEMENTS));
             }
         }
         check_known(self.source, node, attributes_of("body"))?;
@@ -195,8 +190,27 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         Ok(())
     }
 
+    /// A mesh that touches nothing is skipped: masses stand in `<inertial>`.
+    fn check_mesh(&self, at: &Attributes) -> Result<(), MjcfError> {
+        if ["contype", "conaffinity"].iter().all(|bits| at.text(bits) == Some("0")) {
+            return Ok(());
+        }
+        Err(at.error(MjcfProblem::Unsupported(
+            "a mesh that touches other shapes: replace it by spheres, capsules or boxes, or give it contype=\"0\" conaffinity=\"0\""
+                .to_owned(),
+        )))
+    }
+
     fn read_geom(&mut self, node: Node<'a, 'd>, body: usize, childclass: usize) -> Result<(), MjcfError> {
         let (at, class) = self.defaults.resolve(self.source, self.compiler, node, childclass)?;
+        if at.text("type") == Some("mesh") {
+            return self.check_mesh(&at);
+        }
+        if at.text("mesh").is_some() {
+            return Err(at.error(MjcfProblem::Unsupported(
+                "a shape fitted to a mesh: give its size, and take 'mesh' out".to_owned(),
+            )));
+        }
         let count = self.bodies[body].geoms.len();
         let name =
             at.text("name").map_or_else(|| format!("{}_geom{count}", self.bodies[body].name), str::to_owned);

@@ -54,9 +54,7 @@ impl<'a, 'd> Defaults<'a, 'd> {
                 // Later settings stand in front: they override earlier ones of the same class.
                 self.0[class].elements.insert(0, child);
             } else if !SKIPPED_DEFAULTS.contains(&tag) {
-                return Err(
-                    source.error(child, MjcfProblem::UnknownElement { hint: hint(tag, DEFAULT_ELEMENTS) })
-                );
+                return Err(source.stranger(child, DEFAULT_ELEMENTS));
             }
         }
         Ok(())

@@ -3,6 +3,9 @@
 use roxmltree::{Document, Node};
 use thiserror::Error;
 
+use super::vocabulary::UNSUPPORTED;
+use crate::names::hint;
+
 /// A fault in an MJCF file and its place.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[error("{file}:{line}:{column}: {element}: {problem}")]
@@ -90,6 +93,16 @@ impl Source<'_, '_> {
     /// An error at an element.
     pub fn error(&self, node: Node, problem: MjcfProblem) -> MjcfError {
         self.error_at(node, node.range().start, problem)
+    }
+
+    /// The error of an element that may not stand here; `known` are the ones that may.
+    pub fn stranger(&self, node: Node, known: &[&str]) -> MjcfError {
+        let tag = node.tag_name().name();
+        let problem = match UNSUPPORTED.iter().find(|(name, _)| *name == tag) {
+            Some((_, why)) => MjcfProblem::Unsupported((*why).to_owned()),
+            None => MjcfProblem::UnknownElement { hint: hint(tag, known) },
+        };
+        self.error(node, problem)
     }
 
     /// An error at an attribute of an element, or at the element if it has no such attribute.

@@ -1,8 +1,8 @@
-//! Reader for the MJCF subset that humanoid descriptions without meshes use.
+//! Reader for the MJCF subset that humanoid descriptions use whose contacts have simple shapes.
 //!
 //! Read are `compiler` (angle unit, autolimits, euler order), nested `default` classes and `childclass`, one tree of
 //! bodies with a free root and one hinge each, `inertial` (principal or full), sphere, capsule and box geoms, `exclude`,
-//! and `motor` and `position` actuators. Sections that say nothing about mechanics (`visual`, `sensor`, ...) and
+//! and `motor` and `position` actuators. Meshes that touch nothing are skipped. Sections that say nothing about mechanics (`visual`, `sensor`, ...) and
 //! attributes of MuJoCo's solver are skipped by name; anything else is an error at its line.
 //!
 //! Why not a crate: the maintained one, `mjcf-rs` 0.36 (of rapier), drops elements and attributes that it does not know
@@ -75,7 +75,7 @@ fn read(source: &Source) -> Result<RobotModel, MjcfError> {
     for section in &sections {
         let tag = section.tag_name().name();
         if !SECTIONS.contains(&tag) && !SKIPPED_SECTIONS.contains(&tag) {
-            return Err(source.error(*section, MjcfProblem::UnknownElement { hint: hint(tag, SECTIONS) }));
+            return Err(source.stranger(*section, SECTIONS));
         }
     }
     let named = |name: &'static str| sections.iter().copied().filter(move |s| s.tag_name().name() == name);

@@ -17,6 +17,9 @@ pub(super) fn read(at: &Attributes) -> Result<Shape, MjcfError> {
             refuse_fromto(at)?;
             Ok(Shape::Box { center: position(at)?, half_size, quat: at.orientation()? })
         }
+        "cylinder" => {
+            Err(at.bad("type", "'sphere', 'capsule' or 'box' (a capsule of the same radius is nearest)"))
+        }
         _ => Err(at.bad("type", "'sphere', 'capsule' or 'box'")),
     }
 }

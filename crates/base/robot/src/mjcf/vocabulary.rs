@@ -7,10 +7,22 @@ pub(super) const SKIPPED_SECTIONS: &[&str] =
     &["option", "size", "statistic", "visual", "asset", "sensor", "keyframe", "custom"];
 /// Top-level elements that are read.
 pub(super) const SECTIONS: &[&str] = &["compiler", "default", "worldbody", "contact", "actuator"];
+/// Elements that change the mechanics in a way that is not simulated, and what to do about it.
+pub(super) const UNSUPPORTED: &[(&str, &str)] = &[
+    (
+        "equality",
+        "joints and bodies that are tied to each other are not simulated: take this section out, and what it ties",
+    ),
+    ("include", "files are not joined: put the included file's elements in this place"),
+    ("tendon", "tendons are not simulated: take this section out"),
+    ("deformable", "soft bodies are not simulated: take this section out"),
+    ("extension", "plugins are not simulated: take this section out"),
+];
 /// Elements with defaults.
 pub(super) const DEFAULT_ELEMENTS: &[&str] = &["joint", "geom", "motor", "position"];
 /// Defaults of elements that are skipped.
-pub(super) const SKIPPED_DEFAULTS: &[&str] = &["site", "camera", "light", "mesh", "material"];
+pub(super) const SKIPPED_DEFAULTS: &[&str] =
+    &["site", "camera", "light", "mesh", "material", "equality", "tendon"];
 /// Elements of a body that are read.
 pub(super) const BODY_ELEMENTS: &[&str] = &["inertial", "joint", "freejoint", "geom", "body"];
 /// Elements of a body without mass, motion or contact.
@@ -80,6 +92,7 @@ pub(super) fn attributes_of(tag: &str) -> &'static [&'static str] {
             "material",
             "mass",
             "density",
+            "mesh",
         ],
         "motor" => &[
             "name",
