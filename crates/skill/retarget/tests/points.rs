@@ -56,6 +56,99 @@ fn positions_give_the_joint_angles_of_the_motion_that_they_are_of() {
     assert!(moved > 0.5, "a kick, not a stand: {moved}");
 }
 
+/// With the third axis the other way, as Unity has it.
+fn left_handed(mut points: Points) -> Points {
+    points.pos.iter_mut().for_each(|[.., z]| *z = -*z);
+    points
+}
+
+#[test]
+fn left_handed_axes_are_refused_until_the_toml_says_so() {
+    let mirrored = left_handed(positions(&known()));
+    let error = through_files(&mirrored, SHEET).expect_err("left-handed");
+    assert!(
+        error.contains("kick.npz: positions: expected right-handed axes, found left-handed ones: "),
+        "{error}"
+    );
+    assert!(error.contains("write 'left_handed = true' in the TOML, or exchange left and right"), "{error}");
+    let said = through_files(&mirrored, &format!("left_handed = true\n{SHEET}")).expect("a person");
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let clip = |motion: &HumanMotion| {
+        retarget(motion, &model, &spec, &RetargetOptions::default()).expect("a human").clip
+    };
+    let plain = through_files(&positions(&known()), SHEET).expect("a person");
+    for (a, b) in clip(&said).joint_pos.iter().zip(&clip(&plain).joint_pos) {
+        assert!((a - b).abs() < 1e-6, "{a} {b}");
+    }
+    let error = through_files(&positions(&known()), &format!("left_handed = true\n{SHEET}"))
+        .expect_err("right-handed");
+    assert!(
+        error.ends_with("expected no 'left_handed = true' in the TOML, found right-handed axes"),
+        "{error}"
+    );
+    // Names that are exchanged look the same.
+    let exchanged = SHEET.replace("'Left", "'_").replace("'Right", "'Left").replace("'_", "'Right");
+    let error = through_files(&positions(&known()), &exchanged).expect_err("exchanged");
+    assert!(error.contains("exchange left and right there if only the names are wrong"), "{error}");
+}
+
+#[test]
+fn points_at_zero_are_gaps_and_hips_at_one_place_no_world() {
+    let (whole, n) = (positions(&known()), known().skeleton.bones.len());
+    let mut gap = whole.clone();
+    let toe = gap.names.iter().position(|name| name == "LeftToe").expect("a toe");
+    gap.pos[40 * n + toe] = [0.0; 3];
+    let error = through_files(&gap, SHEET).expect_err("a gap");
+    let expected = "positions: expected no gaps (fill them before), found 0, 0, 0 in frame 40 at 'LeftToe'";
+    assert!(error.ends_with(expected), "{error}");
+    // What the TOML does not name may be anywhere.
+    let mut elsewhere = whole.clone();
+    let end = gap.names.iter().position(|name| name == "LeftToe_end").expect("an end");
+    elsewhere.pos[40 * n + end] = [0.0; 3];
+    assert!(through_files(&elsewhere, SHEET).is_ok());
+    // A player who walks, seen from the hips.
+    let mut walk = whole;
+    for (t, frame) in walk.pos.chunks_exact_mut(n).enumerate() {
+        let swing = 30.0 * (0.2 * t as f64).sin();
+        for (name, p) in walk.names.iter().zip(frame) {
+            let below = if name.contains("Foot") || name.contains("Toe") { swing } else { 0.0 };
+            p[0] += if name.starts_with("Left") { below } else { -below };
+        }
+    }
+    let error = through_files(&walk, SHEET).expect_err("no world");
+    assert!(
+        error.contains("positions: expected positions in one fixed world, with the way of the hips added"),
+        "{error}"
+    );
+    assert!(error.contains("found hips that stay within 0.000 m while the feet go 0."), "{error}");
+    let hips = walk.names.iter().position(|name| name == "Hips").expect("hips");
+    for frame in walk.pos.chunks_exact_mut(n) {
+        let from = frame[hips];
+        frame.iter_mut().for_each(|p| *p = [p[0] - from[0], p[1] - from[1], p[2] - from[2]]);
+    }
+    let error = through_files(&walk, &format!("{SHEET}hips = 'Hips'\n")).expect_err("no world");
+    assert!(error.ends_with("found 'Hips' at 0, 0, 0 in every frame"), "{error}");
+}
+
+/// A case that was reported, and its error.
+fn case(test: &str, file: &str) -> Option<String> {
+    let path = paid_testing::shared_data(test, &format!("cases/{file}"))?;
+    Some(read_human(&path, &HumanOptions::default()).expect_err(file).to_string())
+}
+
+#[test]
+fn reported_points_are_refused_with_what_to_do() {
+    let Some(error) = case("reported_points_are_refused_with_what_to_do", "left_handed_unity.npz") else {
+        return;
+    };
+    assert!(error.contains("expected right-handed axes, found left-handed ones"), "{error}");
+    let Some(error) = case("reported_points_are_refused_with_what_to_do", "gap_zero.npz") else { return };
+    assert!(
+        error.ends_with("expected no gaps (fill them before), found 0, 0, 0 in frame 40 at 'Toes_L'"),
+        "{error}"
+    );
+}
+
 #[test]
 fn a_player_who_lies_and_a_part_that_never_ends_are_refused() {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());

@@ -2,6 +2,7 @@
 
 mod pose;
 mod sheet;
+mod world;
 
 use std::path::Path;
 
@@ -40,7 +41,8 @@ const SEGMENTS: [(&str, Option<usize>, Part); 16] = [
 /// A human motion of points: segments with the axes of the robot's bodies (x ahead, y left, z up in a stand with the forearms ahead).
 ///
 /// # Errors
-/// A point that the skeleton names and the file lacks; a frame rate that nothing states; a unit or an up axis that cannot be.
+/// A point that the skeleton names and the file lacks, or that is at 0, 0, 0 in a frame; a frame rate that nothing states; a unit or an up axis that
+/// cannot be; left-handed axes; hips that are the origin of every frame.
 pub fn motion_of_points(
     path: &Path,
     points: &Points,
@@ -63,7 +65,11 @@ pub fn motion_of_points(
         return Err(refuse("positions", format!("at least {SHORTEST_S} s"), found));
     }
     let indices = skeleton.indices(path, &points.names)?;
-    let raw: Vec<Body> = (0..points.frames).map(|t| Body::of(points.frame(t), &indices)).collect();
+    world::whole(path, points, &indices)?;
+    let raw = (0..points.frames).map(|t| Body::of(points.frame(t), &indices));
+    // Along x, so that what is up stays.
+    let sign = if skeleton.left_handed { -1.0 } else { 1.0 };
+    let raw: Vec<Body> = raw.map(|body| body.moved(|Vec3([x, y, z])| Vec3([sign * x, y, z]))).collect();
     let mut notes = Vec::new();
 
     let mut legs: Vec<f64> = raw.iter().flat_map(Body::legs).collect();
@@ -124,6 +130,7 @@ pub fn motion_of_points(
         (_, true) => about(0, 2.0 * quarter),
     };
     let bodies: Vec<Body> = raw.iter().map(|body| body.moved(|p| turn.rotate(p).scale(unit))).collect();
+    world::right_handed_world(path, &bodies, skeleton.left_handed)?;
     Ok(assemble(path, fps, &bodies, notes))
 }
 

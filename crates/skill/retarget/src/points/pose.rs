@@ -123,6 +123,13 @@ impl Body {
         self.neck - self.hips
     }
 
+    /// The volume of the unit vectors of toes, left and up: positive in right-handed axes.
+    pub fn handedness(&self) -> f64 {
+        let ahead = self.toe[0] - self.heel[0] + (self.toe[1] - self.heel[1]);
+        let [ahead, left, up] = [ahead, self.hip[0] - self.hip[1], self.trunk()].map(|v| unit(v, [0.0; 3]));
+        ahead.cross(left).dot(up)
+    }
+
     /// Lengths of both legs.
     pub fn legs(&self) -> [f64; 2] {
         [0, 1].map(|s| (self.hip[s] - self.knee[s]).norm() + (self.knee[s] - self.ankle[s]).norm())

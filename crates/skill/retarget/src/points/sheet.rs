@@ -49,6 +49,7 @@ pub struct PointSkeleton {
     pub(super) up: Option<Up>,
     pub(super) unit_m: Option<f64>,
     pub(super) fps: Option<f64>,
+    pub(super) left_handed: bool,
     joints: BTreeMap<String, Names>,
 }
 
@@ -74,6 +75,8 @@ struct Sheet {
     up: Option<String>,
     unit_m: Option<f64>,
     fps: Option<f64>,
+    #[serde(default)]
+    left_handed: bool,
     joints: BTreeMap<String, Names>,
 }
 
@@ -81,7 +84,8 @@ struct Sheet {
 ///
 /// `[joints]` gives each part the name of its point, or a list of points whose middle it is: for `left` and `right` `_hip`, `_knee`,
 /// `_ankle`, `_toe`, `_shoulder`, `_elbow` and `_wrist`; optionally `hips` (else the middle of the hips), `neck` (else the middle of the
-/// shoulders) and `_heel` (else the ankle). `up` is `y`, `z`, `-y` or `-z`, `unit_m` the meters of a unit of length, `fps` the frame rate;
+/// shoulders) and `_heel` (else the ankle). `up` is `y`, `z`, `-y` or `-z`, `unit_m` the meters of a unit of length, `fps` the frame rate,
+/// `left_handed = true` says that the axes are (as Unity's are), which mirrors the points;
 /// without them the axis and the unit are recognized, and the points' file states the rate.
 ///
 /// # Errors
@@ -127,8 +131,8 @@ pub fn parse_skeleton(text: &str, path: &Path) -> Result<PointSkeleton, Retarget
     if let Some((part, _)) = sheet.joints.iter().find(|(_, names)| names.list().is_empty()) {
         return Err(refuse("joints", &format!("a point for '{part}'"), "an empty list".to_owned()));
     }
-    let Sheet { unit_m, fps, joints, .. } = sheet;
-    Ok(PointSkeleton { path: path.to_owned(), up, unit_m, fps, joints })
+    let Sheet { unit_m, fps, left_handed, joints, .. } = sheet;
+    Ok(PointSkeleton { path: path.to_owned(), up, unit_m, fps, left_handed, joints })
 }
 
 /// Positions of each part's points in a file.
