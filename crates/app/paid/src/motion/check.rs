@@ -46,8 +46,13 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     } else {
         print(&reports);
     }
-    let fails = reports.iter().any(|r| r.verdict == Verdict::Fail);
-    Ok(ExitCode::from(if fails { 2 } else { 0 }))
+    Ok(exit_code(&reports))
+}
+
+/// 2 if a clip fails.
+pub fn exit_code<'a>(reports: impl IntoIterator<Item = &'a ClipReport>) -> ExitCode {
+    let fails = reports.into_iter().any(|r| r.verdict == Verdict::Fail);
+    ExitCode::from(if fails { 2 } else { 0 })
 }
 
 /// At the files' own rates: resampling would smooth over what is to be found.

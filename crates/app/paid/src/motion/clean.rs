@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use paid_motion::check::{ClipReport, Verdict};
+use paid_motion::check::ClipReport;
 use paid_motion::clean::{CleanError, CleanOptions, CleanReport, Cleaned, Peak, clean};
 use paid_motion::{Clip, MotionLibrary, motion_files, write_motion};
 use paid_robot::{RobotModel, RobotSpec};
@@ -133,8 +133,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 
 /// 2 if a cleaned clip fails the check.
 pub fn exit_code<'a>(reports: impl IntoIterator<Item = &'a CleanReport>) -> ExitCode {
-    let fails = reports.into_iter().any(|r| r.after.verdict == Verdict::Fail);
-    ExitCode::from(if fails { 2 } else { 0 })
+    super::check::exit_code(reports.into_iter().map(|r| &r.after))
 }
 
 /// The files, none of which may take the place of another one's result.

@@ -60,6 +60,8 @@ pub struct How {
     #[arg(long, hide_short_help = true, help_heading = "Human motion", value_name = "M")]
     unit: Option<f64>,
     /// Frame rate of a file that does not state it [Hz]: AMC [default: 120], CSV.
+    ///
+    /// For a BVH file it takes the place of the file's own.
     #[arg(long, hide_short_help = true, help_heading = "Human motion", value_name = "HZ")]
     fps: Option<f64>,
     /// Height of the human [m].
@@ -197,7 +199,7 @@ struct WithHuman<'a> {
     from_human: EndDistance,
 }
 
-/// Retargets, writes the clip and prints what it is like.
+/// Retargets, writes the clip and prints what it is like; a clip that fails the check makes the exit code 2.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let Robot::G1 = args.robot;
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
@@ -224,17 +226,17 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         return Ok(super::clean::exit_code([&cleaned.report]));
     }
     write_motion(&args.out, &clip, &model, &spec).map_err(Failure::input)?;
+    let check = check_clip(&clip, &model, &spec, &CheckLimits::default()).map_err(Failure::input)?;
     if args.json {
         println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::input)?);
-        return Ok(ExitCode::SUCCESS);
+    } else {
+        print(args, &report, clip.kick_leg, clip.fps);
+        println!("check: {}", check.verdict);
+        for finding in &check.findings {
+            println!("  {}", super::check::line(finding));
+        }
     }
-    print(args, &report, clip.kick_leg, clip.fps);
-    let check = check_clip(&clip, &model, &spec, &CheckLimits::default()).map_err(Failure::input)?;
-    println!("check: {}", check.verdict);
-    for finding in &check.findings {
-        println!("  {}", super::check::line(finding));
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(super::check::exit_code([&check]))
 }
 
 fn print(args: &Args, r: &Report, leg: KickLeg, fps: f64) {
