@@ -4,5 +4,7 @@
 use std::path::Path;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
-    let _ = paid_retarget::parse_bvh(text, Path::new("fuzz.bvh"), 0.01);
+    if let Ok(motion) = paid_retarget::parse_bvh(text, Path::new("fuzz.bvh"), 0.01) {
+        let _ = paid_retarget::Naming::of(&motion);
+    }
 });

@@ -123,6 +123,28 @@ pub enum RetargetError {
         /// Mean angle of the trunk from upright.
         degrees: f64,
     },
+    /// A robot that is nowhere near the human.
+    #[error(
+        "{path}: expected a robot within {:.0} mm and {most_rad} rad of the scaled human on average, found {:.1} mm and {angle:.2} rad, \
+             {worst:.2} rad at '{bone}': the axes of the bones, --height or --unit are others, or the robot cannot follow",
+        1e3 * most_m, 1e3 * distance_m
+    )]
+    Fit {
+        /// The file.
+        path: PathBuf,
+        /// What is accepted `[m]`.
+        most_m: f64,
+        /// What is accepted `[rad]`.
+        most_rad: f64,
+        /// Mean distance over frames and bodies `[m]`.
+        distance_m: f64,
+        /// Mean angle over frames and bodies `[rad]`.
+        angle: f64,
+        /// The bone whose part is off most.
+        bone: String,
+        /// Its mean angle `[rad]`.
+        worst: f64,
+    },
     /// A file name that no format goes with.
     #[error(
         "{path}: expected human motion: a name that ends in .bvh or .amc, or an .npz with the key 'positions'"
@@ -157,7 +179,7 @@ pub enum RetargetError {
         /// The nearest known naming.
         naming: &'static str,
         /// The first missing bone.
-        missing: &'static str,
+        missing: String,
         /// The bones that are there.
         found: String,
     },

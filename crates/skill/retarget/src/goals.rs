@@ -38,12 +38,18 @@ impl Goals {
         height_m: f64,
     ) -> Result<Self, RetargetError> {
         let ratio = height_m / TABLE_HEIGHT_M;
-        let bone = |name: &'static str| {
+        let bone = |name: &str| {
             motion.skeleton.find(name).ok_or_else(|| RetargetError::Bones {
                 path: motion.path.clone(),
                 naming: naming.name,
-                missing: name,
-                found: motion.skeleton.bones.iter().map(|b| b.name.as_str()).collect::<Vec<_>>().join(", "),
+                missing: name.to_owned(),
+                found: motion
+                    .skeleton
+                    .bones
+                    .iter()
+                    .map(|b| b.name.escape_debug().to_string())
+                    .collect::<Vec<_>>()
+                    .join(", "),
             })
         };
         let mut parts = Vec::new();
@@ -51,7 +57,7 @@ impl Goals {
             // Every naming lists every role.
             if let Some(source) = naming.sources.iter().find(|s| s.role == task.role) {
                 let turn = Quat(source.turn).mul(Quat(task.turn));
-                parts.push((task, bone(source.position)?, bone(source.orientation)?, turn));
+                parts.push((task, bone(&source.position)?, bone(&source.orientation)?, turn));
             }
         }
         let root = parts.iter().find(|(task, ..)| task.role == Role::Hips).map(|&(task, at, ..)| (task, at));

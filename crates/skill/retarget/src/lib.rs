@@ -42,6 +42,7 @@
 
 mod amc_text;
 mod asf;
+mod axes;
 mod boxed;
 mod bvh;
 mod bvh_text;
@@ -61,6 +62,7 @@ mod table;
 #[cfg(test)]
 mod testing;
 mod text;
+mod words;
 
 pub use amc_text::amc_texts;
 pub use asf::{parse_amc, parse_asf};

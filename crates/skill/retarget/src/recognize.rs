@@ -1,4 +1,4 @@
-//! What files of human motion leave unsaid: the unit of length and the axis that points up.
+//! What files of human motion leave unsaid or wrong: the unit of length, the axis that points up, the bones' axes.
 //!
 //! A leg says the unit, the trunk the axis. Bones whose names nobody knows say nothing: such a motion stays as it is.
 
@@ -30,10 +30,10 @@ struct Parts {
 impl Parts {
     fn of(motion: &HumanMotion) -> Option<Self> {
         use Role::*;
-        let naming = Naming::of(motion).ok()?;
+        let naming = Naming::named(motion).ok()?;
         let bone = |role: Role| {
             let source = naming.sources.iter().find(|s| s.role == role)?;
-            motion.skeleton.find(source.position)
+            motion.skeleton.find(&source.position)
         };
         let leg = |roles: [Role; 3]| Some([bone(roles[0])?, bone(roles[1])?, bone(roles[2])?]);
         Some(Self {
@@ -122,6 +122,8 @@ pub(crate) fn recognize(mut motion: HumanMotion, unit: Unit) -> Result<HumanMoti
         motion.quat.iter_mut().for_each(|q| *q = turn.mul(Quat(*q)).normalize().0);
         motion.notes.push(format!("{name} was taken for up: the trunk points there"));
     }
+    // What is wrong with the axes is said by whoever needs them.
+    motion.notes.extend(Naming::of(&motion).ok().and_then(|naming| naming.note()));
     Ok(motion)
 }
 

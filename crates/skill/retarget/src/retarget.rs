@@ -8,7 +8,9 @@ use paid_motion::{Clip, KickLabel, KickLeg, fastest_kick};
 use paid_robot::{RobotModel, RobotSpec};
 use serde::Serialize;
 
-use crate::{Ends, Goals, HumanMotion, Naming, Pose, RetargetError, Role, Setting, SolveLimits, Solver};
+use crate::{
+    Ends, Goals, HumanMotion, Naming, Pose, RetargetError, Role, Setting, SolveLimits, Solver, Table,
+};
 
 /// How fast the human's time runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,13 +117,16 @@ pub(crate) const SHORTEST_S: f64 = 0.5;
 const SLOWEST: f64 = 4.0;
 /// A trunk farther off upright on average lies `[rad]`.
 const MOST_TILT: f64 = 1.05;
+/// A clip farther from the scaled human on average is not that human's: distance `[m]` and angle `[rad]`.
+const WORST_FIT: [f64; 2] = [0.15, 0.5];
 /// Stage one only leads the way.
 const LEAD: SolveLimits = SolveLimits { steps: 11, share: 1e-2 };
 
 /// Retargets a human motion.
 ///
 /// # Errors
-/// A motion of less than half a second, an option out of range, bones or bodies that no table knows.
+/// A motion of less than half a second, an option out of range, bones or bodies that no table knows, a robot that is more than 150 mm or 0.5 rad from
+/// the human on average.
 pub fn retarget(
     motion: &HumanMotion,
     model: &RobotModel,
@@ -167,7 +172,7 @@ pub fn retarget(
 fn upright(motion: &HumanMotion, naming: &Naming) -> Result<(), RetargetError> {
     let bone = |role: Role| {
         let source = naming.sources.iter().find(|s| s.role == role)?;
-        motion.skeleton.find(source.position)
+        motion.skeleton.find(&source.position)
     };
     let (Some(hips), Some(torso)) = (bone(Role::Hips), bone(Role::Torso)) else { return Ok(()) };
     let tilt = |t: usize| {
@@ -347,7 +352,26 @@ impl Run<'_> {
             solve_s: tracked.solve_s,
         };
         debug_assert!((clip.fps - fps).abs() < 1e-9);
+        if report.position_error_m > WORST_FIT[0] || report.rotation_error > WORST_FIT[1] {
+            return Err(self.misfit(&tracked, &table, &report));
+        }
         Ok(Retargeted { clip, human: tracked.human, ends, report })
+    }
+
+    fn misfit(&self, tracked: &Tracked, table: &Table, report: &Report) -> RetargetError {
+        let (n, frames) = (table.tasks.len(), report.frames.max(1) as f64);
+        let mean = |k: usize| tracked.errors.iter().skip(k).step_by(n).map(|e| e[1]).sum::<f64>() / frames;
+        let worst = (0..n).max_by(|&a, &b| mean(a).total_cmp(&mean(b))).unwrap_or(0);
+        let bone = table.tasks.get(worst).and_then(|task| self.naming.source(task.role));
+        RetargetError::Fit {
+            path: self.motion.path.clone(),
+            most_m: WORST_FIT[0],
+            most_rad: WORST_FIT[1],
+            distance_m: report.position_error_m,
+            angle: report.rotation_error,
+            bone: bone.map(|source| source.orientation.clone()).unwrap_or_default(),
+            worst: mean(worst),
+        }
     }
 
     fn clip(&self, poses: &[Pose]) -> Clip {

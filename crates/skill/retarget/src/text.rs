@@ -108,7 +108,7 @@ impl<'a> Words<'a> {
     /// The error that `word` is not what is expected.
     pub fn error_at(&self, word: Word<'_>, expected: impl Into<String>) -> RetargetError {
         // A word can be as long as the file.
-        let shown: String = word.text.chars().take(40).collect();
+        let shown: String = word.text.chars().take(40).flat_map(char::escape_debug).collect();
         self.error_found_at(word, expected, format!("'{shown}'"))
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use paid_motion::Points;
 use paid_retarget::{
-    HumanMotion, HumanOptions, RetargetError, motion_of_points, parse_amc, parse_asf, parse_bvh,
+    HumanMotion, HumanOptions, Naming, RetargetError, motion_of_points, parse_amc, parse_asf, parse_bvh,
     parse_skeleton,
 };
 use paid_testing::damaged;
@@ -53,7 +53,13 @@ fn run(name: &str, seed: &str, times: u32, read: impl Fn(&str) -> Result<HumanMo
 
 #[test]
 fn damaged_bvh_is_refused_or_whole() {
-    run("bvh", &crate::common::kick_bvh(3), 6000, |text| parse_bvh(text, Path::new("a.bvh"), 0.01));
+    run("bvh", &crate::common::kick_bvh(3), 6000, |text| {
+        let motion = parse_bvh(text, Path::new("a.bvh"), 0.01)?;
+        // Names and axes of any kind are judged without a panic.
+        let turns = Naming::of(&motion).map(|n| n.sources).unwrap_or_default();
+        assert!(turns.iter().flat_map(|source| source.turn).all(f64::is_finite), "{turns:?}");
+        Ok(motion)
+    });
 }
 
 #[test]

@@ -9,12 +9,15 @@ use std::path::Path;
 use paid_lanes::stats::quantile;
 use paid_lanes::{Quat, Vec3};
 use paid_motion::{MotionError, Points};
-use pose::{Body, Part, slopes};
+use pose::Part;
+pub(crate) use pose::{Body, slopes, standing};
 
 use crate::recognize::{LEG_M, LOW_M, ON_FLOOR_M, UNITS};
 use crate::retarget::SHORTEST_S;
 use crate::skeleton::about;
 use crate::{Bone, HumanMotion, HumanOptions, RetargetError, Skeleton};
+
+pub(crate) use world::mirrored;
 
 pub use sheet::{PointSkeleton, parse_skeleton};
 

@@ -17,7 +17,7 @@ const STANDS_M: f64 = 0.03;
 
 /// A part of the body; sides are 0 left, 1 right.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Part {
+pub(crate) enum Part {
     Hips,
     Neck,
     Hip(usize),
@@ -31,7 +31,7 @@ pub(super) enum Part {
 
 /// The points of one frame; pairs are left, right.
 #[derive(Clone, Debug)]
-pub(super) struct Body {
+pub(crate) struct Body {
     hips: V,
     neck: V,
     hip: [V; 2],
@@ -45,7 +45,7 @@ pub(super) struct Body {
 }
 
 /// Orientations of the segments in the axes of the robot's bodies.
-pub(super) struct Turns {
+pub(crate) struct Turns {
     /// Hips, torso.
     pub trunk: [Quat<f64>; 2],
     /// Left, right: thigh, shin, foot.
@@ -135,6 +135,15 @@ impl Body {
         [0, 1].map(|s| (self.hip[s] - self.knee[s]).norm() + (self.knee[s] - self.ankle[s]).norm())
     }
 
+    /// Sines of the bends of each side's knee and elbow.
+    pub fn bends(&self) -> [[f64; 2]; 2] {
+        let sine = |[a, b, c]: [V; 3]| unit(a - b, [0.0; 3]).cross(unit(b - c, [0.0; 3])).norm();
+        [0, 1].map(|s| {
+            [[self.hip[s], self.knee[s], self.ankle[s]], [self.shoulder[s], self.elbow[s], self.wrist[s]]]
+                .map(sine)
+        })
+    }
+
     /// Where a foot points.
     fn sole(&self, side: usize) -> V {
         unit(self.toe[side] - self.heel[side], [1.0, 0.0, 0.0])
@@ -184,18 +193,22 @@ impl Body {
     }
 }
 
-/// How far the line from heel (or ankle) to toe points down while each foot stands `[rad]`: the median over the frames in which ankle and toe
-/// are near to the lowest they get. Zero for a foot that never stands.
-pub(super) fn slopes(bodies: &[Body]) -> [f64; 2] {
+/// In which frames a foot stands: ankle and toe are near to the lowest they get.
+pub(crate) fn standing(bodies: &[Body], side: usize) -> Vec<bool> {
+    let low = |height: &dyn Fn(&Body) -> f64| {
+        let mut all: Vec<f64> = bodies.iter().map(height).collect();
+        all.sort_by(f64::total_cmp);
+        all.get(all.len() / 20).copied().unwrap_or(0.0) + STANDS_M
+    };
+    let (ankle, toe) = (low(&|b| b.ankle[side].z()), low(&|b| b.toe[side].z()));
+    bodies.iter().map(|b| b.ankle[side].z() <= ankle && b.toe[side].z() <= toe).collect()
+}
+
+/// How far the line from heel (or ankle) to toe points down while each foot stands `[rad]`: the median. Zero for a foot that never stands.
+pub(crate) fn slopes(bodies: &[Body]) -> [f64; 2] {
     [0, 1].map(|side| {
-        let low = |height: &dyn Fn(&Body) -> f64| {
-            let mut all: Vec<f64> = bodies.iter().map(height).collect();
-            all.sort_by(f64::total_cmp);
-            all.get(all.len() / 20).copied().unwrap_or(0.0) + STANDS_M
-        };
-        let (ankle, toe) = (low(&|b| b.ankle[side].z()), low(&|b| b.toe[side].z()));
-        let standing = bodies.iter().filter(|b| b.ankle[side].z() <= ankle && b.toe[side].z() <= toe);
-        let mut down: Vec<f64> = standing.map(|b| (-b.sole(side).z()).clamp(-1.0, 1.0).asin()).collect();
+        let standing = bodies.iter().zip(standing(bodies, side)).filter(|(_, stands)| *stands);
+        let mut down: Vec<f64> = standing.map(|(b, _)| (-b.sole(side).z()).clamp(-1.0, 1.0).asin()).collect();
         quantile(&mut down, 0.5).unwrap_or(0.0)
     })
 }

@@ -47,13 +47,17 @@ pub(super) fn whole(path: &Path, points: &Points, indices: &Indices) -> Result<(
     }
 }
 
-/// Refuses bodies `[m]`, z up, in left-handed axes, and those whose hips stay where they are while both feet walk. `mirrored` says that the
+/// Whether the toes point backward, with the trunk up and the left hip on the left.
+pub(crate) fn mirrored(bodies: &[Body]) -> bool {
+    bodies.iter().map(Body::handedness).sum::<f64>() < -HANDED * bodies.len() as f64
+}
+
+/// Refuses bodies `[m]`, z up, in left-handed axes, and those whose hips stay where they are while both feet walk. `said` is true if the
 /// description asked for a mirror.
-pub(super) fn right_handed_world(path: &Path, bodies: &[Body], mirrored: bool) -> Result<(), RetargetError> {
-    let mean = bodies.iter().map(Body::handedness).sum::<f64>() / bodies.len().max(1) as f64;
-    if mean < -HANDED {
+pub(super) fn right_handed_world(path: &Path, bodies: &[Body], said: bool) -> Result<(), RetargetError> {
+    if mirrored(bodies) {
         let start = "with the trunk up and the toes ahead the left hip is on the right";
-        let (expected, found) = if mirrored {
+        let (expected, found) = if said {
             ("no 'left_handed = true' in the TOML", "right-handed axes".to_owned())
         } else {
             let remedy = "write 'left_handed = true' in the TOML, or exchange left and right there if only the names are wrong";
