@@ -263,7 +263,7 @@ fn numbers_that_cannot_be_used_are_named() {
 fn what_is_missing_is_named() {
     assert_eq!(
         fault(r#"<inertial mass="0.5" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>"#, ""),
-        "twig.xml:22:9: <body 'shin'>: a <inertial> is missing"
+        "twig.xml:22:9: <body 'shin'>: an <inertial> with mass, pos and diaginertia (masses are not computed from geoms) is missing"
     );
     assert_eq!(
         fault(r#"<joint name="knee" damping="0" frictionloss="0.2"/>"#, ""),
@@ -314,5 +314,20 @@ proptest! {
             }
             Err(e) => prop_assert!(e.line >= 1 && e.column >= 1 && e.to_string().starts_with("twig.xml:")),
         }
+    }
+}
+
+#[test]
+fn a_vendors_description_says_what_must_go() {
+    for (file, said) in [
+        ("data/robots/t1/T1_serial.xml", "<body 'Trunk'>: an <inertial> with mass, pos and diaginertia"),
+        ("data/robots/g1_23dof/g1_23dof.xml", "a mesh that touches other shapes"),
+    ] {
+        let Some(path) = paid_testing::shared_data("a_vendors_description_says_what_must_go", file) else {
+            return;
+        };
+        let text = std::fs::read_to_string(&path).expect("a file");
+        let error = RobotModel::from_mjcf(&text, file).expect_err("not a robot of ours").to_string();
+        assert!(error.contains(said), "{error}");
     }
 }

@@ -50,7 +50,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
     /// The model without exclusions and effort limits.
     pub fn finish(self, root: Node) -> Result<RobotModel, MjcfError> {
         if self.bodies.is_empty() {
-            return Err(self.source.error(root, MjcfProblem::MissingElement("<worldbody> with a <body>")));
+            return Err(self.source.error(root, MjcfProblem::MissingElement("a <worldbody> with a <body>")));
         }
         let (bodies, joints) = (self.bodies, self.joints);
         Ok(RobotModel { name: String::new(), bodies, joints, contact_exclusions: Vec::new() })
@@ -87,7 +87,9 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
 
         let mut inertials = children("inertial");
         let Some(inertial) = inertials.next() else {
-            return Err(at.error(MjcfProblem::MissingElement("<inertial>")));
+            return Err(at.error(MjcfProblem::MissingElement(
+                "an <inertial> with mass, pos and diaginertia (masses are not computed from geoms)",
+            )));
         };
         if let Some(second) = inertials.next() {
             return Err(self.unsupported(second, "a second <inertial> in one body"));
@@ -126,7 +128,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         let [joint] = joints[..] else {
             return Err(self
                 .source
-                .error(body, MjcfProblem::MissingElement("single <freejoint> in the root body")));
+                .error(body, MjcfProblem::MissingElement("a single <freejoint> in the root body")));
         };
         if joint.tag_name().name() == "freejoint" {
             return check_known(self.source, joint, attributes_of("freejoint"));
@@ -143,7 +145,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
             elements(body).filter(|n| ["joint", "freejoint"].contains(&n.tag_name().name())).collect();
         let joint = match joints[..] {
             [joint] if joint.tag_name().name() == "joint" => joint,
-            [] => return Err(self.source.error(body, MjcfProblem::MissingElement("<joint>"))),
+            [] => return Err(self.source.error(body, MjcfProblem::MissingElement("a <joint>"))),
             [free] => return Err(self.unsupported(free, "only the root body is free")),
             [_, second, ..] => return Err(self.unsupported(second, "a second joint in one body")),
         };

@@ -46,7 +46,7 @@ pub enum MjcfProblem {
     #[error("attribute '{0}' is missing")]
     MissingAttribute(&'static str),
     /// A required child element is absent.
-    #[error("a {0} is missing")]
+    #[error("{0} is missing")]
     MissingElement(&'static str),
     /// An attribute's value cannot be used.
     #[error("attribute '{attribute}': expected {expected}, found '{found}'")]
