@@ -68,6 +68,16 @@ impl<'a, V: Real> TermInput<'a, V> {
         self.config.foot_body(side)
     }
 
+    /// The robot's end effector number `i`, in the order of `end_effectors` in its TOML (G1: left foot, right foot, left hand, right hand),
+    /// world axes.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[inline(always)]
+    pub fn end_effector(&self, i: usize) -> &'a BodyState<V> {
+        &self.state.bodies[self.config.followed[self.config.end_effectors[i]]]
+    }
+
     /// For each joint of the policy its number in [`TermInput::state`].
     #[inline(always)]
     pub fn policy_joints(&self) -> &'a [usize] {
