@@ -50,7 +50,7 @@ def matched(patterns: list[dict], joint: str) -> float:
 
 
 def scene(paid: Path, soles: str, folder: Path) -> Path:
-    """Lets the program write the scene that it is judged in, at the training's physics step."""
+    """Lets the program write its evaluation scene, at the training's physics step."""
     out = folder / f"{soles}.xml"
     settings = out.with_suffix(".toml")
     training = str(soles == "training").lower()

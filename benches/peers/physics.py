@@ -1,4 +1,4 @@
-"""Physics steps per second of engines that install from the registry and run without a GPU, beside ours, on the same cores.
+"""Physics steps per second of engines that install from the registry and run without a GPU, next to ours, on the same cores.
 
 The G1 of `paid eval scene` and its ball; a position servo in every joint holds the default pose. 5 ms steps. An engine that cannot load the
 scene says why.
@@ -20,7 +20,7 @@ from g1 import PHYSICS_DT_S, ROOT, SUBSTEPS, Robots, scene, servos
 
 
 def rate(step, steps: int, seconds: float) -> float:
-    """Physics steps per second of `step`, which makes so many; the first call is not timed."""
+    """Physics steps per second of `step`, which returns how many it made; the first call is not timed."""
     step()
     begin, count = time.perf_counter(), 0
     while time.perf_counter() - begin < seconds:

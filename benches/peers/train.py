@@ -1,4 +1,4 @@
-"""Training samples per second: ours beside MuJoCo with threads and PPO in PyTorch, in turns on the same cores.
+"""Training samples per second: ours against MuJoCo with threads and PPO in PyTorch, in turns on the same cores.
 
     python3 -m venv v && v/bin/pip install -r requirements.txt
     cargo build --release -p paid
