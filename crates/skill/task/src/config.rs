@@ -22,7 +22,7 @@ pub(crate) struct TaskConfig {
     pub sides: Result<Sides, String>,
     /// Model body of each followed body.
     pub followed: Vec<usize>,
-    /// The first so many followed bodies are tracked.
+    /// Number of tracked bodies: the first of the followed ones.
     pub tracked: usize,
     /// Followed index of the anchor.
     pub anchor: usize,
@@ -102,7 +102,8 @@ impl TaskConfig {
             waist.push(joint.ok_or_else(|| TaskError::Name { role: "waist joint", name: name.clone() })?);
         }
         if waist.is_empty() && preset.rewards.waist_rate.weight != 0.0 {
-            let message = "waist_joints: expected at least one, as rewards.waist_rate pays, found none";
+            let message =
+                "waist_joints: expected at least one, as rewards.waist_rate has a weight, found none";
             return Err(TaskError::Robot(message.into()));
         }
         let feet = [place("foot", &spec.feet[0])?, place("foot", &spec.feet[1])?];

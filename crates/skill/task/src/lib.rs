@@ -1,4 +1,4 @@
-//! The task: what the robot observes, what it is paid for, how its episodes begin and end.
+//! The task: what the robot observes, what it is rewarded for, how its episodes begin and end.
 //!
 //! A [`TaskPreset`] (TOML) holds every constant, a [`paid_play::ReferenceLibrary`] the motions, and a [`TaskShard`] steps a number of
 //! environments, one per SIMD lane. Begin reading with `task/step.rs`, a control step from the actions to the ends of episodes; it calls

@@ -10,8 +10,8 @@ use paid_robot::{RobotModel, RobotSpec};
 
 use crate::{BallCurriculum, EvalControl, SamplerState, Task, TaskError, TaskMetrics, TaskPreset};
 
-/// Environments that report to a trainer and draw their episodes from its sampler. Observations are drawn with noise anew at each
-/// `observe`; in `step`, `terminated` stands for a failure and `truncated` for the end of the motion or the time limit, never both.
+/// Environments that report to a trainer and draw their episodes from its sampler. Each `observe` draws new noise;
+/// in `step`, `terminated` stands for a failure and `truncated` for the end of the motion or the time limit, never both.
 pub trait TrainShard: VecEnv {
     /// Sums and counts since the last call.
     fn take_metrics(&mut self) -> TaskMetrics;

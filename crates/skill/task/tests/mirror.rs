@@ -78,7 +78,7 @@ fn rows(group: &ObservationTerms) -> Vec<(usize, String)> {
     group.places().flat_map(|(place, term)| place.map(move |row| (row, term.name.clone()))).collect()
 }
 
-/// The same up to what the robot's parts, which are not quite symmetric, make of it by this step.
+/// The same up to the effect, by this step, of the robot's parts that are not quite symmetric.
 fn agree(names: &[(usize, String)], step: usize, [expected, found]: [&[f32]; 2]) {
     let allowed = if step == 0 { 1e-4 } else { 0.05 };
     for (row, name) in names {

@@ -1,4 +1,4 @@
-//! Ball and goal through the robot's eyes, on the built-in engine with the built-in kicks.
+//! Ball and goal from onboard perception, on the built-in engine with the built-in kicks.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -97,7 +97,7 @@ fn eyes_without_errors_show_nearly_the_truth() {
         for k in 0..10 {
             let [policy, critic] = seen(f.shard.as_mut());
             for (env, (policy, critic)) in policy.iter().zip(&critic).enumerate() {
-                // The noise that the filter expects draws a new ball's velocity toward rest: by a tenth after 20 pictures, over the two to
+                // The noise that the filter expects draws a new ball's velocity toward rest: by a tenth after 20 images, over the two to
                 // three seconds until the strike.
                 assert!(distance(&policy[..3], &critic[..3]) < 0.01, "{k} {env}: {policy:?} {critic:?}");
                 assert!(distance(&policy[3..6], &critic[3..6]) < 0.08, "{k} {env}: {policy:?} {critic:?}");
@@ -120,8 +120,8 @@ fn the_policy_is_shown_what_the_robot_makes_of_the_scene_and_the_critic_the_trut
         }
         seen(f.shard.as_mut())
     };
-    let ([told, truth], [shown, critic]) = (run(&[]), run(&[PERCEIVED]));
-    assert_eq!((&told, &told), (&truth, &critic));
+    let ([given, truth], [shown, critic]) = (run(&[]), run(&[PERCEIVED]));
+    assert_eq!((&given, &given), (&truth, &critic));
     let error = |at: std::ops::Range<usize>| {
         (0..ENVS).map(|env| distance(&shown[env][at.clone()], &critic[env][at.clone()])).sum::<f64>()
             / ENVS as f64
@@ -267,7 +267,7 @@ fn a_snapshot_of_no_lanes_is_refused() {
     }
 }
 
-/// Puts `before` into `after`, which has other lanes, and lets both go on.
+/// Puts `before` into `after`, which has other lanes, and lets both continue.
 fn goes_on(before: &mut dyn TaskShard, after: &mut dyn TaskShard) {
     after.restore(&before.save()).expect("fits");
     // The same to begin with; then contacts round otherwise.
@@ -355,7 +355,7 @@ fn the_next_kick_begins_with_a_first_look_of_its_own_number() {
     };
     let [policy, critic] = run(3);
     for (env, (policy, critic)) in policy.iter().zip(&critic).enumerate() {
-        // Twenty pictures with 2.2 cm of noise each, and a centimeter of odometry.
+        // Twenty images with 2.2 cm of noise each, and a centimeter of odometry.
         assert!(distance(&policy[..3], &critic[..3]) < 0.05, "{env}: {policy:?} {critic:?}");
         assert!(distance(&policy[6..], &critic[6..]) < 0.05, "{env}: {policy:?} {critic:?}");
         assert_ne!(policy[..3], critic[..3], "{env}");
@@ -364,7 +364,7 @@ fn the_next_kick_begins_with_a_first_look_of_its_own_number() {
     assert_ne!(run(4)[0], policy);
 }
 
-/// Ball and goal as somebody else believes them, in the base frame.
+/// Ball and goal as another program estimates them, in the base frame.
 fn shown_scene(ball: [f64; 3]) -> Shown {
     let scene = SceneView {
         ball_at_strike: Vec3([1.0, 2.0, 3.0]),
@@ -391,7 +391,7 @@ fn a_policy_that_is_shown_a_belief_sees_nothing_of_the_simulators_ball() {
         let wanted = [0.7, -0.1, -0.65, 1.0, 2.0, 3.0, 4.0, 0.5, -0.6];
         for env in 0..ENVS {
             assert!((0..9).all(|k| (policy[env][k] - wanted[k]).abs() < 1e-5), "{:?}", policy[env]);
-            assert!(env == 0 || critic[env] != critic[0], "the critic is told the truth");
+            assert!(env == 0 || critic[env] != critic[0], "the critic is given the ground truth");
         }
         step(shard.as_mut());
     }
@@ -405,7 +405,7 @@ fn a_policy_that_is_shown_a_belief_sees_nothing_of_the_simulators_ball() {
 }
 
 #[test]
-fn a_believed_ball_lies_where_its_policy_is_shown_it_and_is_looked_at_from_its_height() {
+fn the_estimated_ball_lies_where_the_policy_is_shown_it_at_its_own_height() {
     let mut f = fixture(&[&[PERCEIVED], &EXACT[..]].concat(), ENVS);
     place(&mut f, [0.0, 0.0]);
     for _ in 0..3 {
@@ -421,7 +421,7 @@ fn a_believed_ball_lies_where_its_policy_is_shown_it_and_is_looked_at_from_its_h
             assert!(distance(&ball.pos, &sample.ball_pos) < 0.01);
             assert!(ball.deviation_m > 0.0 && ball.deviation_m < 0.05, "{ball:?}");
             assert!((0.0..0.1).contains(&ball.age_s), "{ball:?}");
-            // 0.8 to 1.5 m ahead and 0.3 m to the left: in the picture of a camera that sees 0.5 to 2.4 m ahead.
+            // 0.8 to 1.5 m ahead and 0.3 m to the left: in the image of a camera that sees 0.5 to 2.4 m ahead.
             assert!(ball.in_view, "{ball:?}");
         }
         step(f.shard.as_mut());

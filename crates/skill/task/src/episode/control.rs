@@ -40,8 +40,8 @@ impl InitialState {
     }
 }
 
-/// What a robot that goes on from where it stands is to kick next. Its axes: origin on the ground below the robot's anchor now, x along
-/// the anchor's heading, y left.
+/// The next kick of a robot that continues from where it stands. Axes: origin on the ground below the robot's anchor now, x along the
+/// anchor's heading, y left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NextKick {
     /// Index of the motion in the library; it begins at its first frame.
@@ -52,30 +52,30 @@ pub struct NextKick {
     pub ball_velocity: [f64; 2],
     /// Goal center (x, y) `[m]`.
     pub goal_xy: [f64; 2],
-    /// Number of the robot's first look at a ball, where knowledge is perceived: equal numbers look alike. An episode begins with 0.
+    /// Number of the robot's first look at a ball, where knowledge is perceived: equal numbers draw equal errors. An episode begins with 0.
     pub look: u64,
 }
 
-/// What is shown to a policy of ball and goal, as somebody else believes it.
+/// Ball and goal as shown to a policy, estimated by another program.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
     /// Ball, ball at the strike and goal in the base frame `[m]`.
     pub scene: SceneView<f64>,
-    /// The base in the frame in which it is believed: odometry's.
+    /// The base in the frame of the estimate: odometry's.
     pub base: Pose<f64>,
 }
 
-/// Where a robot believes the ball to be, seen from its base, as its policy is shown it. Odometry's error moves robot and ball alike and
-/// is left out.
+/// A robot's estimate of the ball, relative to its base, as its policy is shown it. Odometry's error moves robot and ball alike and is
+/// left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BelievedBall {
     /// Center, world `[m]`.
     pub pos: [f64; 3],
     /// Standard deviation of x and of y `[m]`, as the tracker has it.
     pub deviation_m: f64,
-    /// Time since the capture of the last picture that was believed `[s]`.
+    /// Time since the capture of the last image whose detection was accepted `[s]`.
     pub age_s: f64,
-    /// True if the true ball is in the camera's picture now, near enough to be found.
+    /// True if the true ball is in the camera's image now, near enough to be detected.
     pub in_view: bool,
 }
 
@@ -159,20 +159,20 @@ pub trait EvalControl {
     /// # Errors
     /// If the environment, motion or frame does not exist or a number is not finite.
     fn force_start(&mut self, env: usize, start: &InitialState) -> Result<(), TaskError>;
-    /// Lets environment `env` go on without a reset: the reference of another motion begins where the robot's anchor is, along its
+    /// Environment `env` continues without a reset: the reference of another motion begins where the robot's anchor is, along its
     /// heading, and the ball lies at a new place. The robot's state stays as it is, and so does the count of control steps. Where
-    /// knowledge is perceived, the robot has had its first look at the new ball, and has been told where the goal is.
+    /// knowledge is perceived, the robot has had its first look at the new ball, and knows where the goal is.
     ///
     /// # Errors
     /// If the environment or the motion does not exist, or a number is not finite.
     fn next_kick(&mut self, env: usize, next: &NextKick) -> Result<(), TaskError>;
-    /// From now on the policy of environment `env` is shown this of ball and goal, and nothing of the simulator's; `None`: as the task says.
+    /// From now on the policy of environment `env` is shown this ball and goal instead of the simulator's; `None`: as the task says.
     /// The environments of a lane group are shown together: each needs its own.
     ///
     /// # Errors
     /// If the environment does not exist.
     fn show(&mut self, env: usize, shown: Option<&Shown>) -> Result<(), TaskError>;
-    /// Lets a bystander meddle with environment `env` between two control steps. Its episode and its reference go on.
+    /// Disturbs environment `env` from outside between two control steps. Its episode and its reference continue.
     ///
     /// # Errors
     /// If the environment does not exist, or a number is not finite.
@@ -182,7 +182,7 @@ pub trait EvalControl {
     /// # Errors
     /// If the environment does not exist.
     fn ball_spin(&self, env: usize) -> Result<[f64; 3], TaskError>;
-    /// Where the robot of environment `env` believes the ball to be; `None` where it is told the truth, or somebody else's belief.
+    /// The estimate of the ball by the robot of environment `env`; `None` where it is given the ground truth or another program's estimate.
     ///
     /// # Errors
     /// If the environment does not exist.

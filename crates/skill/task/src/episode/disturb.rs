@@ -1,11 +1,11 @@
-//! What a bystander does to an environment: pushes the robot, takes the ball or the goal elsewhere.
+//! Disturbances of an environment from outside: push the robot, move the ball or the goal.
 
 use paid_lanes::Real;
 use paid_physics::Simulator;
 
 use crate::{Task, TaskError};
 
-/// A meddling hand. World axes.
+/// A disturbance from outside. World axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Disturbance {
     /// An impulse on the robot `[N s]`: every body's velocity changes by impulse over the robot's mass.

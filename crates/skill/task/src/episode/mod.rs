@@ -1,4 +1,4 @@
-//! How episodes begin, go on and end: starts and resets, which motion and phase, what is drawn for each, and what an evaluation rules.
+//! How episodes begin, continue and end: starts and resets, which motion and phase, what is drawn for each, and an evaluation's rules.
 
 pub(crate) mod control;
 pub(crate) mod curriculum;

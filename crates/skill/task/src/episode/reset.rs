@@ -125,11 +125,11 @@ impl StartContext<'_> {
         EpisodePlan { motion, frame, ball, hold, after_strike, state }
     }
 
-    /// Where the robot believes a ball to be when its motion strikes that comes to `place`; both in the start frame `[m]`.
+    /// The robot's estimate, at its motion's strike, of a ball that comes to `place`; both in the start frame `[m]`.
     fn believed(&self, place: [f64; 2]) -> [f64; 2] {
         let Some(mut rng) = self.eyes else { return place };
         let preset = &self.config.preset;
-        // It errs on a ball that rolls to this place as on one that lies there: the error of a linear filter is that of its pictures.
+        // The error for a ball that rolls to this place is that for one that lies there: the error of a linear filter is that of its images.
         let ball = RollingBall { place, velocity: [0.0; 2], decay: roll_decay(&preset.ball_params) };
         let seen = believed(&preset.eyes, &ball, self.config.nominal_height_m, &mut rng);
         let motions = self.library.facts();

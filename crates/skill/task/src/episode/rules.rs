@@ -5,7 +5,7 @@
 pub enum AtMotionEnd {
     /// The episode ends, as a truncation.
     End,
-    /// The reference holds its last pose at rest and the episode goes on.
+    /// The reference holds its last pose at rest and the episode continues.
     HoldLastPose,
 }
 
@@ -14,7 +14,7 @@ pub enum AtMotionEnd {
 pub enum OnFailure {
     /// The episode ends.
     End,
-    /// The episode goes on.
+    /// The episode continues.
     Continue,
 }
 
@@ -23,7 +23,7 @@ pub enum OnFailure {
 pub enum AfterEnd {
     /// A new episode begins at once.
     Restart,
-    /// The environment goes on and keeps reporting its end.
+    /// The environment continues and keeps reporting its end.
     Continue,
 }
 
@@ -94,7 +94,7 @@ pub struct EpisodeRules {
 }
 
 impl EpisodeRules {
-    /// Episodes as they are trained on: they end with the motion or a failure, begin anew at once, and are disturbed.
+    /// Episodes as they are trained on: they end with the motion or a failure, begin again at once, and are disturbed.
     pub const TRAINING: Self = Self {
         at_motion_end: AtMotionEnd::End,
         on_failure: OnFailure::End,
@@ -106,7 +106,7 @@ impl EpisodeRules {
         reward_terms: RewardTermsInSamples::Dropped,
     };
 
-    /// Undisturbed episodes that go on after the motion and after failures, for the evaluator to judge.
+    /// Undisturbed episodes that continue after the motion and after failures, which the evaluator handles.
     pub const fn evaluation() -> Self {
         Self {
             at_motion_end: AtMotionEnd::HoldLastPose,

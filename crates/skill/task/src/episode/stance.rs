@@ -153,7 +153,7 @@ pub(crate) struct EndStates {
 }
 
 impl EndStates {
-    /// Takes in a state; the oldest one goes once there are [`KEPT`].
+    /// Adds a state; from [`KEPT`] on it replaces the oldest one.
     pub(crate) fn push(&mut self, state: Stance) {
         if !state.is_finite() {
             return;
@@ -171,7 +171,7 @@ impl EndStates {
         &self.states
     }
 
-    /// True if every state is one of a robot with so many joints.
+    /// True if every state is one of a robot with this many joints.
     pub(crate) fn fit(&self, joints: usize) -> bool {
         self.next < KEPT && self.states.iter().all(|s| s.0.joint_pos.len() == joints)
     }

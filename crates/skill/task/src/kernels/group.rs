@@ -37,9 +37,9 @@ pub(crate) struct GroupTask<V> {
     pub prediction_s: V,
     /// Contacts and outcome of the kick.
     pub kick: KickState<V>,
-    /// What is remembered of the scene that was shown: the true one (to the critic) and the believed one (to the policy).
+    /// What is remembered of the scenes that were shown: the true one (to the critic) and the estimated one (to the policy).
     pub scene_memory: [SceneMemory<V>; 2],
-    /// Ball and goal through the robot's eyes, where the preset's knowledge is perceived.
+    /// Ball and goal through onboard perception, where the preset's knowledge is perceived.
     pub eyes: Option<Eyes<V>>,
     /// Ball and goal as an evaluation shows them.
     pub shown: Option<ShownScene<V>>,
@@ -51,7 +51,7 @@ pub(crate) struct GroupTask<V> {
     pub foot_peak: V,
     /// The same of the reference.
     pub reference_peak: V,
-    /// Reward terms of the last step, order of [`crate::reward_names`]; kept only where an evaluation asks for them.
+    /// Reward terms of the last step, order of [`crate::reward_names`]; kept only where an evaluation needs them.
     pub terms: Option<Vec<V>>,
 }
 
@@ -83,7 +83,7 @@ impl<V: Real> GroupTask<V> {
     }
 
     /// Every number but the reference, where it begins and the times to its strike (which follow from the environments), the reward terms
-    /// (which nothing depends on) and what an evaluation shows (which it shows anew), for saving.
+    /// (which nothing depends on) and what an evaluation shows (which it shows again), for saving.
     pub(crate) fn fields(&mut self) -> Vec<&mut V> {
         let mut fields: Vec<&mut V> = Vec::new();
         fields.extend(self.action.iter_mut());

@@ -175,7 +175,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
         self.robot.fill_bodies(config, state);
         let mut truth = true_scene(config, state, group);
         let base = base_pose(state);
-        let (mut seen, believed_base) = match (&group.shown, &group.eyes) {
+        let (mut seen, estimated_base) = match (&group.shown, &group.eyes) {
             (Some(shown), _) => (shown.scene, shown.base),
             (None, Some(eyes)) => {
                 // The state is a frame before the one that it will be scored against.
@@ -189,7 +189,7 @@ impl<V: Real> Kernel for Observe<'_, V> {
         let to_strike_s = group.to_strike_s + V::c(config.dt_s);
         let [of_truth, of_belief] = &mut group.scene_memory;
         of_truth.show(&base, to_strike_s, &mut truth);
-        of_belief.show(&believed_base, to_strike_s, &mut seen);
+        of_belief.show(&estimated_base, to_strike_s, &mut seen);
         let views = Views {
             robot: self.robot.view(state, &group.action),
             privileged: Some(self.robot.privileged(config, state)),

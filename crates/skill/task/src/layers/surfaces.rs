@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_file_lies_beside_the_preset_and_an_absent_one_is_told() {
+    fn a_surface_file_lies_next_to_the_preset_and_an_absent_one_is_reported() {
         let folder = tempfile::tempdir().expect("folder");
         let text = "name = \"yard\"\n[ball_params]\nmass_kg = 0.4\n";
         fs::write(folder.path().join("yard.toml"), text).expect("write");

@@ -148,14 +148,14 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_value_is_told_with_file_line_expected_and_found() {
+    fn a_wrong_value_is_reported_with_file_line_expected_and_found() {
         let text = refused("\n[run]\nenvs = \"many\"");
         assert_eq!(text, "x.toml:3: run.envs: invalid type: string \"many\", expected usize");
         assert_eq!(refused("[run]\nshare = 0.5"), "x.toml:2: run.envs: expected a value, found none");
     }
 
     #[test]
-    fn an_unknown_key_is_told_with_its_line_and_the_nearest_key() {
+    fn an_unknown_key_is_reported_with_its_line_and_the_nearest_key() {
         let text = refused("[run]\nenvs = 1\nshape = 0.5");
         assert_eq!(
             text,

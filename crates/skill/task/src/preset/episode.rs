@@ -95,7 +95,7 @@ pub struct SamplingPreset {
     /// Time after the first contact with the ball at which an episode times out `[s]`; 0: never. The outcome is decided by
     /// then, and almost half of a clip is follow-through and recovery.
     pub stop_after_kick_s: f64,
-    /// Share of the environments in which it does; the others go on, so that the recovery stays in training.
+    /// Share of the environments in which it does; the others continue, so that the recovery stays in training.
     pub stop_share: f64,
     /// Share of the episodes that begin after the strike, at a frame between it and the end of holding, with the ball on its way to
     /// the goal. What they do is no kick and counts as none.

@@ -30,7 +30,7 @@ pub use randomization::{RandomizationPreset, SurfacePreset};
 /// A closed interval `[lo, hi]`; equal ends give a constant.
 pub type Range = [f64; 2];
 
-/// A task: what the robot observes, is paid for, and how its episodes begin and end.
+/// A task: what the robot observes, what it is rewarded for, and how its episodes begin and end.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TaskPreset {
@@ -78,7 +78,7 @@ pub struct TaskPreset {
     pub goal: GoalPreset,
     /// Disturbances.
     pub pushes: PushPreset,
-    /// Physical parameters drawn anew at every reset.
+    /// Physical parameters that are drawn at every reset.
     pub randomization: RandomizationPreset,
 }
 
@@ -274,7 +274,7 @@ impl TaskPreset {
         self.observations.predicts()
     }
 
-    /// True if ball and goal are known through the robot's eyes.
+    /// True if ball and goal are known from onboard perception.
     pub fn perceives(&self) -> bool {
         self.knowledge == KnowledgeMode::Perceived
     }

@@ -75,7 +75,7 @@ impl SurfacePreset {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RandomizationPreset {
-    /// True: each environment lies at a random place of the terrain, drawn anew at every reset.
+    /// True: each environment lies at a random place of the terrain, drawn at every reset.
     pub terrain_offset: bool,
     /// True: robot parameters below are drawn.
     pub robot: bool,

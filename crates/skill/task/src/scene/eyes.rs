@@ -20,8 +20,8 @@ pub enum KnowledgeMode {
     /// Where they are, and how the ball moves, from the simulator.
     #[default]
     Truth,
-    /// What camera, odometry and ball tracker make of it (`eyes`). The goal is known from the start, and lost sight of at the speed of
-    /// odometry's drift. The critic is told the truth.
+    /// The ball tracker's estimates from camera and odometry (`eyes`). The goal is known from the start; its error grows with odometry's
+    /// drift. The critic is given the ground truth.
     Perceived,
 }
 
@@ -62,7 +62,7 @@ pub(crate) fn believed(preset: &EyesPreset, ball: &RollingBall, height_m: f64, r
     RollingBall { place: seen.position, velocity: seen.velocity, decay: draw.decay(&start) }
 }
 
-/// Begins an episode of the eyes in a lane.
+/// Begins an episode of onboard perception in a lane.
 pub(crate) fn begin_lane<V: Real>(
     eyes: &mut Eyes<V>,
     lane: usize,
@@ -125,7 +125,7 @@ impl<V: Real> Kernel for Look<'_, V> {
     }
 }
 
-/// What one lane's eyes believe of the ball. `to_strike_s` is the time from the next state to the reference's strike `[s]`.
+/// The estimate of the ball in one lane. `to_strike_s` is the time from the next state to the reference's strike `[s]`.
 pub(crate) fn believed_ball<V: Real>(
     eyes: &Eyes<V>,
     config: &TaskConfig,
@@ -138,18 +138,18 @@ pub(crate) fn believed_ball<V: Real>(
     let belief = eyes.belief(to_strike_s + V::c(config.dt_s), preset);
     let BodyPose { pos, rot } = eyes.estimated(&pose(base));
     let in_base = Pose { pos, rot }.point_in_body(eyes.on_the_ground(belief.ball.position));
-    let believed = base.rot.mul_vec(in_base) + base.pos;
+    let estimate = base.rot.mul_vec(in_base) + base.pos;
     BelievedBall {
-        pos: believed.lane(lane),
+        pos: estimate.lane(lane),
         deviation_m: belief.ball.covariance[0].lane(lane).max(0.0).sqrt(),
         age_s: belief.age_s.lane(lane),
         in_view: preset.in_picture(&pose(carrier), state.ball.pos).lane(lane),
     }
 }
 
-/// What a group's eyes make of the scene, and the pose that odometry gives the base in which it is shown.
+/// A group's estimate of the scene, and the base's pose by odometry, in which it is shown.
 ///
-/// `goal` is the goal's center in the world `[m]`, as the robot was told it when odometry began; `to_strike_s` and
+/// `goal` is the goal's center in the world `[m]`, as the robot was given it when odometry began; `to_strike_s` and
 /// `to_contact_s` the times from this state to the reference's strike and to the foot's contact `[s]`; `predicts` as in
 /// [`BelievedScene::view`].
 #[inline(always)]
@@ -165,6 +165,6 @@ pub(crate) fn seen_scene<V: Real>(
     let (velocity, ball) = (ball.velocity, eyes.on_the_ground(ball.position));
     let BodyPose { pos, rot } = eyes.estimated(&pose(base));
     let base = Pose { pos, rot };
-    let believed = BelievedScene { ball, velocity, decay: eyes.decay(), goal };
-    (believed.view(&base, to_contact_s, predicts), base)
+    let scene = BelievedScene { ball, velocity, decay: eyes.decay(), goal };
+    (scene.view(&base, to_contact_s, predicts), base)
 }

@@ -18,7 +18,7 @@ pub(crate) struct KickState<V> {
     pub wait: V,
     /// Control steps since the first contact.
     pub since: V,
-    /// Control steps left for which the outcome pays.
+    /// Control steps left for which the outcome is rewarded.
     pub window: V,
     /// The vertical-speed window has been opened.
     pub z_opened: V,
@@ -47,11 +47,11 @@ pub struct KickStep<V: Real> {
     pub first: V::Mask,
     /// The first contact, by the labeled foot.
     pub correct: V::Mask,
-    /// The first contact, and it pays.
+    /// The first contact, and it is rewarded.
     pub paid: V::Mask,
     /// The right foot is the nearer one.
     pub right: V::Mask,
-    /// Outcome pays in this step.
+    /// The outcome is rewarded in this step.
     pub window: V::Mask,
     /// Vertical speed is charged in this step.
     pub z_window: V::Mask,
@@ -142,7 +142,7 @@ impl<V: Real> KickState<V> {
     }
 
     /// Marks a lane's kick as over, for an episode that begins after it: `distance2` is the ball's squared distance from anchor and
-    /// base at the contact `[m^2]`. Nothing of it pays any more.
+    /// base at the contact `[m^2]`. It earns no reward any more.
     pub(crate) fn set_struck(&mut self, lane: usize, distance2: [f64; 2]) {
         for flag in [&mut self.touched, &mut self.z_opened] {
             flag.set_lane(lane, 1.0);
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn the_wrong_foot_touches_but_does_not_pay() {
+    fn the_wrong_foot_touches_but_is_not_rewarded() {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, Some(0), [0.0, 0.0, 0.11], 0);
         let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset());
@@ -369,7 +369,7 @@ mod tests {
         kick.observe_outcome(&hit, goal, heading, 5, 1.0);
         assert!((kick.best_speed - 9.09_f64.sqrt()).abs() < 1e-12);
         assert!((kick.best_cosine - 3.0 / 9.09_f64.sqrt()).abs() < 1e-12);
-        // After 4.99 / 3 s the ball is 0.499 m beside the center.
+        // After 4.99 / 3 s the ball is 0.499 m from the center.
         assert_eq!((kick.on_target, kick.scored), (1.0, 0.0));
         let far = ball(0.0, [0.0, -1.0, 0.0], -5.1);
         kick.observe_outcome(&far, goal, heading, 5, 1.0);

@@ -1,4 +1,4 @@
-//! Ball and goal as an evaluation shows them to the policy, in place of what the task makes of the simulator's scene.
+//! Ball and goal as an evaluation shows them to the policy, in place of what the task derives from the simulator's scene.
 
 use paid_lanes::{Real, Vec3};
 use paid_policy::{Pose, SceneView};

@@ -25,7 +25,7 @@ pub(crate) struct Image {
 }
 
 impl Image {
-    /// `None` if the preset does not ask for it.
+    /// `None` if the preset does not need it.
     ///
     /// # Errors
     /// If the robot's sides differ.

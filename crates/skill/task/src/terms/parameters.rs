@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use crate::TaskError;
 use crate::preset::value_error;
 
-/// What a term needs of its task. Without a ball in the scene a term that needs one pays nothing.
+/// What a term needs of its task. Without a ball in the scene a term that needs one is 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Requirement {
     /// A reference motion.

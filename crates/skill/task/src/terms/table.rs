@@ -22,7 +22,7 @@ pub struct TermInfo {
     pub frame: &'static str,
     /// What it needs of the task.
     pub needs: Vec<String>,
-    /// Parameters; a reward term has a weight besides. An observation term has the half-width of its noise.
+    /// Parameters; a reward term also has a weight. An observation term has the half-width of its noise.
     pub parameters: Vec<ParameterInfo>,
 }
 

@@ -1,4 +1,4 @@
-//! A bystander who meddles with an environment.
+//! Disturbances of an environment from outside.
 
 use paid_physics::Simulator;
 use paid_policy::VecEnv;

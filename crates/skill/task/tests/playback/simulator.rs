@@ -128,7 +128,7 @@ impl Simulator<f64> for Playback {
         self.state.ball.robot_force = Vec3([if kicks { 100.0 } else { 0.0 }, 0.0, 0.0]);
         if kicks {
             self.ball.ball_vel = [0.0, -4.0, 1.0];
-            // The right foot stands beside the ball, the left one farther away.
+            // The right foot stands next to the ball, the left one farther away.
             self.ball.ball_pos[0] = -0.2;
         }
         for k in 0..3 {

@@ -70,7 +70,7 @@ fn episodes_after_the_strike_have_their_ball_gone_and_count_no_kick() {
     steps(&mut task, 300);
     let metrics = task.take_metrics();
     assert!(metrics.episodes >= 10 && metrics.kick.episodes == 0, "{metrics:?}");
-    // Nearness goes on paying as at the contact, whose ball the reference had 0.19 m ahead.
+    // The reward for nearness stays as at the contact, whose ball the reference had 0.19 m ahead.
     let weight = preset("stage2", &options).rewards.ball_prox.weight;
     let expected = 300.0 * 0.02 * weight * (-(0.19_f64 / 0.5).powi(2)).exp();
     let nearness =

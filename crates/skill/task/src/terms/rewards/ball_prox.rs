@@ -24,7 +24,7 @@ reward_term! {
         sigma: f64 = 4.0, "m", positive, "the authors' public release";
         /// Point of the robot that the distance is measured from: `anchor` or `base`.
         from: ProximityPoint = ProximityPoint::Anchor, "", point, "the release takes the torso; the paper says pelvis";
-        /// True: what it is at the first contact stays; false: a ball that flies away pays less and less.
+        /// True: the value at the first contact stays; false: it falls as the ball flies away.
         frozen: bool = true, "", switch, "the authors' public release; the paper";
     }
 }

@@ -27,7 +27,7 @@ mod tests {
     use crate::fixture::Fixture;
 
     #[test]
-    fn only_the_labeled_foot_pays() {
+    fn only_the_labeled_foot_is_rewarded() {
         let mut fixture = Fixture::new();
         fixture.kick.first = true;
         assert_eq!(Contact::default().value(&fixture.input()), 0.0);

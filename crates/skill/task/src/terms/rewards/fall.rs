@@ -1,4 +1,4 @@
-//! The price of a fall.
+//! The penalty for a fall.
 
 use paid_lanes::Real;
 

@@ -10,7 +10,7 @@ reward_term! {
     pub struct KickFootPos {
         /// Width of the kernel.
         sigma: f64 = 0.2, "m", positive, "narrower than the 0.3 m of both feet";
-        /// The term pays within this time before and after the reference's strike; 0: over the whole motion.
+        /// The term counts within this time before and after the reference's strike; 0: over the whole motion.
         around_s: f64 = 0.0, "s", not_negative, "over the whole motion";
     }
 }

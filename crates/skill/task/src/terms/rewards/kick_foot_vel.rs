@@ -10,7 +10,7 @@ reward_term! {
     pub struct KickFootVel {
         /// Width of the kernel.
         sigma: f64 = 2.0, "m/s", positive, "the mean over all bodies gives one ankle 1/14 of the pull that the action rate costs at the strike";
-        /// The term pays within this time before and after the reference's strike; 0: over the whole motion.
+        /// The term counts within this time before and after the reference's strike; 0: over the whole motion.
         around_s: f64 = 0.0, "s", not_negative, "over the whole motion";
     }
 }

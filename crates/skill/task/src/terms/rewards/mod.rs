@@ -1,4 +1,4 @@
-//! What the robot is paid for: one term a file.
+//! What the robot is rewarded for: one term a file.
 //!
 //! A term is a struct of typed parameters and an inlined function over lanes. The list below makes from the terms the preset
 //! (`rewards.<name> = { weight = 1.0, ... }`), names, weights, validation, the sums in the log and the table of terms.
@@ -74,7 +74,7 @@ pub trait Weighted: Parameters {
 /// paid_task::reward_term! {
 ///     /// Height of the base above `least_m`.
 ///     pub struct Height {
-///         /// Height from which the term pays.
+///         /// Height from which the term is above 0.
 ///         least_m: f64 = 0.6, "m", positive, "below it the robot has fallen";
 ///     }
 /// }
@@ -88,7 +88,7 @@ macro_rules! reward_term {
             $(#[doc = $summary])+
             pub struct $Term {
                 /// Factor on the value, per second; negative for a penalty. At 0 the term is not computed.
-                weight: f64 = 0.0, "", finite, "a term that a preset leaves out pays nothing";
+                weight: f64 = 0.0, "", finite, "a term that a preset leaves out is off";
                 $($rest)*
             }
         }
@@ -144,7 +144,7 @@ macro_rules! reward_terms {
                 self.own.validate()
             }
 
-            /// Each term that pays, with what it needs.
+            /// Each term that is on, with what it needs.
             pub(crate) fn active(&self) -> impl Iterator<Item = (&'static str, &'static [Requirement])> {
                 let terms = [$((stringify!($name), self.$name.weight, $Term::NEEDS)),+];
                 let active = terms.into_iter().filter(|(_, weight, _)| *weight != 0.0);
@@ -157,7 +157,7 @@ macro_rules! reward_terms {
                 builtin.into_iter().chain(own_reward_table()).collect()
             }
 
-            /// Writes value x weight x control period of every built-in term, 0 where it pays nothing, and returns their sum.
+            /// Writes value x weight x control period of every built-in term, 0 where it is off, and returns their sum.
             #[inline(always)]
             pub(crate) fn evaluate<V: Real>(&self, input: &TermInput<'_, V>, terms: &mut [V; REWARD_TERMS]) -> V {
                 let mut total = V::zero();
@@ -238,7 +238,7 @@ mod tests {
             toml::Value::try_from(&rewards.kick).expect("writes")
         ))
         .expect("valid");
-        // Not a number where a term that pays nothing would read it.
+        // Not a number where a term that is off would read it.
         fixture.tracking.anchor_pos2 = f64::NAN;
         let mut terms = [9.0; REWARD_TERMS];
         let preset = fixture.config.preset.rewards.clone();

@@ -7,7 +7,7 @@ use crate::scene::kick::horizontal2;
 use crate::{Requirement, RewardTerm, TermInput, reward_term};
 
 reward_term! {
-    /// Angle between the ball's horizontal velocity and the way from where it lay to the goal: `exp(-angle^2 / sigma^2)`, within
+    /// Angle between the ball's horizontal velocity and the direction from where it lay to the goal: `exp(-angle^2 / sigma^2)`, within
     /// the window after a correct contact.
     pub struct VelAlign {
         /// Width of the kernel.
@@ -39,7 +39,7 @@ fn alignment<V: Real>(ball_vel: Vec3<V>, from: Vec3<V>, goal: Vec3<V>, sigma: f6
     gaussian(angle * angle, sigma)
 }
 
-/// Share of the pay that a ball of horizontal `speed` earns: `min(1, speed / full)`, 1 if `full` is 0 `[m/s]`.
+/// Share of the reward that a ball of horizontal `speed` earns: `min(1, speed / full)`, 1 if `full` is 0 `[m/s]`.
 #[inline(always)]
 fn speed_share<V: Real>(speed: V, full: f64) -> V {
     if full > 0.0 { (speed * V::c(1.0 / full)).min(V::one()) } else { V::one() }
