@@ -165,7 +165,7 @@ fn numbers_that_are_no_motions_are_shown_with_line_and_field() {
 }
 
 #[test]
-fn a_frame_rate_beside_the_files_own_must_be_the_same() {
+fn a_given_frame_rate_must_be_the_files_own() {
     let (dir, csv) = written(&["# kick_leg: left\n# fps: 50\n", ROW, ROW].concat());
     let npz = dir.path().join("clip.npz");
     write_motion(&npz, &steady_clip(5, 50.0, 0.0), &model(), &spec()).expect("written");
@@ -181,7 +181,7 @@ fn a_frame_rate_beside_the_files_own_must_be_the_same() {
 }
 
 #[test]
-fn an_order_of_joints_beside_an_archive_which_has_its_own_is_refused() {
+fn an_order_of_joints_for_an_archive_which_has_its_own_is_refused() {
     let dir = TempDir::new().expect("a temporary folder");
     let path = dir.path().join("clip.npz");
     write_motion(&path, &steady_clip(5, 50.0, 0.0), &model(), &spec()).expect("written");

@@ -49,7 +49,7 @@ pub enum MotionError {
         path: PathBuf,
         /// The key.
         key: &'static str,
-        /// What the format asks for.
+        /// What the format requires.
         expected: String,
         /// What is there, with its place.
         found: String,
@@ -73,7 +73,7 @@ pub enum MotionError {
         line: usize,
         /// Field of the line, from 1.
         column: usize,
-        /// What the format asks for.
+        /// What the format requires.
         expected: String,
         /// What is there.
         found: String,
@@ -85,7 +85,7 @@ pub enum MotionError {
         path: PathBuf,
         /// Where in the file.
         offset: usize,
-        /// What the format asks for.
+        /// What the format requires.
         expected: String,
         /// What is there.
         found: String,
@@ -117,7 +117,7 @@ pub enum MotionError {
         /// What was expected and what was found.
         what: String,
     },
-    /// Something that the file does not say and that nobody gave.
+    /// Something that neither the file nor an option states.
     #[error("{path}: {what} is not stated in the file; {remedy}")]
     Unstated {
         /// The file.
@@ -127,7 +127,7 @@ pub enum MotionError {
         /// How to state it.
         remedy: &'static str,
     },
-    /// An order of joints beside a file that has its own.
+    /// An order of joints for a file that has its own.
     #[error(
         "{path}: --joint-order: expected a file that does not state its order (.csv, .pkl), found an NPZ archive, which \
              has its own"

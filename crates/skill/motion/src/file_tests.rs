@@ -113,7 +113,7 @@ fn every_missing_key_is_named() {
 }
 
 #[test]
-fn a_wrong_shape_is_shown_beside_the_right_one() {
+fn a_wrong_shape_is_shown_with_the_right_one() {
     let dir = folder();
     let error = refusal(&file_with(&dir, |zip, key| {
         key == "body_pos_w" && numbers(zip, key, &[4, 2, 3], &[0.0_f32; 24]).is_ok()

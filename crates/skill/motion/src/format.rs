@@ -1,4 +1,4 @@
-//! Motion files of any format: told apart by their content, then by their name.
+//! Motion files of any format: distinguished by their content, then by their name.
 
 use std::fs::File;
 use std::io::Read;
@@ -45,7 +45,7 @@ pub struct ReadOptions {
     /// The kicking leg; wins over what the file states. Without either, the leg with the faster foot.
     pub kick_leg: Option<KickLeg>,
     /// Joint order of a CSV file without column names or of a pickle; wins over what the file states. Without either, [`JointOrder::Model`].
-    /// An error beside an NPZ file, which has its own.
+    /// An error with an NPZ file, which has its own.
     pub joint_order: Option<JointOrder>,
     /// Order of the base's quaternion in a CSV file without column names or in a pickle; wins over what the file states. Without either,
     /// [`QuatOrder::Xyzw`], and a file that stands only in the other order is an error. NPZ files have their own.
@@ -82,7 +82,7 @@ pub fn read_motion(
     }
 }
 
-/// Writes a motion in the format that the file's name asks for (`.npz`, `.csv`). Its folder is made; the file appears under its name only
+/// Writes a motion in the format of the file's name (`.npz`, `.csv`). Its folder is made; the file appears under its name only
 /// when it is whole.
 ///
 /// # Errors

@@ -166,7 +166,7 @@ fn a_row_that_occurs_again_and_again_asks_for_no_more_than_the_shape_allows() {
 }
 
 #[test]
-fn a_frame_rate_beside_the_files_own_must_be_the_same() {
+fn a_given_frame_rate_must_be_the_files_own() {
     let at = |fps| {
         let options = ReadOptions { fps: Some(fps), ..ReadOptions::default() };
         crate::gmr::parse_gmr(&bytes(NUMPY_4), Path::new("a.pkl"), &model(), &spec(), &options)

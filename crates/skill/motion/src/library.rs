@@ -200,8 +200,8 @@ mod tests {
         let library =
             MotionLibrary::load_unchanged(folder.path(), &model(), &spec()).expect("the faster foot");
         assert_eq!(library.clips[0].kick_leg, KickLeg::Left);
-        let told = ReadOptions { kick_leg: Some(KickLeg::Right), ..ReadOptions::default() };
-        let library = MotionLibrary::load_with(folder.path(), &model(), &spec(), &told).expect("told");
+        let given = ReadOptions { kick_leg: Some(KickLeg::Right), ..ReadOptions::default() };
+        let library = MotionLibrary::load_with(folder.path(), &model(), &spec(), &given).expect("loads");
         assert_eq!(library.clips[0].kick_leg, KickLeg::Right);
     }
 

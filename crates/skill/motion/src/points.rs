@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_told_from_a_robots_motion_and_from_no_archive() {
+    fn points_are_distinguished_from_a_robots_motion_and_from_no_archive() {
         let folder = tempfile::tempdir().expect("a folder");
         let [human, empty] = ["human.npz", "empty.npz"].map(|name| folder.path().join(name));
         write_points(&human, &points()).expect("writes");
@@ -203,6 +203,6 @@ mod tests {
             let error = error.expect("refused").to_string();
             assert!(error.contains("empty.npz: expected an NPZ archive"), "{error}");
         }
-        assert!(!is_points_file(Path::new("kick.csv")).expect("told by the name"));
+        assert!(!is_points_file(Path::new("kick.csv")).expect("known by the name"));
     }
 }

@@ -136,7 +136,7 @@ pub(crate) fn a_rate() -> String {
     format!("{} to {} frames a second", RATES_HZ.start(), RATES_HZ.end())
 }
 
-/// What is expected of `--fps` beside a file that states its rate, which is given as it shall be shown.
+/// What is expected of `--fps` for a file that states its rate; `stated` is that rate as it shall be shown.
 pub fn no_other_rate(stated: impl Display) -> String {
     format!("no --fps beside the {stated} frames a second that the file states")
 }

@@ -1,4 +1,4 @@
-//! What is shown of the ball after the strike: one rule for training, judge and robot.
+//! What is shown of the ball after the strike: one rule for training, evaluation and robot.
 
 use paid_lanes::{Mask, Real, Vec3};
 use paid_policy::WhereItLay;
@@ -83,12 +83,11 @@ const SAME_S: f64 = 1e-3;
 pub struct AfterStrikeTimes {
     /// The place is captured last so long before the strike `[s]`: a foot that comes early has not moved the ball by then.
     pub captured_s: f64,
-    /// From so long after the strike on the captured place is shown `[s]`.
+    /// Time after the strike from which the captured place is shown `[s]`.
     pub from_s: f64,
 }
 
-/// Where the ball lay at the strike, as it was believed shortly before, in a frame that stays where it is: the world's or
-/// odometry's.
+/// Where the ball lay at the strike, as estimated shortly before, in a fixed frame: the world's or odometry's.
 ///
 /// ```
 /// use paid_lanes::Vec3;
@@ -130,7 +129,7 @@ impl<V: Real> AfterStrike<V> {
         &mut self.place.0
     }
 
-    /// Takes in where the ball is believed to be at the strike `[m]`, `to_strike_s` before the reference's strike `[s]`
+    /// Updates with the ball's estimated place at the strike `[m]`, `to_strike_s` before the reference's strike `[s]`
     /// (negative after it).
     #[inline(always)]
     pub fn advance(&mut self, at_strike: Vec3<V>, to_strike_s: V, times: AfterStrikeTimes) {
@@ -138,7 +137,7 @@ impl<V: Real> AfterStrike<V> {
         self.place = Vec3::select(captured, at_strike, self.place);
     }
 
-    /// What is shown for a ball that is believed at `ball` `[m]`: that, or from `from_s` after the strike on the captured place.
+    /// What is shown for a ball that is estimated at `ball` `[m]`: that, or from `from_s` after the strike on the captured place.
     #[inline(always)]
     pub fn shown(&self, ball: Vec3<V>, to_strike_s: V, times: AfterStrikeTimes) -> Vec3<V> {
         let before = to_strike_s.le(V::c(SAME_S - times.from_s)).not();
@@ -152,7 +151,7 @@ mod tests {
 
     const TIMES: AfterStrikeTimes = AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 };
 
-    /// The strike is at frame 50 of 0.02 s; a ball that moves 1 cm a frame, and its place is believed as it is.
+    /// The strike is at frame 50 of 0.02 s; a ball that moves 1 cm a frame, and its place is known exactly.
     #[test]
     fn the_place_of_ten_frames_before_the_strike_is_shown_from_fifteen_frames_after_it() {
         let mut kept = AfterStrike::<f64>::new();

@@ -1,4 +1,4 @@
-//! How a policy is played, in training, by the judges and on a robot: which motion it follows for a ball, the frames of that motion, and
+//! How a policy is played, in training, in evaluations and on a robot: which motion it follows for a ball, the frames of that motion, and
 //! what it is shown of ball and goal.
 //!
 //! Nothing here knows a trainer or a simulator. Begin with [`PolicyFile`], which reads a policy, [`ReferenceLibrary`], its motions, [`motion_for`],

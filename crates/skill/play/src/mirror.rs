@@ -20,7 +20,7 @@ pub fn policy_mirrors(
     Ok(Mirrors::new(&sides(robot, spec, &control, to_model.indices())?, terms))
 }
 
-/// Which joints and tracked bodies are each other's image. Joints that rest or act otherwise than their image make a robot lopsided.
+/// Which joints and tracked bodies are each other's image. Joints that rest or act otherwise than their image make a robot asymmetric.
 /// `to_model` is the model joint of each policy joint.
 ///
 /// # Errors

@@ -9,6 +9,6 @@ pub enum OwnPlace {
     /// Where the torso ends, as in the paper, whose kicks end where the ball was.
     #[default]
     TorsoEnd,
-    /// Ahead of the foot in the frame of the strike ([`paid_motion::ball_ahead`]): for motions that go on to another place afterwards.
+    /// Ahead of the foot in the frame of the strike ([`paid_motion::ball_ahead`]): for motions that continue to another place afterwards.
     Strike,
 }

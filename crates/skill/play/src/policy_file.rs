@@ -26,7 +26,7 @@ pub fn is_onnx(path: &Path) -> bool {
     path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx"))
 }
 
-/// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies beside it under the same name.
+/// A robot by name (`g1` is built in) or by the path of its TOML, whose MJCF lies next to it under the same name.
 ///
 /// # Errors
 /// File, line, expected and found.

@@ -265,14 +265,14 @@ mod tests {
     #[test]
     fn what_a_player_needs_and_cannot_read_is_refused_by_key() {
         let refused = |from: &str, to: &str| read(&TASK.replace(from, to)).expect_err(to).to_string();
-        let told = refused("radius_m = 0.11,", "");
-        assert_eq!(told, "preset: ball_params: missing field `radius_m`");
-        let told = refused("\"ball_pos\"", "\"scent\"");
-        assert!(told.starts_with("preset: observations.policy") && told.contains("scent"), "{told}");
-        let told = refused("radius_m = 0.11", "radius_m = -1.0");
-        assert_eq!(told, "preset: ball_params.radius_m is -1, expected above 0 to 1");
-        let told = refused("a = 1.5", "a = 90.0");
-        assert_eq!(told, "preset: ball.contact_s.a is 90, expected a time from 0 to 60 s");
+        let text = refused("radius_m = 0.11,", "");
+        assert_eq!(text, "preset: ball_params: missing field `radius_m`");
+        let text = refused("\"ball_pos\"", "\"scent\"");
+        assert!(text.starts_with("preset: observations.policy") && text.contains("scent"), "{text}");
+        let text = refused("radius_m = 0.11", "radius_m = -1.0");
+        assert_eq!(text, "preset: ball_params.radius_m is -1, expected above 0 to 1");
+        let text = refused("a = 1.5", "a = 90.0");
+        assert_eq!(text, "preset: ball.contact_s.a is 90, expected a time from 0 to 60 s");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use paid_track::{effective_time, predicted_displacement};
 
 use crate::{AfterStrike, AfterStrikeTimes};
 
-/// Ball and goal as they are believed to be, in a frame that stays where it is: the world's or odometry's.
+/// Ball and goal as known or estimated, in a fixed frame: the world's or odometry's.
 #[derive(Clone, Copy, Debug)]
 pub struct BelievedScene<V> {
     /// Center of the ball `[m]`.
@@ -43,14 +43,14 @@ impl<V: Real> BelievedScene<V> {
 /// use paid_policy::Pose;
 ///
 /// let goal = Vec3([5.0, 0.0, 0.1]);
-/// let believed = |x: f64| BelievedScene { ball: Vec3([x, 0.0, 0.1]), velocity: [0.0; 2], decay: 1.0, goal };
+/// let scene_at = |x: f64| BelievedScene { ball: Vec3([x, 0.0, 0.1]), velocity: [0.0; 2], decay: 1.0, goal };
 /// let base = |x: f64| Pose { pos: Vec3([x, 0.0, 0.8]), rot: Mat3::identity() };
 /// let mut memory = SceneMemory::new(Some(AfterStrikeTimes { captured_s: 0.2, from_s: 0.3 }));
 /// // Half a second before the strike the ball lies 1 m ahead.
-/// let mut scene = believed(1.0).view(&base(0.0), 0.5, true);
+/// let mut scene = scene_at(1.0).view(&base(0.0), 0.5, true);
 /// memory.show(&base(0.0), 0.5, &mut scene);
 /// // Half a second after it the ball is 4 m away, and the robot half a meter ahead of where it was.
-/// let mut scene = believed(4.0).view(&base(0.5), -0.5, true);
+/// let mut scene = scene_at(4.0).view(&base(0.5), -0.5, true);
 /// memory.show(&base(0.5), -0.5, &mut scene);
 /// assert_eq!(scene.ball.0, [0.5, 0.0, -0.7000000000000001]);
 /// ```

@@ -20,7 +20,7 @@ pub struct Explanation {
     pub rows: Vec<Row>,
 }
 
-/// A key, its value, and what phases make of it.
+/// A key, its value, and its values in the phases.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
     /// Dotted key.

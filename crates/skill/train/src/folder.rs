@@ -105,8 +105,9 @@ impl RunFolder {
     }
 }
 
-/// Removes what a run left that was killed before its first checkpoint, so that it can begin anew: its preset, its log and its event files.
-/// True if there was such a run. A folder with a checkpoint or a policy stays as it is, and so does one whose log goes on past the first checkpoint: its files were lost.
+/// Removes the files of a run that was killed before its first checkpoint, so that it can start again: preset, log and event files.
+/// True if there was such a run. A folder with a checkpoint or a policy stays as it is, and so does one whose log continues past the first
+/// checkpoint: its files were lost.
 ///
 /// # Errors
 /// If the folder cannot be read, or a file cannot be removed.
@@ -202,7 +203,7 @@ pub fn newest_and_earlier(folder: &Path) -> Result<(Numbered, Vec<Numbered>), Tr
     let mut all = checkpoints(folder)?;
     let newest = all.pop().ok_or_else(|| TrainError::Folder {
         path: folder.to_owned(),
-        message: "expected a checkpoint model_<iteration>.safetensors, found none; a run that ended before its first one begins anew in an \
+        message: "expected a checkpoint model_<iteration>.safetensors, found none; a run that ended before its first one starts again in an \
                   empty folder"
             .to_owned(),
     })?;

@@ -1,4 +1,4 @@
-//! Where the numbers that a network is to see are among those of the network that it starts from.
+//! Where a network's inputs are among those of the network that it starts from.
 
 use paid_policy::observation::{ObservationId, Shape};
 use paid_policy::{Dimensions, ObservationTerms};
@@ -7,11 +7,11 @@ use paid_policy::{Dimensions, ObservationTerms};
 pub(crate) type Inputs = Vec<Option<usize>>;
 
 /// The places of the observation `now` in the observation `before` of `size` numbers, if it has all terms of `before` and either more of
-/// them or another order. `None` if the numbers stay where they are, also those of a term that another one has given way to; or if the
-/// sizes do not fit, which whoever takes the weights will say.
+/// them or another order. `None` if the numbers stay where they are, also those of a term that replaces another; or if the sizes do not
+/// fit, which the reader of the weights reports.
 ///
 /// # Errors
-/// If terms have moved and others are missing: nobody knows which one stands for which.
+/// If terms have moved and others are missing: which one stands for which is unknown.
 pub(crate) fn inputs_from(
     before: &[ObservationId],
     now: &[ObservationId],

@@ -1,4 +1,4 @@
-//! Scores of the policy in training by somebody else, for the log alone.
+//! Scores of the policy in training by an outside evaluator, for the log alone.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Named;
 
-/// When a policy in training is judged, and how thoroughly.
+/// When a policy in training is evaluated, and how thoroughly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct JudgeConfig {
@@ -18,7 +18,7 @@ pub struct JudgeConfig {
 }
 
 impl Default for JudgeConfig {
-    /// Off. One shot from each place takes some 6 s of two cores in MuJoCo.
+    /// Off. One shot from each place takes about 6 s of two cores in MuJoCo.
     fn default() -> Self {
         Self { every_iterations: 0, shots: Self::PLACES }
     }
@@ -28,7 +28,7 @@ impl JudgeConfig {
     /// Ball places of the effective workspace.
     pub const PLACES: usize = 63;
 
-    /// True if the policy is to be judged after `iteration`.
+    /// True if the policy is to be evaluated after `iteration`.
     pub fn is_due(&self, iteration: u64) -> bool {
         self.every_iterations > 0 && iteration.is_multiple_of(self.every_iterations)
     }
@@ -42,11 +42,11 @@ impl JudgeConfig {
     }
 }
 
-/// Somebody who scores policies in training. Training does not look at the scores: with and without a judge the weights are the same,
-/// bit for bit, unless wall clock ends or anneals the run.
+/// An evaluator of policies in training. Training does not look at the scores: with and without it the weights are the same, bit for
+/// bit, unless wall clock ends or anneals the run.
 pub trait Judge {
     /// Figures of the policy in the checkpoint `policy` (weights, normalizers, preset), by name; none if there is nothing to
-    /// say.
+    /// report.
     fn score(&mut self, policy: &Path) -> Named;
 }
 
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_judge_comes_every_so_many_iterations_or_never() {
+    fn an_evaluation_is_due_every_n_iterations_or_never() {
         let judge = JudgeConfig { every_iterations: 20, ..JudgeConfig::default() };
         assert_eq!([19, 20, 40].map(|i| judge.is_due(i)), [false, true, true]);
         assert!(!JudgeConfig::default().is_due(20));

@@ -13,7 +13,7 @@ use toml::Value;
 use crate::written::known_part;
 use crate::{RunPreset, TrainError};
 
-/// Run presets that the binary carries beside the paper's.
+/// Run presets in the binary in addition to the paper's.
 const OURS: [BuiltinPreset; 9] = builtin_presets![
     "stage1",
     "stage2",
@@ -197,5 +197,5 @@ fn read(name: &str, folder: &Path, files: &mut Vec<String>) -> Result<Tree, Trai
     }
 }
 
-/// A user's file over a variant over a preset over the paper's, and no deeper: nobody could read it.
+/// A user's file over a variant over a preset over the paper's, and no deeper: it would be unreadable.
 const DEPTH: usize = 4;

@@ -1,4 +1,4 @@
-//! What ranks tell each other before anything is written. One that would not do the same work is refused by name.
+//! What ranks exchange before anything is written. One that would not do the same work is refused by name.
 
 use std::fmt::{Debug, Display};
 use std::fs::File;
@@ -13,7 +13,7 @@ use paid_task::preset::ReferenceSource;
 use crate::setup::clips_of;
 use crate::{RunPreset, Scene, TrainError};
 
-/// What a rank tells of itself: one thing a line.
+/// A rank's description of itself: one thing a line.
 #[derive(Clone, Debug, Default)]
 pub struct Introduction {
     text: String,
@@ -25,7 +25,7 @@ impl Introduction {
         self.text.push_str(&format!("{thing} {value}\n"));
     }
 
-    /// All that another introduction tells.
+    /// All that another introduction holds.
     pub fn tell_all(&mut self, other: &Self) {
         self.text.push_str(&other.text);
     }
@@ -88,8 +88,8 @@ impl Introduction {
     }
 }
 
-/// Refuses ranks that would not do the same: another program, or another of the things that `introduce` tells. Every rank must call it, and
-/// each gets the same error. One process alone has nobody to tell anything.
+/// Refuses ranks that would not do the same: another program, or another of the things that `introduce` adds. Every rank must call it, and
+/// each gets the same error. One process alone compares nothing.
 ///
 /// # Errors
 /// One sentence naming the rank, its machine, what rank 0 has and what was found; or what `introduce` could not read.
@@ -123,14 +123,14 @@ fn refusal(texts: &[String]) -> Option<String> {
     let parts: Vec<(&str, &str)> =
         texts.iter().map(|text| text.split_once('\n').unwrap_or((text, ""))).collect();
     let (first, expected) = *parts.first()?;
-    let told =
+    let quoted =
         |line: Option<&str>| line.map_or_else(|| "nothing more".to_owned(), |line| format!("'{line}'"));
     parts.iter().enumerate().find_map(|(rank, (host, found))| {
         let (mut expected, mut found) = (expected.lines(), found.lines());
         loop {
             let (expected, found) = (expected.next(), found.next());
             if expected != found {
-                let (expected, found) = (told(expected), told(found));
+                let (expected, found) = (quoted(expected), quoted(found));
                 return Some(format!(
                     "rank {rank} on {host}: expected {expected}, as rank 0 on {first} has, found {found}"
                 ));
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn every_rank_is_told_who_differs_and_in_what() {
+    fn every_rank_learns_which_rank_differs_and_in_what() {
         let first = "seed = 1\n\n[learn.ppo]\nepochs = 2\n";
         assert_eq!(outcome(&[first, first, first]), [None, None, None]);
         let other = "seed = 1\n\n[learn.ppo]\nepochs = 3\n";

@@ -36,7 +36,7 @@ impl Mpi {
         Arc::new(MpiRanks { rank: number(world.rank()), count: number(world.size()).max(1) })
     }
 
-    /// Ends the processes of all ranks: the others wait for this one, which cannot go on.
+    /// Ends the processes of all ranks: the others wait for this one, which cannot continue.
     pub fn abort(&self, code: u8) -> ! {
         SimpleCommunicator::world().abort(i32::from(code))
     }

@@ -88,7 +88,7 @@ impl RunPreset {
             ("robot", other.robot == self.robot),
             ("learn.actor", other.learn.actor == self.learn.actor),
             ("learn.critic", other.learn.critic == self.learn.critic),
-            // The rate is where its schedule has brought it: a run goes on from there.
+            // The rate is where its schedule has brought it: a run continues from there.
             ("learn.ppo.learning_rate", other.learn.ppo.learning_rate == self.learn.ppo.learning_rate),
             ("task.name", other.task.name == self.task.name),
             ("task.observations.policy", see.policy == seen.policy),
@@ -103,9 +103,9 @@ impl RunPreset {
         fixed.into_iter().find(|(_, same)| !same).map(|(key, _)| key)
     }
 
-    /// Refuses to go on with this preset from a checkpoint of the preset `found`, if a value differs that holds for a whole run. Those of
-    /// `run` may differ (whoever resumes the checkpoint counts shards and motions), the robot may lie in another folder, and a control step
-    /// may have other physics steps.
+    /// Refuses to continue with this preset from a checkpoint of the preset `found`, if a value differs that holds for a whole run. Those of
+    /// `run` may differ (resuming checks shards and motions itself), the robot may lie in another folder, and a control step may have other
+    /// physics steps.
     ///
     /// # Errors
     /// Key, expected, found.
@@ -251,17 +251,17 @@ target_kl = 0.01
     }
 
     #[test]
-    fn a_run_goes_on_with_another_length_and_not_with_other_networks() {
+    fn a_run_continues_with_another_length_and_not_with_other_networks() {
         let of = |sets: &[&str]| preset(FILE, sets).expect("resolves");
         let begun = of(&[]).in_phase(2).expect("valid");
-        let told = |sets: &[&str]| {
+        let resumed = |sets: &[&str]| {
             let now = of(sets).in_phase(2).expect("valid");
             now.check_same_run(&begun).map_err(|error| error.to_string())
         };
-        assert_eq!(told(&[]), Ok(()));
+        assert_eq!(resumed(&[]), Ok(()));
         let length = ["run.iterations=9", "run.checkpoint_interval=3", "run.motions=elsewhere"];
-        assert_eq!(told(&length), Ok(()));
-        assert_eq!(told(&["learn.ppo.epochs=7", "learn.precision=f32"]), Ok(()));
+        assert_eq!(resumed(&length), Ok(()));
+        assert_eq!(resumed(&["learn.ppo.epochs=7", "learn.precision=f32"]), Ok(()));
         for (set, expected) in [
             (
                 "learn.ppo.learning_rate=0.5",
@@ -274,10 +274,10 @@ target_kl = 0.01
                 r#"task.observations.policy: expected ["goal_pos", "ball_pos"], found ["reference_joint_pos""#,
             ),
         ] {
-            let error = told(&[set]).expect_err(set);
+            let error = resumed(&[set]).expect_err(set);
             assert!(error.starts_with(expected), "{error}");
         }
-        // Physics steps are a phase's to change, so they are not what is told.
+        // A phase may change physics steps, so they are not what is reported.
         let mut finer = begun.clone();
         (finer.task.scene.physics_dt_s, finer.task.scene.substeps) = (0.0025, 8);
         assert_eq!(finer.check_same_run(&begun), Ok(()));
@@ -293,7 +293,7 @@ target_kl = 0.01
         assert!(error.starts_with(r#"robot: expected "robots/mine.toml", found "other.toml""#), "{error}");
     }
 
-    /// Networks with other inputs or layers cannot go on from the phase before.
+    /// Networks with other inputs or layers cannot continue from the phase before.
     #[test]
     fn a_phase_keeps_what_networks_and_discriminator_see_and_how_they_are_made() {
         let of = |values: &str| preset(&format!("base = \"amp\"\n[[phases]]\nfrom = 0.5\n{values}\n"), &[]);

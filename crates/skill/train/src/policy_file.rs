@@ -14,7 +14,7 @@ use paid_robot::{Permutation, RobotModel, RobotSpec};
 use crate::policy_weights::load_weights;
 use crate::{RunPreset, TrainError};
 
-/// Terms of a policy if nobody states others.
+/// Terms of a policy unless others are given.
 pub const LICENSE: &str = "the terms of the motions that the policy was trained on";
 
 /// A policy and everything that its file says about it.
@@ -277,7 +277,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn the_graph_plays_in_the_mirror_where_it_is_told_to() {
+    fn the_graph_mirrors_where_its_input_says_so() {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("policy.onnx");
         let mut trained = trained(NetworkKind::Mlp);

@@ -12,14 +12,14 @@ use crate::folder::{Numbered, newest_and_earlier};
 use crate::policy_file::{TrainedPolicy, run_name, unread};
 use crate::{RunPreset, TrainError};
 
-/// A checkpoint file as it is, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset asks
+/// A checkpoint file as it is, or the policy of a run folder: the mean over the checkpoints of its last part, as its preset says
 /// ([`crate::RunConfig::average_last`]), played as its policy file says ([`write_play`]).
 ///
 /// # Errors
 /// If there is none, one is damaged or of other networks than the others, or `run` is a policy file, which holds no critic.
 pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
     if is_onnx(run) {
-        let message = "a policy file holds no critic, with which training goes on; expected a run folder or a checkpoint (.safetensors)";
+        let message = "a policy file holds no critic, which training needs to continue; expected a run folder or a checkpoint (.safetensors)";
         return Err(TrainError::Checkpoint { path: run.to_owned(), message: message.to_owned() });
     }
     if run.is_file() {

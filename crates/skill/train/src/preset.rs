@@ -61,7 +61,7 @@ pub struct RunConfig {
     /// `auto`, `avx512`, `avx2` or `portable`. Two instruction sets round differently, so a run repeats bit for bit only on
     /// the same one.
     pub isa: String,
-    /// Scores in the log by the referee, where the program has one.
+    /// Scores by MuJoCo in the log, where the program has it.
     #[serde(default)]
     pub judge: JudgeConfig,
 }
@@ -128,7 +128,7 @@ impl RunPreset {
         self.check_phases()
     }
 
-    /// The instruction set that the preset asks for.
+    /// The instruction set of the preset.
     ///
     /// # Errors
     /// Key, expected, found.

@@ -82,8 +82,8 @@ fn a_preset_names_nothing_that_its_base_says_already() {
                 continue;
             }
             let typed = values(&resolved(name)).get(&key).cloned();
-            let told = typed.as_ref().is_some_and(|typed| below.get(&key) == Some(typed));
-            assert!(!told, "{name}: {key} = {value} is {base}'s");
+            let repeated = typed.as_ref().is_some_and(|typed| below.get(&key) == Some(typed));
+            assert!(!repeated, "{name}: {key} = {value} is {base}'s");
         }
     }
 }

@@ -128,7 +128,7 @@ fn the_first_rank_writes_and_anybody_stops_all() {
         let mut reported = 0;
         let mut report = |record: &crate::Record| {
             reported += 1;
-            // The second rank is told to stop while the first one reports.
+            // The second rank is stopped while the first one reports.
             if record.iteration == 3 {
                 stops[1].store(true, std::sync::atomic::Ordering::SeqCst);
             }

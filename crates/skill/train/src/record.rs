@@ -43,7 +43,7 @@ pub struct LossRecord {
     pub entropy: f64,
     /// Learning rate after the iteration.
     pub learning_rate: f64,
-    /// What the policy pays for being lopsided, before its weight; not written where it is not asked.
+    /// Mirror symmetry loss, before its weight; not written where it is off.
     #[serde(skip_serializing_if = "is_zero")]
     pub mirror: f64,
     /// KL divergence of the new policy from the old `[nat]`.

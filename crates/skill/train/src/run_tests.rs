@@ -217,7 +217,7 @@ fn run_from(out: &Path, preset: &RunPreset, start: Start, stop_after: u64) -> Ou
     run_stage(&job, &|preset| Ok(trainer(preset)), &stop, &mut report, None).expect("runs")
 }
 
-/// Reads what it is given, as a judge does, and remembers how often.
+/// Reads what it is given, as an evaluator does, and remembers how often.
 struct Reader(Vec<Vec<f32>>);
 
 impl Judge for Reader {
@@ -228,7 +228,7 @@ impl Judge for Reader {
 }
 
 #[test]
-fn a_judge_is_asked_as_often_as_the_preset_says_and_does_not_change_the_weights() {
+fn evaluations_come_as_often_as_the_preset_says_and_do_not_change_the_weights() {
     let folder = tempfile::tempdir().expect("folder");
     let preset = Toy::preset(&["run.judge.every_iterations=2"]);
     let (alone, watched) = (folder.path().join("alone"), folder.path().join("watched"));
@@ -250,7 +250,7 @@ fn a_judge_is_asked_as_often_as_the_preset_says_and_does_not_change_the_weights(
     };
     assert_eq!(params(&plain), params(&judged));
     assert_eq!(judge.0.len(), 3);
-    assert_eq!(judge.0[2], params(&judged), "the judge sees the policy of the iteration");
+    assert_eq!(judge.0[2], params(&judged), "the evaluator sees the policy of the iteration");
     let lines = fs::read_to_string(watched.join(METRICS_FILE)).expect("metrics");
     let scores: Vec<Option<f64>> = lines
         .lines()
@@ -347,7 +347,7 @@ fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
 }
 
 #[test]
-fn a_full_checkpoint_that_is_told_how_it_is_played_goes_on_as_before() {
+fn a_full_checkpoint_continues_as_before_once_it_records_how_it_is_played() {
     let folder = tempfile::tempdir().expect("folder");
     let preset = Toy::preset(&[]);
     let whole = run(&folder.path().join("straight"), &preset, false, u64::MAX);

@@ -28,14 +28,14 @@ pub enum Start {
     Resume,
 }
 
-/// What ends a stage besides its preset's iterations.
+/// What else than its preset's iterations ends a stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Limits {
     /// Wall clock of this start `[min]`.
     pub minutes: Option<f64>,
 }
 
-/// Name of the checkpoint that a judge reads, while he does.
+/// Name of the checkpoint for the evaluator, which exists while it reads it.
 const JUDGED_FILE: &str = "judged.safetensors";
 
 /// A stage to be trained.
@@ -80,7 +80,7 @@ pub struct Outcome {
 }
 
 /// Trains a stage. `stop` is looked at between iterations; when it is set the state is saved and the function returns. The policy, a
-/// mean of the last checkpoints if the preset asks for one, lies in the run folder then, as ONNX and as a small checkpoint.
+/// mean of the last checkpoints if the preset says so, lies in the run folder then, as ONNX and as a small checkpoint.
 ///
 /// # Errors
 /// Bad input, or a file that cannot be written; files written before stay whole.
@@ -260,7 +260,7 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
     Ok(Outcome { end, iteration: progress.iteration, samples: progress.samples, checkpoint })
 }
 
-/// The judge's figures of the present policy, and the time that they took. The checkpoint that the judge reads is removed again.
+/// The evaluator's figures of the present policy, and the time that they took. The checkpoint that it reads is removed again.
 fn judged<E: TrainShard + ?Sized>(
     trainer: &Trainer<E>,
     run: &RunFolder,
@@ -306,7 +306,7 @@ impl Clock {
         let of_all = |iterations: u64| iterations as f64 / self.iterations as f64;
         let spent = match self.limit_s {
             Some(limit) => self.elapsed_s() / limit,
-            // Otherwise the shares are equal but for rounding, and a run that goes on has those of one that was never stopped.
+            // Otherwise the shares are equal but for rounding, and a resumed run has those of one that was never stopped.
             None if self.before > of_all(self.first) => {
                 (done - self.first) as f64 / (self.iterations - self.first).max(1) as f64
             }

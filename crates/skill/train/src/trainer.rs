@@ -33,7 +33,7 @@ pub struct Trainer<E: ?Sized = dyn TaskShard> {
 #[derive(Clone, Serialize, Deserialize)]
 struct Counts(TaskMetrics, Vec<f32>);
 
-/// What a checkpoint holds besides the learner's tensors and the shards' states.
+/// What a checkpoint holds in addition to the learner's tensors and the shards' states.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Meta {
@@ -280,7 +280,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         Ok(self.learner.save(path, &blobs)?)
     }
 
-    /// Writes networks, normalizers and preset alone: what a judge needs. Nothing of the trainer changes.
+    /// Writes networks, normalizers and preset alone: what an evaluation needs. Nothing of the trainer changes.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -308,8 +308,8 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         Ok(())
     }
 
-    /// Goes on in phase `phase` from a checkpoint of the same run in another one: learner, sampler and counters are as they were, the
-    /// environments begin anew, because their states may hold other things in another phase.
+    /// Continues in phase `phase` from a checkpoint of the same run in another one: learner, sampler and counters are as they were, the
+    /// environments begin new episodes, because their states may hold other things in another phase.
     ///
     /// # Errors
     /// If it is no full checkpoint, or of other networks, shards or motions.

@@ -100,7 +100,7 @@ fn baselines_train_as_they_stand_and_a_style_reward_survives_an_interruption() {
 
 /// The second stage changes the scene and what is seen of it, and nothing of what is paid.
 #[test]
-fn pure_rl_goes_on_in_scenes_that_are_scattered_as_those_of_stage2() {
+fn pure_rl_continues_in_scenes_that_are_randomized_as_those_of_stage2() {
     let folder = tempfile::tempdir().expect("folder");
     let sets = ["run.envs=64", "run.shards=4", "run.iterations=2", "run.checkpoint_interval=1"];
     let resolve = |name: &str| RunPreset::resolve(name, &sets.map(str::to_owned)).expect("resolves");

@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn feet_beside_each_other_are_as_far_apart_as_their_capsules() {
+    fn feet_next_to_each_other_are_as_far_apart_as_their_capsules() {
         let model = RobotModel::g1();
         let body = |name: &str| model.body_index(name).expect("a body");
         let feet = ["left_ankle_roll_link", "right_ankle_roll_link"].map(body);

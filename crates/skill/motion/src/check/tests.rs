@@ -149,7 +149,7 @@ fn folder(rates: &[f64]) -> Vec<ClipReport> {
 }
 
 #[test]
-fn a_folder_of_mixed_frame_rates_is_judged_clip_by_clip_and_the_mixture_is_told() {
+fn a_folder_of_mixed_frame_rates_is_checked_clip_by_clip_and_the_mixture_is_reported() {
     let reports = folder(&[24.0, 30.0, 50.0, 240.0]);
     assert_eq!(reports.iter().map(|r| r.fps).collect::<Vec<_>>(), [24.0, 30.0, 50.0, 240.0]);
     let rate =
@@ -170,7 +170,7 @@ fn a_folder_of_mixed_frame_rates_is_judged_clip_by_clip_and_the_mixture_is_told(
 }
 
 #[test]
-fn clips_that_end_away_from_their_ball_are_told() {
+fn clips_that_end_away_from_their_ball_are_reported() {
     let mut reports = folder(&[50.0, 60.0]);
     assert_eq!(ends_away(&reports), None, "{:?}", reports[0].measures.end_to_ball_m);
     reports[1].measures.end_to_ball_m = 0.85;
@@ -286,7 +286,7 @@ fn a_pickle_in_centimeters_or_with_y_up_fails_with_a_sentence_that_says_so() {
     };
     assert_eq!(upright(&pickled(|p, q| (p, q))), None, "meters with z up");
     let (verdict, reason) =
-        upright(&pickled(|p, q| (p.map(|x| 100.0 * x), q))).expect("centimeters are told");
+        upright(&pickled(|p, q| (p.map(|x| 100.0 * x), q))).expect("centimeters are reported");
     assert_eq!(verdict, Verdict::Fail);
     assert!(
         reason.starts_with("expected a base about 0.") && reason.ends_with(": these look like centimeters"),
@@ -295,7 +295,7 @@ fn a_pickle_in_centimeters_or_with_y_up_fails_with_a_sentence_that_says_so() {
     // x, y, z of ours is x, z, -y of a file with y up: a turn by -90 degrees about x.
     let turn = Quat::from_axis_angle(Vec3([1.0, 0.0, 0.0]), -std::f64::consts::FRAC_PI_2);
     let y_up = pickled(|p, q| (turn.rotate(Vec3(p)).0, turn.mul(Quat(q)).0));
-    let (verdict, reason) = upright(&y_up).expect("another axis is told");
+    let (verdict, reason) = upright(&y_up).expect("another axis is reported");
     assert_eq!(verdict, Verdict::Fail);
     assert!(reason.contains("100 % of the frames: it lies, or another axis points up"), "{reason}");
 }

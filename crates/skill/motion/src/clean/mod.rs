@@ -65,9 +65,9 @@ pub struct Cleaned {
     pub report: CleanReport,
 }
 
-/// Joint speeds above this share of their limits ask for more time.
+/// Joint speeds above this share of their limits need more time.
 const FAST: f64 = 0.9;
-/// Most that time is stretched without being told to.
+/// Most that time is stretched unless an option says otherwise.
 const SLOWEST: f64 = 1.1;
 
 /// Cleans a clip.

@@ -1,4 +1,4 @@
-//! Forces and moments that a motion asks for, and how they change with its frames.
+//! Forces and moments that a motion needs, and how they change with its frames.
 
 use paid_lanes::Vec3;
 
@@ -78,7 +78,7 @@ impl Functional<'_> {
     }
 
     /// Adds the derivatives by the frames before, at and after `t` to a row. The change of the inertias with the pose is left out: it
-    /// is small beside that of the accelerations.
+    /// is small compared with that of the accelerations.
     pub fn add(
         &self,
         figure: &Figure<'_>,

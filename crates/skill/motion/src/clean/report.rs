@@ -144,11 +144,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_kick_that_lost_more_than_a_tenth_of_its_speed_is_told() {
+    fn a_kick_that_lost_more_than_a_tenth_of_its_speed_is_reported() {
         assert_eq!(slower([10.0, 9.01]), None);
         assert_eq!(slower([10.0, 11.0]), None);
         assert_eq!(slower([0.0, 0.0]), None);
-        let told = slower([10.0, 8.5]).expect("15 % are lost");
-        assert!(told.starts_with("the kicking foot lost 15 % of its speed: 8.50 m/s of 10.00 m/s"), "{told}");
+        let text = slower([10.0, 8.5]).expect("15 % are lost");
+        assert!(text.starts_with("the kicking foot lost 15 % of its speed: 8.50 m/s of 10.00 m/s"), "{text}");
     }
 }

@@ -1,4 +1,4 @@
-//! Input that is no kick of a robot on its feet, told before anything is computed.
+//! Input that is no kick of a robot on its feet, reported before anything is computed.
 
 use paid_robot::{RobotModel, RobotSpec};
 

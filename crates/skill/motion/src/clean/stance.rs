@@ -1,4 +1,4 @@
-//! When which foot stands, as the recording means it: less strict than [`crate::check`], which judges what is there.
+//! When which foot stands, as the recording means it: less strict than [`crate::check`], which rates the clip as it is.
 
 use paid_lanes::Vec3;
 

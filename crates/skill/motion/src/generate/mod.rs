@@ -365,7 +365,7 @@ impl<'f, 'm> Course<'f, 'm> {
             frames.clear();
             for k in 0..count {
                 let error = self.frame(&mut pose, k, [x[k], y[k]]);
-                // Only the last round must be good; one that has gone astray is not worth going on with.
+                // Only the last round must be good; one that has diverged is not worth continuing.
                 let worst = if round + 1 == ROUNDS { 1.0 } else { 30.0 };
                 if error > worst || error.is_nan() {
                     return Err(GenerateError::Reach { ball: self.plan.ball, time_s: k as f64 / FPS, error });

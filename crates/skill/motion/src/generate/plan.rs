@@ -1,4 +1,4 @@
-//! Where and when the feet stand: from standing at the origin to a plant foot beside the ball, the kick, and a stand where
+//! Where and when the feet stand: from standing at the origin to a plant foot next to the ball, the kick, and a stand where
 //! the ball was. Everything here is for a right-footed kick; the left-footed one is its mirror image.
 
 use super::walk::approach;

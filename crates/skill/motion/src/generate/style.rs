@@ -84,7 +84,7 @@ impl KickStyle {
     }
 
     /// As [`KickStyle::standard`], but moved as people do: the hips open to the kicking foot's side and turn through the strike, the foot
-    /// comes low from behind and beside and ends across the body, the legs are straighter, the arms swing less and ahead of the body. The other
+    /// comes low from behind and outside and ends across the body, the legs are straighter, the arms swing less and ahead of the body. The other
     /// foot stands wider, so that the kicking foot passes that leg's shin with as much room as people's do (7 to 16 cm).
     pub fn natural() -> Self {
         Self {

@@ -1,11 +1,11 @@
-//! The course of the center of mass that puts the center of pressure where the plan wants it.
+//! The path of the center of mass that puts the center of pressure where the plan has it.
 
 /// One axis of the cart-table problem (Kajita et al. 2003), all frames at once.
 ///
 /// Minimizes the squared distance of `x - c x''` to `wanted` plus a small weight on jerk, with `x''` the second difference
 /// as [`crate::balance`] takes it. `c` is height over vertical acceleration with gravity `[s^2]`, a value a frame; `ends` is the
 /// rest position of the first and last three frames `[m]`. Without the jerk's weight, short peaks of `wanted` (a leg that is
-/// thrown forward) would ask for accelerations that legs cannot give.
+/// thrown forward) would need accelerations that legs cannot give.
 pub fn sway(wanted: &[f64], c: &[f64], ends: [f64; 2], dt: f64) -> Vec<f64> {
     /// Jerk that costs as much as a meter of pressure `[m/s^3]`.
     const JERK: f64 = 8e3;

@@ -60,7 +60,7 @@ fn assert_strikes(kick: &GeneratedKick, figure: &Biped<'_>) {
     let at = kick.contact_frame;
     let gap = (ball - toe(kick, figure, at)).norm() - BALL_RADIUS - figure.toe_radius;
     assert!(gap.abs() < 0.01, "{name}: the toe is {gap} m from the ball's surface");
-    // It goes on through the ball's place: the nearest point of the way between frames.
+    // It continues through the ball's place: the nearest point of the path between frames.
     let through = (at..at + 8)
         .map(|t| {
             let (a, b) = (toe(kick, figure, t), toe(kick, figure, t + 1));
@@ -326,7 +326,7 @@ fn what_cannot_be_kicked_is_refused() {
 }
 
 proptest! {
-    // A fixed seed: a kick that the generator refuses for want of reach must not come and go with the day.
+    // A fixed seed: whether the generator refuses a kick out of reach must not change from run to run.
     #![proptest_config(ProptestConfig { cases: 12, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::default() })]
     #[test]
     fn any_ball_of_the_ring_is_kicked_in_balance(

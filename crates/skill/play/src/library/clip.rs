@@ -114,7 +114,7 @@ impl MotionFacts {
         KickTimes { to_strike_s: until(self.strike_frame), to_contact_s: until(self.contact_frame) }
     }
 
-    /// The facts of a clip of a robot with so many bodies; `anchor` and `foot`, the labeled one, are bodies.
+    /// The facts of a clip of a robot with `bodies` bodies; `anchor` and `foot`, the labeled one, are bodies.
     pub(super) fn of(clip: &ReferenceClip, bodies: usize, anchor: usize, foot: usize) -> Self {
         let speed = |t: usize| clip.body_com_vel[t * bodies + foot].iter().map(|v| v * v).sum::<f64>().sqrt();
         let fastest = (1..clip.frames).fold(0, |best, t| if speed(t) > speed(best) { t } else { best });

@@ -4,12 +4,12 @@ use super::super::figure::Figure;
 use crate::generate::Pose;
 
 /// Joints that change their speed in a frame by more than this share of its limit are smoothed, over this many frames to both sides, at
-/// most so many times.
+/// most this many times.
 const SPIKE: f64 = 0.40;
 const SPIKE_REACH: usize = 3;
 const SPIKE_ROUNDS: usize = 40;
 
-/// Joints that jump from frame to frame are smoothed there and near there (weights 1, 2, 1, again and again), until they do not.
+/// Joints that jump from frame to frame are smoothed there and near there (weights 1, 2, 1, repeatedly), until they do not.
 pub(super) fn despike(figure: &Figure<'_>, poses: &mut [Pose], fps: f64) {
     let last = poses.len() - 1;
     for (j, limit) in figure.speed_limit.iter().enumerate() {

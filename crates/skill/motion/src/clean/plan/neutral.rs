@@ -32,7 +32,7 @@ pub(super) struct Neutral {
 }
 
 impl Neutral {
-    /// A stand for feet that are at `feet`: as they are, or with `mover` beside the other.
+    /// A stand for feet that are at `feet`: as they are, or with `mover` next to the other.
     pub fn new(figure: &Figure<'_>, feet: [Foothold; 2], mover: usize, facing: Facing) -> Self {
         let Facing { first, within, below } = facing;
         let wrap = |angle: f64| angle.sin().atan2(angle.cos());

@@ -9,7 +9,7 @@ use crate::hull;
 
 /// Half the depth of the floor's contact with heel or toes alone `[m]`: the check lets the pressure be 2 cm outside of the balls.
 const EDGE: f64 = 0.012;
-/// Standing longer than this asks for a wider margin of the pressure `[s]`.
+/// Standing longer than this needs a wider margin of the pressure `[s]`.
 const LONG: f64 = 0.4;
 /// Margin of the center of pressure inside the soles: in passing, on one foot for long, on two for long `[m]`.
 const MARGINS: [f64; 3] = [0.004, 0.008, 0.015];

@@ -18,9 +18,9 @@ const PASSING: f64 = 0.16;
 /// A foot that the original tilts by less is flat, and the most by which it is tilted while it stands `[rad]`.
 const FLAT: f64 = 0.12;
 const ROLL: f64 = 0.6;
-/// Frames about the kick in which the foot's way is sacred `[s]`.
+/// Time about the kick in which the foot's path is kept exactly `[s]`.
 const STRIKE: f64 = 0.10;
-/// Time beside a stance in which a foot may leave its way `[s]`.
+/// Time before and after a stance in which a foot may leave its path `[s]`.
 const BLEND: f64 = 0.06;
 
 /// How closely a foot in the air follows the original.
@@ -99,7 +99,7 @@ pub(super) fn goals(
             }
             let before = holds.iter().rev().find(|(span, _)| span[1] <= t);
             let after = holds.iter().find(|(span, _)| span[0] > t);
-            // An added step is on nobody's way.
+            // An added step is not in the recording.
             if let (Some((a, from)), Some((b, to))) = (before, after)
                 && (b[0] <= kept[0] || a[1] >= kept[1])
             {

@@ -10,7 +10,7 @@ use crate::rotation_log;
 impl Problem<'_> {
     pub(super) fn likeness(&self, poses: &[Pose], frames: &[Frame], t: usize, sum: &mut Sum<'_>) {
         let (pose, goal, first) = (&poses[t], &self.plan.poses[t], t * self.figure.n);
-        // What was added is nobody's motion.
+        // Added frames are not in the recording.
         let ease = if self.plan.is_rest(t) {
             0.5
         } else if self.plan.is_added(t) {
