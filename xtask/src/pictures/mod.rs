@@ -16,14 +16,14 @@ use thiserror::Error;
 use browser::Browser;
 
 const HELP: &str = "usage: cargo xtask pictures [--paid FILE] [--browser FILE] [NAME]...\n\n\
-    Makes the pictures in docs/src/pictures again, or only those named, with fixed seeds, in some 5 minutes on two cores.\n\
-    It prints what it made, and for each picture that it could not make the reason; that file stays as it was.\n\n  \
+    Makes the pictures in docs/src/pictures again, or only those named, with fixed seeds, in about 5 minutes on two cores.\n\
+    It prints what it made, and the reason for each picture that it could not make; that file stays as it was.\n\n  \
     --paid FILE      the program [default: target/release/paid]; build it with\n                   \
     'cargo build --release --features full'\n  \
     --browser FILE   a Chromium [default: chromium or google-chrome on the PATH]\n\n\
     speed        the speed chart, from the figures in xtask/src/pictures/speed.rs; runs nothing\n\
     score        paths of 63 shots in MuJoCo; needs MuJoCo ('cargo mujoco')\n\
-    perception   what onboard perception knows of the ball in one shot; needs MuJoCo and 'full'\n\
+    perception   onboard perception's estimate of the ball in one shot; needs MuJoCo and 'full'\n\
     own-kick     a human's kick and the robot's; needs mocap.cs.cmu.edu's 10_02.amc and 10.asf in data/mocap/cmu\n             \
     of the folder that PAID_SHARED names\n\
     page         the page of 'paid demo --live'; needs a browser\n\

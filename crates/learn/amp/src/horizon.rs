@@ -1,4 +1,4 @@
-//! What all ranks collected in a horizon: which of its steps go on, and the pairs of frames of this rank's own.
+//! What all ranks collected in a horizon: which of its steps continue, and the pairs of frames of this rank's own.
 
 use paid_lanes::rng::Rng;
 use paid_learn::{Ranks, Transitions};
@@ -33,19 +33,19 @@ pub struct Horizon<'a> {
 struct Ends {
     envs: usize,
     steps: usize,
-    /// `[steps, envs]`, zero where the episode goes on.
+    /// `[steps, envs]`, zero where the episode continues.
     done: Vec<u8>,
 }
 
 impl<'a> Horizon<'a> {
-    /// Tells the other ranks where episodes ended, and hears it from them.
+    /// Exchanges with the other ranks where episodes ended.
     pub fn new(own: &'a [&'a Transitions], ranks: &dyn Ranks) -> Self {
-        let mut told = Vec::new();
+        let mut sent = Vec::new();
         for shard in own {
-            told.extend([shard.envs(), shard.steps()].iter().flat_map(|size| (*size as u32).to_le_bytes()));
-            (0..shard.steps()).for_each(|t| told.extend_from_slice(shard.done(t)));
+            sent.extend([shard.envs(), shard.steps()].iter().flat_map(|size| (*size as u32).to_le_bytes()));
+            (0..shard.steps()).for_each(|t| sent.extend_from_slice(shard.done(t)));
         }
-        let all: Vec<Vec<Ends>> = ranks.gather(&told).iter().map(|told| Ends::read(told)).collect();
+        let all: Vec<Vec<Ends>> = ranks.gather(&sent).iter().map(|bytes| Ends::read(bytes)).collect();
         let first = all[..ranks.rank()].iter().map(Vec::len).sum();
         Self { own, first, ends: all.into_iter().flatten().collect() }
     }
@@ -77,17 +77,17 @@ impl<'a> Horizon<'a> {
 }
 
 impl Ends {
-    /// Every shard of a rank, from what it told.
-    fn read(mut told: &[u8]) -> Vec<Self> {
+    /// Every shard of a rank, from the bytes that it sent.
+    fn read(mut bytes: &[u8]) -> Vec<Self> {
         let mut shards = Vec::new();
-        while let Some((sizes, rest)) = told.split_at_checked(8) {
+        while let Some((sizes, rest)) = bytes.split_at_checked(8) {
             let [envs, steps] = [0, 4].map(|at| {
                 let word = core::array::from_fn(|i| sizes[at + i]);
                 u32::from_le_bytes(word) as usize
             });
             let (done, rest) = rest.split_at(envs * steps);
             shards.push(Self { envs, steps, done: done.to_vec() });
-            told = rest;
+            bytes = rest;
         }
         shards
     }

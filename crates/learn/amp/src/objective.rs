@@ -221,7 +221,7 @@ mod tests {
         // 0.5 (4.5 - 1)^2 + 0.5 (0.5 + 1)^2 = 6.125 + 1.125; 5 times the squared slope 8.
         assert_eq!((sums.penalty, sums.loss), (40.0, 47.25));
         assert_eq!((sums.clips, sums.policy, sums.policy_squares, sums.right), (4.5, 0.5, 0.25, 1.0));
-        // The slope's gradient is 10 (2, 2): the score's weight gets 10 (2 + 2), beside 3.5 times the hidden output 2.
+        // The slope's gradient is 10 (2, 2): the score's weight gets 10 (2 + 2), in addition to 3.5 times the hidden output 2.
         assert_eq!(grads[3], 40.0 + 7.0);
         assert_eq!(grads[4], 3.5 + 1.5);
     }

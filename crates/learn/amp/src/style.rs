@@ -91,7 +91,7 @@ impl StyleReward {
     }
 
     /// The reward of a score.
-    fn pays(&self, score: f32) -> f32 {
+    fn reward_of(&self, score: f32) -> f32 {
         match self.config.formulation {
             Formulation::LeastSquares => (1.0 - 0.25 * (score - 1.0).powi(2)).max(0.0),
             Formulation::Wasserstein => 1.0 + (0.4 * self.usual.above(score)).tanh(),
@@ -239,7 +239,7 @@ impl LearnedReward for StyleReward {
             self.net.forward(&self.params, &x, envs, &mut tape);
             let out = &mut reward[t * envs..(t + 1) * envs];
             for ((out, score), done) in out.iter_mut().zip(tape.scores()).zip(transitions.done(t)) {
-                *out = if *done == 0 { self.pays(*score) } else { 0.0 };
+                *out = if *done == 0 { self.reward_of(*score) } else { 0.0 };
             }
         }
     }

@@ -160,7 +160,7 @@ fn a_policy_learns_to_circle_from_the_style_reward_alone() {
         let (mut learner, mut envs) = (learner(formulation), shards(2));
         learner.iterate(&mut envs, 2).expect("iterates");
         let before = way(&learner);
-        assert!(before[0].abs() < 0.3, "nobody circles yet: {before:?}");
+        assert!(before[0].abs() < 0.3, "nothing circles yet: {before:?}");
         for _ in 0..130 {
             learner.iterate(&mut envs, 2).expect("iterates");
         }

@@ -69,7 +69,7 @@ impl Learner {
         if self.ranks.rank() == 0 { self.write(path, blobs, Some(&carried)) } else { Ok(()) }
     }
 
-    /// Writes a checkpoint without the shards' memory and the learned reward's: what a judge needs. No other rank is asked.
+    /// Writes a checkpoint without the shards' memory and the learned reward's: what an evaluation needs. No other rank takes part.
     ///
     /// # Errors
     /// If the file system refuses.

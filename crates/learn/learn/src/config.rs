@@ -4,14 +4,14 @@ use paid_policy::bf16::Precision;
 use paid_policy::{NetworkConfig, NetworkKind};
 use serde::{Deserialize, Serialize};
 
-/// A price for doing something else in the mirror image of a state than the mirrored action (Yu et al. 2018): the squared distance of the
-/// policy's mean there from the mirrored mean of the state, in the standard deviations of the actions.
+/// The mirror symmetry loss (Yu et al. 2018): the squared distance of the policy's mean in the mirror image of a state from the mirrored
+/// mean of the state, in the standard deviations of the actions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MirrorConfig {
     /// Factor on it, against the surrogate loss; 0 is off.
     pub weight: f64,
-    /// Share of the samples whose image is looked at in each pass, rounded to one in a whole number: 0.25 is one in 4, 0.4 one in 3, and
+    /// Share of the samples whose image is used in each pass, rounded to one in a whole number: 0.25 is one in 4, 0.4 one in 3, and
     /// more than two thirds are all of them. More cost time: an image costs the policy's network another pass.
     pub share: f64,
 }
@@ -23,7 +23,7 @@ impl Default for MirrorConfig {
 }
 
 impl MirrorConfig {
-    /// One in how many units is looked at.
+    /// One in how many units is used.
     pub(crate) fn every(&self) -> usize {
         (1.0 / self.share).round() as usize
     }

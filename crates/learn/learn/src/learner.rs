@@ -152,7 +152,7 @@ impl Learner {
         Ok(self)
     }
 
-    /// The same learner, told how observations and actions read in a mirrored world: what a policy pays for being lopsided needs it
+    /// The same learner with the mirror images of observations and actions, which the mirror symmetry loss needs
     /// ([`crate::MirrorConfig`]).
     ///
     /// # Errors
@@ -335,7 +335,7 @@ impl Learner {
         }
     }
 
-    /// Clears the memory of all shards, whose environments begin anew.
+    /// Clears the memory of all shards, whose environments begin new episodes.
     pub fn forget(&mut self) {
         // The next horizon makes them again. Until then there is no state that a checkpoint could carry.
         self.shards.clear();

@@ -84,7 +84,7 @@ impl Ranks for ThreadRanks {
         lock()[self.rank] = bytes.to_vec();
         self.shared.barrier.wait();
         let all = lock().clone();
-        // Nobody gives anew before all have taken.
+        // No rank gives again before all have taken.
         self.shared.barrier.wait();
         all
     }

@@ -53,7 +53,7 @@ pub struct UpdateStats {
     pub value_loss: f64,
     /// Value loss of the learned reward's critic, before its weight; 0 if there is none.
     pub learned_value_loss: f64,
-    /// What the policy pays for being lopsided, before its weight; 0 where it is not asked.
+    /// Mirror symmetry loss, before its weight; 0 where it is off.
     pub mirror_loss: f64,
     /// Divergence from the policy that collected.
     pub kl: f64,

@@ -68,7 +68,7 @@ impl Transitions {
         &self.reward[t * self.envs..(t + 1) * self.envs]
     }
 
-    /// How step `t` ended, `[envs]`: bit 0 set if the episode failed, bit 1 if it was cut, 0 if it goes on.
+    /// How step `t` ended, `[envs]`: bit 0 set if the episode failed, bit 1 if it was cut, 0 if it continues.
     pub fn done(&self, t: usize) -> &[u8] {
         &self.done[t * self.envs..(t + 1) * self.envs]
     }

@@ -100,7 +100,7 @@ fn a_sign_seen_once_is_remembered_by_an_lstm() {
     for _ in 0..80 {
         learner.iterate(&mut envs, 2).unwrap();
     }
-    // Five of six steps pay up to 1; without memory the best is 0.
+    // Five of six steps earn up to 1; without memory the best is 0.
     let after = evaluate(&learner, &mut Recall::new(100, 99));
     println!("trained {after:.3}");
     assert!(after > 0.9 * 5.0 / 6.0, "trained {after}");
@@ -175,7 +175,7 @@ fn other_side() -> Mirrors {
 }
 
 /// RMS of `a(x) + a(-x)` over a grid of states: 0 for a policy without a preferred side.
-fn lopsidedness(learner: &Learner) -> f64 {
+fn asymmetry(learner: &Learner) -> f64 {
     let policy = learner.policy();
     let grid: Vec<[f32; 2]> = (-4..=4)
         .flat_map(|x| (-4..=4).map(move |v| [0.25 * x as f32, 0.25 * v as f32]))
@@ -190,7 +190,7 @@ fn lopsidedness(learner: &Learner) -> f64 {
 }
 
 #[test]
-fn a_policy_that_pays_for_being_lopsided_has_no_preferred_side() {
+fn a_policy_with_the_mirror_symmetry_loss_has_no_preferred_side() {
     let trained = |weight: f64, threads: usize| {
         let mut config = config(NetworkKind::Mlp, &[32, 32]);
         config.ppo.mirror = MirrorConfig { weight, share: 0.5 };
@@ -203,18 +203,18 @@ fn a_policy_that_pays_for_being_lopsided_has_no_preferred_side() {
         (learner, last)
     };
     let (free, nothing) = trained(0.0, 2);
-    let (paid, price) = trained(1.0, 2);
-    let (a, b) = (lopsidedness(&free), lopsidedness(&paid));
-    let scores = [&free, &paid].map(|learner| evaluate(learner, &mut PointMass::new(200, 99)));
-    println!("lopsided by {a:.4} without a price, {b:.4} with it; {price:.5}; rewards {scores:.3?}");
+    let (symmetric, loss) = trained(1.0, 2);
+    let (a, b) = (asymmetry(&free), asymmetry(&symmetric));
+    let scores = [&free, &symmetric].map(|learner| evaluate(learner, &mut PointMass::new(200, 99)));
+    println!("asymmetry {a:.4} without the loss, {b:.4} with it; {loss:.5}; rewards {scores:.3?}");
     assert_eq!(nothing, 0.0);
-    assert!(b < 0.3 * a && price > 0.0, "{a} {b} {price}");
+    assert!(b < 0.3 * a && loss > 0.0, "{a} {b} {loss}");
     assert!(scores[1] > scores[0] - 0.05, "{scores:?}");
-    assert_eq!(weights(&paid), weights(&trained(1.0, 1).0), "one thread and two");
+    assert_eq!(weights(&symmetric), weights(&trained(1.0, 1).0), "one thread and two");
 }
 
 #[test]
-fn a_price_that_nothing_can_be_paid_for_is_refused() {
+fn a_mirror_symmetry_loss_that_cannot_be_computed_is_refused() {
     let mut config = config(NetworkKind::Lstm, &[16]);
     config.ppo.mirror.weight = 0.1;
     let error = Learner::new(2, 2, 1, &config, 1).expect_err("a memory has no image").to_string();

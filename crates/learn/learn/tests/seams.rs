@@ -56,7 +56,7 @@ fn trained<E: VecEnv>(mut learner: Learner, mut envs: Vec<Box<E>>, threads: usiz
     learner
 }
 
-/// Pays what the task pays.
+/// Rewards as the task does.
 #[derive(Clone, Debug)]
 struct Echo;
 
@@ -82,7 +82,7 @@ impl LearnedReward for Echo {
     }
 }
 
-/// A small learned score: pays for a position after the step that is nearer to the mean position of all shards so far.
+/// A small learned score: rewards a position after the step that is nearer to the mean position of all shards so far.
 #[derive(Clone, Debug, Default)]
 struct Nearness {
     count: f64,
@@ -209,7 +209,7 @@ fn a_second_critic_has_its_own_rewards_and_its_advantages_are_added_with_weights
 
 #[test]
 fn a_learned_reward_alone_teaches_the_policy() {
-    // The task's advantages count nothing; positions near the mean, the origin, pay.
+    // The task's advantages count nothing; positions near the mean, the origin, are rewarded.
     let mut learner = with(NetworkKind::Mlp, Nearness::default(), own_critic(NetworkKind::Mlp, 0.0, 1.0));
     let mut envs = moving(2);
     let first = learner.iterate(&mut envs, 2).expect("iterates").collect.mean_learned_reward;
@@ -262,7 +262,7 @@ fn a_resumed_learner_has_the_learned_reward_and_its_critic() {
         assert_eq!(straight.critics()[1].params, resumed.critics()[1].params, "{kind:?}");
         let figures = |learner: &Learner| learner.learned_reward().expect("a reward").figures();
         assert_eq!(figures(&straight), figures(&resumed));
-        // A judge needs none of it: AMP's has all the frames that it has seen.
+        // An evaluation needs none of it: AMP's has all the frames that it has seen.
         straight.save_policy(&path, &[]).expect("saves");
         let policy = paid_learn::Checkpoint::load(&path).expect("reads");
         let rewards = |file: &paid_learn::Checkpoint| {

@@ -1,5 +1,5 @@
-//! Weights in a second file: an exporter may write constants beside the model (`a.onnx` and `a.onnx.data`). They are put into the model's
-//! bytes where they belong, so that nothing after this knows of a second file.
+//! Weights in a second file: an exporter may write constants next to the model (`a.onnx` and `a.onnx.data`). They are put into the model's
+//! bytes where they belong, so that later code sees one file.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;

@@ -106,7 +106,7 @@ pub const OPSET: i64 = 17;
 /// ONNX intermediate representation version that files are written in.
 pub const IR_VERSION: i64 = 8;
 
-/// Metadata keys of the released interface that every file carries, besides [`CONTRACT_KEY`].
+/// Metadata keys of the released interface that every file carries in addition to [`CONTRACT_KEY`].
 pub const RELEASED_KEYS: [&str; 10] = [
     "joint_names",
     "joint_stiffness",

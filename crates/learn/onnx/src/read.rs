@@ -20,7 +20,7 @@ pub struct OnnxPolicy {
     contract: Contract,
 }
 
-/// Recurrent state of one robot; empty for a feed-forward policy. Reset it whenever the policy starts anew.
+/// Recurrent state of one robot; empty for a feed-forward policy. Reset it whenever the policy starts again.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OnnxState {
     /// Hidden state `[layers, hidden]`.

@@ -62,7 +62,7 @@ fn guarded<T, E: std::fmt::Display>(call: impl FnOnce() -> Result<T, E>) -> Resu
     }
 }
 
-/// The words of a panic as one line.
+/// The message of a panic as one line.
 fn said(panic: &(dyn Any + Send)) -> String {
     let words = panic.downcast_ref::<String>().map(String::as_str);
     one_line(&words.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("without a word"))

@@ -1,13 +1,13 @@
-//! Numbers in a file that ask for more memory than there is. The runtime takes them on trust, and a failed allocation cannot be caught.
+//! Numbers in a file that need more memory than there is. The runtime does not check them, and a failed allocation cannot be caught.
 
 use crate::proto::{FLOAT, GraphProto, INT64, TensorProto};
 
-/// Most that a picture's pixels may become in number by one `Resize`, as a factor.
+/// Largest factor by which one `Resize` may multiply an image's pixels.
 const MOST_SCALE: f32 = 4096.0;
-/// Longest side that a `Resize` may ask for.
+/// Longest side that a `Resize` may have.
 const MOST_SIDE: i64 = 16_384;
 
-/// What a graph's `Resize` asks for beyond reason, with what was expected; scales and sizes that are computed are not looked at.
+/// What is oversized in a graph's `Resize`, with what was expected; scales and sizes that are computed are not looked at.
 pub(crate) fn oversized(graph: &GraphProto) -> Option<String> {
     let resizes =
         graph.node.iter().filter(|node| matches!(node.op_type.as_deref(), Some("Resize" | "Upsample")));

@@ -58,7 +58,7 @@ fn weights() -> PolicyWeights {
     }
 }
 
-/// The file as somebody else would write it: no contract, and whatever `change` does.
+/// The file as another program would write it: no contract, and whatever `change` does.
 fn foreign(folder: &Path, change: impl FnOnce(&mut ModelProto)) -> PathBuf {
     let bytes = encode(&weights(), &contract(), None, "run", None).expect("encodes");
     let mut model = ModelProto::decode(&bytes[..]).expect("decodes");

@@ -1,4 +1,4 @@
-//! Checkpoints: a policy's weights, and in a full checkpoint everything that its learner needs to go on as if it had not stopped, in
+//! Checkpoints: a policy's weights, and in a full checkpoint everything that its learner needs to continue as if it had not stopped, in
 //! one safetensors file.
 //!
 //! Tensors: `actor.*`, `critic.*` (weights, `actor.log_std`), `adam.m.*`, `adam.v.*`, `normalizer.{policy,critic}.{mean,m2,count}`

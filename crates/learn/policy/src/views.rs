@@ -77,14 +77,14 @@ pub struct ReferenceView<'a, V> {
 pub struct SceneView<V> {
     /// Center of the ball, base frame `[m]`.
     pub ball: Vec3<V>,
-    /// Center of the ball when the reference strikes, base frame of now `[m]`; equal to `ball` where nobody predicts.
+    /// Center of the ball when the reference strikes, base frame of now `[m]`; equal to `ball` without a prediction.
     pub ball_at_strike: Vec3<V>,
     /// Center of the goal, base frame `[m]`.
     pub goal: Vec3<V>,
 }
 
 impl<V: Real> SceneView<V> {
-    /// A ball that nobody predicts, and the goal: centers in the base frame `[m]`.
+    /// A ball without a prediction, and the goal: centers in the base frame `[m]`.
     #[inline(always)]
     pub fn new(ball: Vec3<V>, goal: Vec3<V>) -> Self {
         Self { ball, ball_at_strike: ball, goal }

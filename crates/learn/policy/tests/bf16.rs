@@ -29,7 +29,7 @@ fn product(
     let mut dst = vec![1.0; rows * stride];
     kernel.multiply(MatMut::new(&mut dst, rows, cols, stride), &left, &right, accumulate);
     for row in dst.chunks(stride) {
-        assert!(row[cols..].iter().all(|x| *x == 1.0), "elements beside the result are left alone");
+        assert!(row[cols..].iter().all(|x| *x == 1.0), "elements next to the result stay as they are");
     }
     dst.chunks(stride).flat_map(|row| row[..cols].to_vec()).collect()
 }

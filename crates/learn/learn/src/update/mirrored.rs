@@ -1,4 +1,4 @@
-//! The price of being lopsided: in the mirror image of a state the policy should do the mirrored action.
+//! The mirror symmetry loss: in the mirror image of a state the policy should do the mirrored action.
 
 use paid_policy::Mirror;
 use paid_policy::matrix::{Mat, MatMut};
@@ -23,7 +23,7 @@ fn mirrored<'a>(mirror: &Mirror, x: Mat<'_, f32>, room: &'a mut Vec<f32>) -> Mat
     Mat::new(room, rows, n, n)
 }
 
-/// Adds the gradient of a unit's price to the actor's, if it is the unit's turn in this gradient step; returns the sum over its samples,
+/// Adds the gradient of a unit's loss to the actor's, if it is the unit's turn in this gradient step; returns the sum over its samples,
 /// times the number of units of which this one was taken. `weight` is one over the samples of the minibatch.
 pub(super) fn train(
     shared: &Shared<'_>,

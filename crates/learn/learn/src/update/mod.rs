@@ -20,7 +20,7 @@ use slice::{Shared, minibatch_gradient};
 pub use reduce::Gradients;
 pub use slice::Worker;
 
-/// What persists between updates, besides the models.
+/// What persists between updates in addition to the models.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
     /// Learning rate now.
@@ -53,7 +53,7 @@ pub struct Horizon<'a> {
     pub ranks: &'a dyn Ranks,
     /// Mean of all advantages and one over their standard deviation.
     pub advantage: (f64, f64),
-    /// How the samples read in a mirrored world, observations normalized as they were collected; `None` if nobody asks.
+    /// The mirror images of the samples, observations normalized as they were collected; `None` if the loss is off.
     pub mirrors: Option<&'a Mirrors>,
 }
 
@@ -144,7 +144,7 @@ fn adapted(config: &PpoConfig, rate: f64, kl: f64) -> f64 {
     }
 }
 
-/// As many minibatches as asked for, or as get at least one unit each: a minibatch without a sample has no mean.
+/// As many minibatches as configured, or as get at least one unit each: a minibatch without a sample has no mean.
 fn minibatches(config: &PpoConfig, world: &World) -> usize {
     let units = world.layouts.iter().map(RolloutLayout::units);
     let most = if config.balanced { units.min().unwrap_or(0) } else { units.sum() };

@@ -52,8 +52,8 @@ pub(super) struct Shared<'a> {
     pub(super) mirrors: Option<(&'a Mirrors, usize)>,
 }
 
-/// Gradients of this rank's units of one minibatch, one for each of so many slices, and their share of its mean losses. `weight` is one over the samples of
-/// the whole minibatch.
+/// Gradients of this rank's units of one minibatch, one for each slice, and their share of its mean losses. `weight` is one over the
+/// samples of the whole minibatch.
 pub(super) fn minibatch_gradient(
     shared: &Shared<'_>,
     (units, weight, slices): (&[(usize, usize)], f64, usize),

@@ -16,7 +16,7 @@ use crate::matrix::{Mat, MatMut};
 const LANES: usize = 16;
 /// Rows whose sums are kept in registers: 8 x 3 vectors of sums, 3 of the right operand, 1 of the left, of 32 registers.
 const BLOCK: usize = 8;
-/// Rows that are asked of the memory ahead of their use: stored observations do not fit the caches.
+/// Rows that are prefetched ahead of their use: stored observations do not fit the caches.
 const AHEAD: usize = 8;
 
 /// True if the processor has what this file needs.

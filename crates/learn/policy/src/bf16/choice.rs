@@ -21,7 +21,7 @@ pub enum Precision {
     Bf16,
 }
 
-/// Gain over f32 from which a measurement speaks for bfloat16: far above the scatter of the measurement, so that a machine decides
+/// Gain over f32 from which bfloat16 is chosen: far above the scatter of the measurement, so that a machine decides
 /// the same way every time.
 const GAIN: f64 = 1.25;
 

@@ -57,7 +57,7 @@ impl Kernel {
     }
 
     /// `dst = a b`, or `dst += a b` if `accumulate`, on this thread. A number of `dst` depends on its row of `a` and its column of `b`
-    /// alone: not on where they lie, nor on what lies beside them.
+    /// alone: not on where they lie, nor on what lies next to them.
     ///
     /// # Panics
     /// If the shapes do not fit.

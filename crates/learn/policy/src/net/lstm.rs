@@ -82,7 +82,7 @@ pub struct Cell<'a, S> {
     pub c: MatMut<'a, S>,
     /// Hidden state `[size, n]`, replaced.
     pub h: MatMut<'a, S>,
-    /// Where training wants `tanh` of the new cell state, `[size, n]`; a step without training gives none.
+    /// Where training stores `tanh` of the new cell state, `[size, n]`; a step without training gives none.
     pub tanh_c: Option<MatMut<'a, S>>,
 }
 

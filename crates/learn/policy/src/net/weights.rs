@@ -49,7 +49,7 @@ impl PackedWeights {
         {
             let matrix = Mat::new(&params[range.clone()], *rows, *cols, *cols);
             straight.pack(self.kernel, matrix);
-            // Nobody asks for the gradient of the first matrix's input.
+            // The gradient of the first matrix's input is not needed.
             if k > 0 {
                 transposed.pack(self.kernel, matrix.t());
             }

@@ -105,7 +105,7 @@ pub fn observe<V: Real>(list: &[ObservationId], views: &Views<'_, V>, out: &mut 
     }
 }
 
-/// A list of terms that nobody can observe.
+/// A list of terms that cannot be observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum ObservationError {
     /// There is no term.

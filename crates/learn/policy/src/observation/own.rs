@@ -66,7 +66,7 @@ pub fn no_such_term(kind: &str, name: &str, known: &[&str]) -> String {
     )
 }
 
-/// Observation terms beside the built-in ones. A crate that has reward or termination terms too installs all of them at once,
+/// Observation terms in addition to the built-in ones. A crate that has reward or termination terms too installs all of them at once,
 /// with `paid_task::TermSet`.
 #[derive(Debug, Default)]
 pub struct ObservationSet(Vec<Entry>);

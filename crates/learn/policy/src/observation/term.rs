@@ -17,7 +17,7 @@ pub trait Observation {
     const FRAME: &'static str;
     /// How many numbers, and what they run over.
     const SHAPE: Shape;
-    /// What it needs beside the robot's sensors.
+    /// What it needs in addition to the robot's sensors.
     const NEEDS: &'static [Need] = &[];
     /// True for vectors that turn the other way in a mirror, as angular velocities do, and for a scalar that changes its sign.
     const AXIAL: bool = false;
@@ -33,7 +33,7 @@ pub trait Observation {
     fn write<V: Real>(views: &Views<'_, V>, out: &mut impl Sink<V>);
 }
 
-/// What a term needs beside the robot's sensors.
+/// What a term needs in addition to the robot's sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// State that only a simulator knows.
@@ -129,7 +129,7 @@ pub struct ObservationInfo {
     pub frame: &'static str,
     /// How many numbers, and what they run over.
     pub shape: Shape,
-    /// What it needs beside the robot's sensors.
+    /// What it needs in addition to the robot's sensors.
     pub needs: &'static [Need],
     /// True for vectors that turn the other way in a mirror.
     pub axial: bool,
