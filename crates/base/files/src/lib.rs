@@ -50,7 +50,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         .map_err(FileError::at(path))
 }
 
-/// Writes to a temporary file beside `path`, flushes it to the disk and renames it.
+/// Writes to a temporary file next to `path`, flushes it to the disk and renames it.
 ///
 /// # Errors
 /// If the file system refuses; the temporary file is removed then and an older file under `path` stays as it was.

@@ -36,7 +36,7 @@ impl FileSet {
             let written = if path.is_dir() {
                 Err(FileError { path: path.clone(), source: ErrorKind::IsADirectory.into() })
             } else {
-                // The error names the file that was asked for, not the temporary one.
+                // The error names the requested file, not the temporary one.
                 write_whole(&aside(path), bytes).map_err(|error| FileError { path: path.clone(), ..error })
             };
             if let Err(error) = written {

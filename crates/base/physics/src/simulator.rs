@@ -127,8 +127,8 @@ pub trait Simulator<V: Real>: Send {
     fn set_params(&mut self, group: usize, lane: usize, params: &EnvParams);
     /// Adds to the base's linear `[m/s]` and angular `[rad/s]` velocity, world axes.
     fn push_lane(&mut self, group: usize, lane: usize, lin_vel: [f64; 3], ang_vel: [f64; 3]);
-    /// Puts the ball of one environment to another place `[m]`, with these velocities `[m/s]`, `[rad/s]`, world axes; the robot goes on
-    /// as it is. `state` shows it at once, touched by nothing.
+    /// Puts the ball of one environment to another place `[m]`, with these velocities `[m/s]`, `[rad/s]`, world axes; the robot is
+    /// unchanged. `state` shows it at once, touched by nothing.
     fn set_ball(&mut self, group: usize, lane: usize, pos: [f64; 3], vel: [f64; 3], ang_vel: [f64; 3]);
     /// Height of the ground at a world point of one environment `[m]`.
     fn ground_height(&self, group: usize, lane: usize, xy: [f64; 2]) -> f64;

@@ -143,7 +143,7 @@ fn every_shaped_body_meets_the_ball() {
         }
         let vel = engine.state(0).ball.vel.0[0];
         assert!(touched, "{} was not touched", model.bodies[body].name);
-        assert!(vel > -2.0, "{}: ball goes on at {vel} m/s", model.bodies[body].name);
+        assert!(vel > -2.0, "{}: ball continues at {vel} m/s", model.bodies[body].name);
         assert!(
             engine.state(0).bodies[0].lin_vel.0[0] < 0.0,
             "{} takes no momentum",

@@ -199,7 +199,7 @@ fn a_ball_at_the_height_of_the_sole_is_pushed_down_by_a_capsule_and_straight_on_
 }
 
 #[test]
-fn a_hard_lane_beside_soft_ones_moves_as_if_it_were_alone() {
+fn a_hard_lane_among_soft_ones_moves_as_if_it_were_alone() {
     let impact = far([0.0, 0.0, 0.3], [3.0, 0.5, -4.0], [2.0, -3.0, 1.0]);
     let hard = EnvParams { ball: ball(0.4, 0.6), ..EnvParams::default() };
     let other = ContactKind {
@@ -211,16 +211,16 @@ fn a_hard_lane_beside_soft_ones_moves_as_if_it_were_alone() {
         ..soft(Compliance::returning(0.02, 0.3))
     };
     let mut alone = with_ball::<F32Array<8>>(&hard, &impact);
-    let mut beside = with_ball::<F32Array<8>>(&hard, &impact);
+    let mut mixed = with_ball::<F32Array<8>>(&hard, &impact);
     for lane in 1..8 {
-        beside.set_params(0, lane, &EnvParams { kind: other, ..hard.clone() });
+        mixed.set_params(0, lane, &EnvParams { kind: other, ..hard.clone() });
     }
     for _ in 0..200 {
         step(&mut alone);
-        step(&mut beside);
+        step(&mut mixed);
     }
-    let [a, b] = [&alone, &beside].map(|e| e.save_lane(0, 0));
+    let [a, b] = [&alone, &mixed].map(|e| e.save_lane(0, 0));
     assert_eq!(a, b, "bit for bit");
-    let soft = beside.save_lane(0, 1);
+    let soft = mixed.save_lane(0, 1);
     assert!((soft.ball_vel[0] - b.ball_vel[0]).abs() > 1e-3, "the kinds differ");
 }

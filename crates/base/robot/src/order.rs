@@ -1,4 +1,4 @@
-//! Orders by name: every file border permutes, nobody assumes.
+//! Orders by name: every interface permutes, none assumes an order.
 
 use thiserror::Error;
 

@@ -25,7 +25,7 @@ pub use mutate::damaged;
 
 /// The file or folder `path` of the shared data, or `None` (the test is skipped) if this machine does not have it.
 ///
-/// The data lie in the folder `PAID_SHARED`, by default in `shared` beside the checkout.
+/// The data lie in the folder `PAID_SHARED`, by default in `shared` next to the checkout.
 ///
 /// # Panics
 /// If it is missing where skips are failures.
@@ -75,9 +75,9 @@ impl Settings {
         let is = |name: &str, value: &str| std::env::var_os(name).is_some_and(|v| v == value);
         // An empty variable is none.
         let path = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
-        let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared");
+        let sibling = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared");
         Self {
-            shared: path("PAID_SHARED").unwrap_or(beside),
+            shared: path("PAID_SHARED").unwrap_or(sibling),
             log: path("PAID_SKIP_LOG"),
             skips_fail: is("CI", "true") && !is("PAID_ALLOW_SKIPS", "1"),
             package: std::env::var("CARGO_PKG_NAME").unwrap_or_default(),

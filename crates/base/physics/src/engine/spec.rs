@@ -1,4 +1,4 @@
-//! What the engine needs beside the robot's model.
+//! What the engine needs in addition to the robot's model.
 
 use paid_robot::{RobotModel, RobotSpec, SpecError};
 

@@ -22,7 +22,7 @@ pub(crate) struct SpringLanes<V> {
     stiffness: V,
 }
 
-/// What a soft contact asks of a step.
+/// What a soft contact requires of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SpringTarget<V> {
     /// Normal speed at the end of the step `[m/s]`.

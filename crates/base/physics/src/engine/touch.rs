@@ -20,7 +20,7 @@ pub(crate) struct BallTouch<V: Real> {
     /// Some lane is in contact.
     pub active: bool,
     /// In a leg's second slot: the body that its first slot touches, -1 for none.
-    besides: V,
+    other_slot: V,
     /// The touched body of each lane.
     pub body: V,
     pub frame: [Vec3<V>; 3],
@@ -44,7 +44,7 @@ impl<V: Real> BallTouch<V> {
         Self {
             rows: Rows::new(joints),
             active: false,
-            besides: z,
+            other_slot: z,
             body: z,
             frame: [Vec3::zero(); 3],
             block: Block::zero(),
@@ -112,14 +112,14 @@ pub(crate) fn prepare<V: Real>(
     for slot in 0..touches.len() {
         // Soft contacts last, so the ball may lie on foot and shin at once: the second body of a leg has a slot of its own.
         let mut look = near;
-        let mut besides = V::c(-1.0);
+        let mut other_slot = V::c(-1.0);
         if slot >= first {
             let touch = &touches[1 + layout.legs[slot - first]];
             look &= any_soft && touch.active;
-            besides = V::select(V::c(0.5).lt(touch.on), touch.body, besides);
+            other_slot = V::select(V::c(0.5).lt(touch.on), touch.body, other_slot);
         }
         let touch = &mut touches[slot];
-        touch.besides = besides;
+        touch.other_slot = other_slot;
         touch.active = look && prepare_slot(layout, constants, g, w, slot, center, touch);
         found |= touch.active;
     }
@@ -162,7 +162,7 @@ fn prepare_slot<'a, V>(
         let d = center - nearest;
         let mut this = length(d) - (radius + ball.radius);
         if second {
-            this = V::select((touch.besides - V::c(capsule.body as f64)).abs().lt(V::c(0.5)), V::c(1e3), this);
+            this = V::select((touch.other_slot - V::c(capsule.body as f64)).abs().lt(V::c(0.5)), V::c(1e3), this);
         }
         let closer = this.lt(gap);
         gap = V::select(closer, this, gap);
@@ -193,7 +193,7 @@ fn prepare_slot<'a, V>(
     let start = g.ball_omega.cross_add(lever, g.ball_vel) - robot;
     let speed = start.dot(n);
     let on = speed.min(zero).mul_add(constants.dt, gap).lt(V::c(SOLVER.ball_margin_m)).and(near);
-    let on = if second { on.and(spring.is_soft()).and(zero.le(touch.besides)) } else { on };
+    let on = if second { on.and(spring.is_soft()).and(zero.le(touch.other_slot)) } else { on };
     if !on.any() {
         return false;
     }

@@ -1,6 +1,6 @@
 //! The elements and attributes that the reader knows.
 //!
-//! Attributes that only matter to MuJoCo's solver or to pictures are known and not kept.
+//! Attributes that only matter to MuJoCo's solver or to rendering are known and not kept.
 
 /// Top-level elements that say nothing about the robot's mechanics.
 pub(super) const SKIPPED_SECTIONS: &[&str] =
