@@ -121,7 +121,7 @@ impl SceneConfig {
         surface.against(self.ground, self.ground_friction_combine, self.ground_restitution_combine)
     }
 
-    /// The contact of the robot with itself: the average of a surface and its like. It does not bounce.
+    /// The contact of the robot with itself: the average of a surface and itself. It does not bounce.
     pub fn contact_of_robot_and_itself(robot: Material) -> Material {
         Material { restitution: 0.0, ..robot }
     }

@@ -8,7 +8,7 @@ use serde_json::Value;
 /// The folders of `crates`. A crate knows those of its own folder and of the folders before it.
 const WINGS: [&str; 7] = ["base", "learn", "sense", "skill", "judge", "robot", "app"];
 
-/// Trainers, tasks, judges, simulators and drawing.
+/// Trainers, tasks, evaluations, simulators and drawing.
 const ROBOT_NEVER: [&str; 12] =
     ["amp", "eval", "lab", "learn", "live", "mujoco", "physics", "plot", "sysid", "task", "train", "twin"];
 

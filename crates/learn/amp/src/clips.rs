@@ -75,7 +75,7 @@ impl Clips {
         ((x - self.mean[i]) * self.scale[i]).clamp(-LIMIT, LIMIT)
     }
 
-    /// A pair by chance: both frames one after the other, scaled.
+    /// A random pair: both frames one after the other, scaled.
     pub fn draw(&self, rng: &mut Rng) -> &[f32] {
         let first = self.pairs[rng.below(self.pairs.len())] as usize;
         &self.frames[first * self.features..(first + 2) * self.features]

@@ -50,7 +50,7 @@ impl<'a> Horizon<'a> {
         Self { own, first, ends: all.into_iter().flatten().collect() }
     }
 
-    /// A step by chance that ends no episode; `None` if there is hardly any. The same on every rank.
+    /// A random step that ends no episode; `None` if there is hardly any. The same on every rank.
     pub fn draw(&self, rng: &mut Rng) -> Option<Step> {
         if self.ends.is_empty() {
             return None;

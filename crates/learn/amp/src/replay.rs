@@ -43,7 +43,7 @@ impl Replay {
         self.pairs[place * self.width..][..self.width].copy_from_slice(pair);
     }
 
-    /// The place of a pair by chance; there must be one.
+    /// The place of a random pair; there must be one.
     pub fn draw(&self, rng: &mut Rng) -> usize {
         rng.below(self.len())
     }

@@ -187,7 +187,7 @@ impl Learner {
         Ok(Some(stream))
     }
 
-    /// Goes on where the checkpoint stopped: weights, moments, normalizers, rates, counters, seed and recurrent states. With
+    /// Continues where the checkpoint stopped: weights, moments, normalizers, rates, counters, seed and recurrent states. With
     /// environments restored to the same point, training ends in the same weights as without the interruption. On an error the
     /// learner is as before.
     ///

@@ -76,7 +76,7 @@ pub struct PpoConfig {
     pub anneal_from: f64,
     /// Environments that go through the networks together, and the unit that minibatches are drawn in.
     pub block: usize,
-    /// Environments of a sequence block, the unit of minibatches with memory.
+    /// Environments of a sequence block, the unit of minibatches of a recurrent policy.
     pub sequence_block: usize,
     /// Parts of a minibatch whose gradients are summed apart and then in order: the same whatever the thread count. Ranks share them out;
     /// a rank with more threads than its share of them, twice, leaves threads idle.
@@ -198,7 +198,7 @@ impl LearnConfig {
         let share = p.mirror.share > 0.0 && p.mirror.share <= 1.0;
         rules.push(("ppo.mirror.share", share, "more than 0 and at most 1", p.mirror.share.to_string()));
         let memory = p.mirror.weight == 0.0 || self.actor.kind == NetworkKind::Mlp;
-        rules.push(("ppo.mirror.weight", memory, "0 for a policy with memory", p.mirror.weight.to_string()));
+        rules.push(("ppo.mirror.weight", memory, "0 for a recurrent policy", p.mirror.weight.to_string()));
         let rates = p.max_learning_rate.is_finite() && p.max_learning_rate >= p.min_learning_rate;
         rules.push((
             "ppo.max_learning_rate",

@@ -54,7 +54,7 @@ struct Meeting {
 }
 
 impl ThreadRanks {
-    /// So many ranks, one for each thread.
+    /// This many ranks, one for each thread.
     pub fn of(count: usize) -> Vec<Self> {
         let given = Mutex::new(vec![Vec::new(); count]);
         let shared = Arc::new(Meeting { barrier: Barrier::new(count), given });

@@ -7,7 +7,7 @@ use paid_policy::matrix::{Mat, MatMut};
 
 /// How a shard's environments are cut into blocks, and where a block's samples lie.
 ///
-/// A *unit* is what minibatches are drawn from: one block at one step, or with memory one block over the whole horizon.
+/// A *unit* is what minibatches are drawn from: one block at one step, or for recurrent networks one block over the whole horizon.
 /// Its samples are contiguous columns, so that a unit goes through the networks as it is stored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RolloutLayout {

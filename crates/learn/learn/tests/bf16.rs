@@ -216,7 +216,7 @@ fn a_training_in_bfloat16_learns_as_much_as_one_in_f32() {
 
 #[test]
 fn a_policy_that_remembers_learns_in_bfloat16() {
-    // With memory five of six steps earn up to 1; without, the best is 0.
+    // A recurrent policy earns up to 1 in five of six steps; for another the best is 0.
     let config = config(NetworkKind::Lstm, Precision::Bf16);
     let mut learner = Learner::new(2, 2, 1, &config, 1).expect("valid");
     let mut envs: Vec<Box<Recall>> = (0..2).map(|k| Box::new(Recall::new(64, k))).collect();

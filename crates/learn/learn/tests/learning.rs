@@ -100,7 +100,7 @@ fn a_sign_seen_once_is_remembered_by_an_lstm() {
     for _ in 0..80 {
         learner.iterate(&mut envs, 2).unwrap();
     }
-    // Five of six steps earn up to 1; without memory the best is 0.
+    // Five of six steps earn up to 1; without recurrence the best is 0.
     let after = evaluate(&learner, &mut Recall::new(100, 99));
     println!("trained {after:.3}");
     assert!(after > 0.9 * 5.0 / 6.0, "trained {after}");
@@ -217,8 +217,8 @@ fn a_policy_with_the_mirror_symmetry_loss_has_no_preferred_side() {
 fn a_mirror_symmetry_loss_that_cannot_be_computed_is_refused() {
     let mut config = config(NetworkKind::Lstm, &[16]);
     config.ppo.mirror.weight = 0.1;
-    let error = Learner::new(2, 2, 1, &config, 1).expect_err("a memory has no image").to_string();
-    assert_eq!(error, "ppo.mirror.weight: expected 0 for a policy with memory, found 0.1");
+    let error = Learner::new(2, 2, 1, &config, 1).expect_err("a recurrent state has no image").to_string();
+    assert_eq!(error, "ppo.mirror.weight: expected 0 for a recurrent policy, found 0.1");
     config.ppo.mirror = MirrorConfig { weight: 0.0, share: 0.0 };
     let error = Learner::new(2, 2, 1, &config, 1).expect_err("a share").to_string();
     assert_eq!(error, "ppo.mirror.share: expected more than 0 and at most 1, found 0");

@@ -116,7 +116,7 @@ impl OnnxPolicy {
         self.act_with(obs, 0.0, state)
     }
 
-    /// [`Self::act`] in the mirror, of a policy without memory whose graph has that input: observation and actions are those of the world.
+    /// [`Self::act`] in the mirror, of a feed-forward policy whose graph has that input: observation and actions are those of the world.
     ///
     /// # Errors
     /// As [`Self::act`], and [`OnnxError::Input`] if the graph has no such input.

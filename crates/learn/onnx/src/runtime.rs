@@ -53,19 +53,19 @@ impl Runtime {
     }
 }
 
-/// Calls the runtime. It takes some numbers of a damaged file on trust and panics (rten 0.27); here that is an error like its others.
+/// Calls the runtime. It does not check some numbers of a damaged file and panics (rten 0.27); here that is an error like its others.
 fn guarded<T, E: std::fmt::Display>(call: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
-    // What it was at work on is dropped, or belongs to this call alone.
+    // Its unfinished work is dropped, or belongs to this call alone.
     match catch_unwind(AssertUnwindSafe(call)) {
         Ok(result) => result.map_err(|error| one_line(&error)),
-        Err(panic) => Err(format!("the runtime gave up: {}", said(&*panic))),
+        Err(panic) => Err(format!("the runtime panicked: {}", said(&*panic))),
     }
 }
 
 /// The message of a panic as one line.
 fn said(panic: &(dyn Any + Send)) -> String {
     let words = panic.downcast_ref::<String>().map(String::as_str);
-    one_line(&words.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("without a word"))
+    one_line(&words.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("without a message"))
 }
 
 /// An error of the runtime as one line.

@@ -7,7 +7,7 @@ const MOST_SCALE: f32 = 4096.0;
 /// Longest side that a `Resize` may have.
 const MOST_SIDE: i64 = 16_384;
 
-/// What is oversized in a graph's `Resize`, with what was expected; scales and sizes that are computed are not looked at.
+/// What is oversized in a graph's `Resize`, with what was expected; scales and sizes that are computed are not checked.
 pub(crate) fn oversized(graph: &GraphProto) -> Option<String> {
     let resizes =
         graph.node.iter().filter(|node| matches!(node.op_type.as_deref(), Some("Resize" | "Upsample")));

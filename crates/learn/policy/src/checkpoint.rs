@@ -214,7 +214,7 @@ impl Checkpoint {
     /// If a tensor is missing, has another shape or is not finite.
     ///
     /// # Panics
-    /// If `from` names an input that there is not.
+    /// If `from` names an input that does not exist.
     pub fn with_policy_inputs(&self, from: &[Option<usize>]) -> Result<Self, CheckpointError> {
         let net = Network::new(self.meta.policy_obs, self.meta.actions, &self.meta.actor);
         let meta = Meta { policy_obs: from.len(), ..self.meta.clone() };
@@ -227,7 +227,7 @@ impl Checkpoint {
     /// If a tensor is missing, has another shape or is not finite.
     ///
     /// # Panics
-    /// If `from` names an input that there is not.
+    /// If `from` names an input that does not exist.
     pub fn with_critic_inputs(&self, from: &[Option<usize>]) -> Result<Self, CheckpointError> {
         let net = Network::new(self.meta.critic_obs, 1, &self.meta.critic);
         let meta = Meta { critic_obs: from.len(), ..self.meta.clone() };

@@ -27,7 +27,7 @@ pub enum Activation {
     Elu,
 }
 
-/// LSTM layers; looked at only if the kind is `lstm`.
+/// LSTM layers; used only if the kind is `lstm`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LstmConfig {
@@ -48,7 +48,7 @@ impl Default for LstmConfig {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NetworkConfig {
-    /// With or without memory.
+    /// Feed-forward or recurrent.
     pub kind: NetworkKind,
     /// Widths of the hidden fully connected layers.
     pub hidden: Vec<usize>,

@@ -62,13 +62,13 @@ pub struct PlayContract {
     pub where_it_lay: Option<WhereItLay>,
 }
 
-/// Between which times of the reference a struck ball turns into the place where it lay.
+/// Times of the reference at which a struck ball is replaced by the place where it lay.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WhereItLay {
-    /// So long before the strike its place is taken as known `[s]`, 0 to 5.
+    /// Time before the strike at which its place is captured `[s]`, 0 to 5.
     pub captured_s: f64,
-    /// From so long after the strike on that place is shown `[s]`, 0 to 5.
+    /// Time after the strike from which that place is shown `[s]`, 0 to 5.
     pub from_s: f64,
 }
 

@@ -20,7 +20,7 @@ pub struct Policy {
 /// Recurrent state and scratch of a policy that acts on a batch.
 #[derive(Clone, Debug, Default)]
 pub struct PolicyState {
-    /// Recurrent state, `[size, n]` per layer; empty without memory.
+    /// Recurrent state, `[size, n]` per layer; empty for a feed-forward policy.
     pub recurrent: State<f32>,
     normalized: Vec<f32>,
     work: StepWorkspace<f32>,

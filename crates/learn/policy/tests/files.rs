@@ -10,7 +10,7 @@ use paid_policy::{Checkpoint, LstmConfig, NetworkConfig, NetworkKind, TensorFile
 const OBSERVATIONS: usize = 3;
 const ACTIONS: usize = 2;
 
-/// A checkpoint with weights and normalizer of a small policy with memory.
+/// A checkpoint with weights and normalizer of a small recurrent policy.
 fn file(path: &Path) -> TensorFile {
     let actor = NetworkConfig {
         kind: NetworkKind::Lstm,

@@ -17,16 +17,16 @@ pub enum ShownAfterStrike {
     WhereItLay,
 }
 
-/// What is shown of the ball after the strike, and from when on. Times are the reference's: a robot knows the phase of its motion.
+/// What is shown of the ball after the strike, and from when. Times are the reference's: a robot knows the phase of its motion.
 /// May be left out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct AfterStrikePreset {
     /// What is shown.
     pub show: ShownAfterStrike,
-    /// `where_it_lay`: from so long after the strike on `[s]`.
+    /// `where_it_lay`: time after the strike from which it is shown `[s]`.
     pub from_s: f64,
-    /// `where_it_lay`: so long before the strike the ball's place at the strike is taken as known `[s]`. Feet have met the ball
+    /// `where_it_lay`: time before the strike at which the ball's place at the strike is captured `[s]`. Feet have met the ball
     /// up to some 0.15 s early.
     pub captured_s: f64,
 }
@@ -77,11 +77,11 @@ impl AfterStrikePreset {
 /// Two times that count as one `[s]`: frames are at least ten times as far apart.
 const SAME_S: f64 = 1e-3;
 
-/// When the ball's place is captured, and from when on it is shown. Times are the reference's, since a robot knows the phase of its
+/// When the ball's place is captured, and from when it is shown. Times are the reference's, since a robot knows the phase of its
 /// motion and not when the foot met the ball.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AfterStrikeTimes {
-    /// The place is captured last so long before the strike `[s]`: a foot that comes early has not moved the ball by then.
+    /// Time before the strike at which the place is last captured `[s]`: a foot that comes early has not moved the ball by then.
     pub captured_s: f64,
     /// Time after the strike from which the captured place is shown `[s]`.
     pub from_s: f64,

@@ -53,7 +53,7 @@ impl RollingBall {
         if predicts_ball { self } else { Self { velocity: [0.0; 2], ..self } }
     }
 
-    /// The ball so long later `[s]`, if nothing meets it.
+    /// The ball `wait_s` later `[s]`, if nothing touches it.
     #[must_use]
     pub fn after(self, wait_s: f64) -> Self {
         let time = effective_time(wait_s, self.decay);

@@ -141,7 +141,7 @@ impl PlayPreset {
         })
     }
 
-    /// How the policy is played, of what its network does not say.
+    /// How the policy is played, as far as its network does not say.
     pub fn contract(&self) -> PlayContract {
         PlayContract {
             contact_s: self.ball.contact_s.clone(),
@@ -150,13 +150,13 @@ impl PlayPreset {
         }
     }
 
-    /// Refuses the mirror for a policy with memory: it was not trained so, and its state has no image.
+    /// Refuses the mirror for a recurrent policy: it was not trained so, and its state has no image.
     ///
     /// # Errors
     /// If left-footed kicks are played in the mirror and the policy has memory.
     pub fn check_memory(&self, memory: bool) -> Result<(), PlayError> {
         if self.mirror_left_kicks && memory {
-            return Err(PlayError::value("mirror_left_kicks", "false for a policy with memory", true));
+            return Err(PlayError::value("mirror_left_kicks", "false for a recurrent policy", true));
         }
         Ok(())
     }
@@ -310,6 +310,6 @@ mod tests {
         let mirrored = PlayPreset { mirror_left_kicks: true, ..plain };
         mirrored.check_memory(false).expect("no memory");
         let error = mirrored.check_memory(true).expect_err("both").to_string();
-        assert_eq!(error, "preset: mirror_left_kicks is true, expected false for a policy with memory");
+        assert_eq!(error, "preset: mirror_left_kicks is true, expected false for a recurrent policy");
     }
 }

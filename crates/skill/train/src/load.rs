@@ -42,7 +42,7 @@ pub struct Resolved {
     pub files: Vec<String>,
 }
 
-/// The task of a run preset (built-in name or file) with `--set` overrides, whose keys stand in the task.
+/// The task of a run preset (built-in name or file) with `--set` overrides, whose keys are those of the task.
 ///
 /// # Errors
 /// As [`RunPreset::resolve`].

@@ -71,7 +71,7 @@ impl Ranks for MpiRanks {
         let sizes: Vec<usize> = lengths.iter().map(|&length| length as usize).collect();
         let mut all = vec![0_u8; sizes.iter().sum()];
         if all.is_empty() {
-            // Nobody gives anything: MPI refuses empty buffers, and everyone is here.
+            // All buffers are empty, which MPI refuses; and every rank is here.
             return vec![Vec::new(); self.count];
         }
         world

@@ -96,7 +96,7 @@ pub struct Record {
     pub terminations: Named,
     /// Tracking errors, kick statistics and other figures of the task.
     pub metrics: Named,
-    /// Scores by a judge, in the iterations after which there was one.
+    /// Scores of an evaluation, in the iterations after which there was one.
     #[serde(skip_serializing_if = "Named::is_empty")]
     pub judge: Named,
     /// Environments that were reset because a number was not finite, in this iteration.

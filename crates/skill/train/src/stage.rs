@@ -92,7 +92,7 @@ pub fn train_stage(
     train_judged_stage(job, stop, report, None)
 }
 
-/// [`train_stage`] with a judge, who is asked as often as the preset says ([`crate::RunConfig::judge`]).
+/// [`train_stage`] with an evaluator, which scores as often as the preset says ([`crate::RunConfig::judge`]).
 ///
 /// # Errors
 /// As [`train_stage`].
@@ -334,7 +334,7 @@ fn save<E: TrainShard + ?Sized>(
     if let Some(run) = run {
         run.prune(job.preset.run.keep_checkpoints)?;
     }
-    // Whoever reads it next finds it whole.
+    // The next reader finds it whole.
     job.ranks.gather(&[]);
     Ok(path)
 }

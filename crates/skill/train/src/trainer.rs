@@ -292,7 +292,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     /// Continues exactly where a checkpoint of the same run, in the same phase, stopped.
     ///
     /// # Errors
-    /// If it is no full checkpoint, of other networks, shards or motions, or of a preset in which what holds for a whole run is another.
+    /// If it is no full checkpoint, of other networks, shards or motions, or of a preset that differs in what holds for a whole run.
     pub fn resume(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         // If only an earlier version can read it, the run folder's has been brought up to date by hand.
         if let Ok(found) = RunPreset::of_checkpoint(checkpoint) {

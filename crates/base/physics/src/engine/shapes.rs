@@ -19,7 +19,7 @@ pub(crate) struct Capsule<S> {
     pub inv_length2: S,
 }
 
-/// Two chains whose shapes are kept apart, and the shape pairs that are looked at.
+/// Two chains whose shapes are kept apart, and the shape pairs that are checked.
 #[derive(Clone, Debug)]
 pub(crate) struct PairGroup {
     pub chains: [usize; 2],

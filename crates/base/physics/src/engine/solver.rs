@@ -9,7 +9,7 @@
 /// use paid_physics::SolverConstants;
 ///
 /// let solver = SolverConstants::DEFAULT;
-/// // A resting sole keeps its contact: the overlap that stays is inside the distance at which it is looked at.
+/// // A resting sole keeps its contact: the overlap that stays is inside the distance at which it is checked.
 /// assert!(solver.sole_slop_m < solver.sole_reach_m);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +43,7 @@ pub struct SolverConstants {
     /// a foot drives deep into the ball.
     pub ball_max_push: f64,
 
-    /// Gap above which two limbs are not looked at `[m]`: 20 m/s in a 5 ms step.
+    /// Gap above which two limbs are not checked `[m]`: 20 m/s in a 5 ms step.
     pub limb_horizon_m: f64,
     /// A contact of two limbs is prepared if the gap closes to this within the step `[m]`: room for 1 m/s.
     pub limb_margin_m: f64,

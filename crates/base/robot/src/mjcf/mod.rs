@@ -5,8 +5,8 @@
 //! and `motor` and `position` actuators. Meshes that touch nothing are skipped. Sections that say nothing about mechanics (`visual`, `sensor`, ...) and
 //! attributes of MuJoCo's solver are skipped by name; anything else is an error at its line.
 //!
-//! Why not a crate: the maintained one, `mjcf-rs` 0.36 (of rapier), drops elements and attributes that it does not know
-//! without a word, and its errors carry no line; a misspelt `armature` would silently be zero.
+//! Why not a crate: the maintained one, `mjcf-rs` 0.36 (of rapier), silently drops elements and attributes that it does
+//! not know, and its errors carry no line; a misspelled `armature` would be zero.
 
 mod actuator;
 mod attributes;

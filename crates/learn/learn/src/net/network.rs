@@ -28,7 +28,7 @@ pub struct TrainWorkspace<S> {
 pub struct Sequence<'a, S> {
     /// `[input, steps * width]`.
     pub input: Mat<'a, S>,
-    /// Steps, environments and where episodes began. A network without memory looks at none of it.
+    /// Steps, environments and where episodes began. A feed-forward network uses none of it.
     pub steps: Steps<'a, S>,
     /// Recurrent state before the first step.
     pub state: &'a State<S>,

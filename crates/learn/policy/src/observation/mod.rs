@@ -115,7 +115,7 @@ pub enum ObservationError {
     #[error("observation term '{0}' occurs twice")]
     Twice(&'static str),
     /// A term needs what is not there.
-    #[error("observation term '{term}' needs {need}, which there is not")]
+    #[error("observation term '{term}' needs {need}, which is missing")]
     Missing {
         /// The term.
         term: &'static str,
@@ -187,7 +187,7 @@ mod tests {
         let list = [ObservationId::JointVel, ObservationId::ReferenceJointPos];
         assert_eq!(
             error(&list, &[Need::Scene]),
-            "observation term 'reference_joint_pos' needs a reference motion, which there is not"
+            "observation term 'reference_joint_pos' needs a reference motion, which is missing"
         );
         assert_eq!(check(&list, &[Need::Reference]), Ok(()));
         assert_eq!(error(&[], &[]), "an observation has no terms");

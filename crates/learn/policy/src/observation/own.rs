@@ -58,7 +58,7 @@ impl TermSetError {
     }
 }
 
-/// What to say of a name that no term of this program has.
+/// Error text for a name that no term of this program has.
 pub fn no_such_term(kind: &str, name: &str, known: &[&str]) -> String {
     format!(
         "this program has no {kind} term '{name}'; if another crate adds it, build the program with that crate. Known here: {}",

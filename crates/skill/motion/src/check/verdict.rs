@@ -31,23 +31,23 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// What is looked at.
+/// What is checked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Aspect {
     /// A robot on its feet, lengths in meters, z up.
     Upright,
-    /// Frames enough to see the kick.
+    /// Enough frames to see the kick.
     Rate,
     /// Length of the clip.
     Duration,
     /// The labeled foot is the one that kicks, in the stated frame.
     Label,
-    /// The kick goes ahead.
+    /// The kick is straight ahead.
     Heading,
     /// Terms of use are stated.
     License,
-    /// Bodies and joints tell the same.
+    /// Bodies and joints agree.
     Kinematics,
     /// Stored velocities are those of the motion.
     Velocities,
@@ -256,7 +256,7 @@ fn per_second(fps: f64) -> f64 {
     (1e2 * fps).round() / 1e2
 }
 
-/// A sentence if clips have different frame rates: none is wrong, but who mixes them should know what becomes of them.
+/// A sentence if clips have different frame rates: none is wrong, but the user should know that they are resampled.
 pub fn mixed_rates(reports: &[ClipReport]) -> Option<String> {
     let mut rates: Vec<f64> = reports.iter().map(|r| per_second(r.fps)).collect();
     rates.sort_by(f64::total_cmp);

@@ -125,7 +125,7 @@ impl CleanReport {
     }
 }
 
-/// Share of the kick's foot speed that may be lost without a word.
+/// Share of the kick's foot speed that may be lost without a warning.
 const LOSS: f64 = 0.10;
 
 /// What to say of the kicking foot's largest speed before and after `[m/s]`.

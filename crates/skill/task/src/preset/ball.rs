@@ -39,12 +39,12 @@ pub struct BallPlacement {
     pub angle_deg: f64,
     /// `arc`: half-width of the uniform radius offset `[m]`.
     pub radius_m: f64,
-    /// `workspace`: share of the episodes that draw their motion first whose ball lies within 0.3 m of the motion's own place in x
-    /// and in y, also where another motion's place is nearer. Of a motion whose neighbors leave it a sliver of the workspace the
-    /// policy learns only that sliver.
+    /// `workspace`: share, among the episodes that draw their motion first, of those whose ball lies within 0.3 m of the motion's own place
+    /// in x and in y, also where another motion's place is nearer. Where a motion's neighbors leave it a sliver of the workspace,
+    /// the policy learns only that sliver.
     #[serde(default)]
     pub own_place_share: f64,
-    /// `workspace`: share of a ball's way from its motion's nominal place that it is moved at first; 1 puts it where it was
+    /// `workspace`: initial share of a ball's distance from its motion's nominal place by which it is moved; 1 puts it where it was
     /// drawn from the beginning. The share grows to 1 while the robot hits (below): a policy that can only follow its motion
     /// meets few balls elsewhere, and learns to avoid them.
     pub spread_from: f64,
@@ -58,8 +58,8 @@ pub struct BallPlacement {
     pub rolling_share: f64,
     /// Placements nearer than this to a foot (ankle to ball center, horizontally) are redrawn `[m]`.
     pub clearance_m: f64,
-    /// When the policy's foot meets a ball, by the motion's name, in seconds from its first frame; a motion that is not named counts with
-    /// its strike. A rolling ball is predicted until then. Training leaves empty what it does not know yet; its end measures it.
+    /// When the policy's foot meets a ball, by the motion's name, in seconds from its first frame; a motion that is not named has the time of
+    /// its strike. A rolling ball is predicted until then. Empty during training, whose end measures it.
     #[serde(default)]
     pub contact_s: BTreeMap<String, f64>,
     /// What policy and critic are shown of the ball after the strike, in training and in evaluations.
@@ -87,7 +87,7 @@ impl BallPlacement {
     }
 }
 
-/// Refuses times out of range, and a rule about a strike that there is not.
+/// Refuses times out of range, and a rule about a strike in a task without one.
 pub(crate) fn check_after_strike(
     rule: &AfterStrikePreset,
     reference: ReferenceSource,

@@ -40,11 +40,11 @@ pub struct TaskPreset {
     pub reference: ReferenceSource,
     /// Time limit of an episode `[s]`; reaching it is a truncation.
     pub episode_length_s: f64,
-    /// For how long the robot is to stand in the motion's last pose before an episode ends, drawn for each one `[s]`.
+    /// How long the robot is to stand in the motion's last pose before an episode ends, drawn for each one `[s]`.
     #[serde(default)]
     pub hold_s: Range,
     /// True: a kick of the left foot is played as the mirror image of one of the right foot. The policy sees it, and acts, as if in a
-    /// mirror, so it has the right foot's kicks to learn only. For policies without memory.
+    /// mirror, so it has to learn the right foot's kicks only. Not for recurrent policies.
     #[serde(default)]
     pub mirror_left_kicks: bool,
     /// Ground, solver and control period.
@@ -171,7 +171,7 @@ impl TaskPreset {
         Ok(preset)
     }
 
-    /// How a policy of this task is played, of what its network does not say.
+    /// How a policy of this task is played, as far as its network does not say.
     pub fn play(&self) -> PlayContract {
         self.play_preset().contract()
     }
@@ -254,7 +254,7 @@ impl TaskPreset {
         Ok(())
     }
 
-    /// Refuses terms that need the reference that there is not.
+    /// Refuses terms that need a reference, in a task without one.
     fn check_without_reference(&self) -> Result<(), TaskError> {
         let rewards = self.rewards.active().map(|(name, needs)| ("reward", name, needs));
         let terminations = self.terminations.active().map(|(name, needs)| ("termination", name, needs));

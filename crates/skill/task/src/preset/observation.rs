@@ -43,7 +43,7 @@ impl ObservationPreset {
             .map_err(|error| TaskError::Observations { list: "policy, critic", error })
     }
 
-    /// The policy must do without what only a simulator knows, and both without the reference if there is none.
+    /// The policy must not need what only a simulator knows, and neither network a reference if there is none.
     pub(crate) fn check(&self, reference: ReferenceSource) -> Result<(), TaskError> {
         let critic: &[Need] = match reference {
             ReferenceSource::Motions => &[Need::Scene, Need::Privileged, Need::Reference],

@@ -152,7 +152,7 @@ impl<V: Real> KickState<V> {
         }
     }
 
-    /// Takes in the state after a control step. `feet` are places and engine bodies of the left and right foot, `robot_points`
+    /// Updates with the state after a control step. `feet` are places and engine bodies of the left and right foot, `robot_points`
     /// anchor and base, world `[m]`.
     #[inline(always)]
     pub(crate) fn advance(

@@ -161,7 +161,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     }
 }
 
-/// True once the kick of a training episode is so long ago that the preset ends it.
+/// True once the preset ends a training episode because of the time since its kick.
 fn stops_after_kick(env: &EnvTask, config: &TaskConfig) -> bool {
     let preset = &config.preset.sampling;
     let Some(kick) = env.kick.as_ref().filter(|_| preset.stop_after_kick_s > 0.0) else { return false };
