@@ -27,7 +27,7 @@ pub struct AfterStrikePreset {
     /// `where_it_lay`: time after the strike from which it is shown `[s]`.
     pub from_s: f64,
     /// `where_it_lay`: time before the strike at which the ball's place at the strike is captured `[s]`. Feet have met the ball
-    /// up to some 0.15 s early.
+    /// up to about 0.15 s early.
     pub captured_s: f64,
 }
 
@@ -63,7 +63,7 @@ impl AfterStrikePreset {
         self.times().map(|AfterStrikeTimes { captured_s, from_s }| WhereItLay { captured_s, from_s })
     }
 
-    /// Takes over what a policy file's contract states.
+    /// Adopts what a policy file's contract states.
     pub fn set_contract(&mut self, lay: Option<WhereItLay>) {
         match lay {
             Some(WhereItLay { captured_s, from_s }) => {

@@ -12,8 +12,8 @@ pub const ACTION: &str = "joint position target = default_pos + action_scale * a
 /// The command that the policy follows, under the released name.
 pub const COMMAND: &str = "motion";
 
-/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its license is empty, and it has
-/// no memory. `observation` is the task's list of the policy's terms.
+/// The contract of any policy of this robot in this project's task: joints, gains, observation. Its license is empty, and it is
+/// feed-forward. `observation` is the task's list of the policy's terms.
 ///
 /// # Errors
 /// If the robot's gains cannot be resolved.

@@ -82,7 +82,7 @@ struct Motions {
 }
 
 impl PolicyFile {
-    /// Reads a policy from a policy file, a checkpoint, or a run folder, whose policy file it takes; `sets` are changed values of how it is
+    /// Reads a policy from a policy file, a checkpoint, or a run folder, whose policy file it reads; `sets` are changed values of how it is
     /// played, each `KEY=VALUE`.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What of a task's preset says how its policy is played, under the preset's own keys. The text may come from an earlier or a later
+//! The part of a task's preset that says how its policy is played, under the preset's own keys. The text may come from an earlier or a later
 //! program: keys that a player does not need are not read.
 
 use std::collections::BTreeMap;
@@ -184,7 +184,7 @@ impl PlayPreset {
     }
 }
 
-/// Takes out what `known` does not have.
+/// Removes what `known` does not have.
 fn keep_known(value: Option<&mut Value>, known: &Value) {
     let (Some(Value::Table(table)), Value::Table(known)) = (value, known) else { return };
     table.retain(|key, _| known.contains_key(key));
@@ -193,7 +193,7 @@ fn keep_known(value: Option<&mut Value>, known: &Value) {
     }
 }
 
-/// `KEY=VALUE` as a table: TOML if it is, else a word.
+/// `KEY=VALUE` as a table: TOML if it parses, else a string.
 fn parsed(set: &str) -> Result<Table, String> {
     let (key, value) =
         set.split_once('=').ok_or("expected KEY=VALUE, such as ball.after_strike.from_s=0.3")?;
@@ -225,7 +225,7 @@ fn lay(under: &mut Table, over: Table, above: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// What the reader of TOML says, in one line, with the key.
+/// The TOML reader's error, in one line, with the key.
 pub(crate) fn wrong(error: &toml::de::Error) -> PlayError {
     let text = error.to_string();
     let place = text.lines().find_map(|line| line.strip_prefix("in `")?.strip_suffix('`'));

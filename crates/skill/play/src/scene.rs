@@ -1,4 +1,4 @@
-//! From a belief to what a policy is shown: the only place where ball and goal become a [`SceneView`].
+//! From an estimate to what a policy is shown: the only place where ball and goal become a [`SceneView`].
 
 use paid_lanes::{Real, Vec3};
 use paid_policy::{Pose, SceneView};
@@ -61,7 +61,7 @@ pub struct SceneMemory<V> {
 }
 
 impl<V: Real> SceneMemory<V> {
-    /// Remembers what the rule of after the strike needs.
+    /// Remembers what the rule for after the strike needs.
     pub fn new(rule: Option<AfterStrikeTimes>) -> Self {
         Self { lay: rule.map(|times| (AfterStrike::new(), times)) }
     }

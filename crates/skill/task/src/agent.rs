@@ -32,7 +32,7 @@ pub struct TermStatistics {
     pub max: f64,
 }
 
-/// What an agent met.
+/// What happened to an agent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AgentReport {
     /// Rewards, episodes and kicks.
@@ -128,7 +128,7 @@ struct Sum {
 }
 
 impl Sum {
-    /// Takes in the term's rows of `[features, envs]`; the error is the term's name and the environment of a value that is
+    /// Adds the term's rows of `[features, envs]`; the error is the term's name and the environment of a value that is
     /// not finite.
     fn add(&mut self, values: &[f32], envs: usize) -> Result<(), (String, usize)> {
         let rows = self.place.start * envs..self.place.end * envs;

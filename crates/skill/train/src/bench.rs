@@ -43,7 +43,7 @@ pub struct TrainBench {
     pub ratio: f64,
     /// The same training in f32, in turns with the one above; nothing where that is in f32 itself.
     pub f32: Option<F32Bench>,
-    /// Largest memory of the process while training `[MiB]`; 0 where the system does not tell.
+    /// Largest memory of the process while training `[MiB]`; 0 where the system does not report it.
     pub peak_rss_mib: f64,
 }
 
@@ -120,7 +120,7 @@ impl Side {
     }
 }
 
-/// An environment that costs nothing: it shows one stored observation for ever.
+/// An environment that costs nothing: it always shows one stored observation.
 struct Still {
     groups: Vec<ObservationGroup>,
     actions: usize,
@@ -192,7 +192,7 @@ impl Driver {
     }
 }
 
-/// Trains for about `seconds` (most of it in the parts, and half of it in f32 where the preset's precision is another) and measures.
+/// Trains for about `seconds` (most of it in the parts, and half of it in f32 where the preset's precision differs) and measures.
 ///
 /// # Errors
 /// If the preset's robot, motions or task cannot be built.

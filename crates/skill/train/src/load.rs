@@ -26,7 +26,7 @@ const OURS: [BuiltinPreset; 9] = builtin_presets![
     "single_stage",
 ];
 
-/// Run presets that the binary carries.
+/// The run presets in the binary.
 pub fn builtin() -> impl Iterator<Item = BuiltinPreset> {
     PAPER.into_iter().chain(OURS)
 }
@@ -36,7 +36,7 @@ pub fn builtin() -> impl Iterator<Item = BuiltinPreset> {
 pub struct Resolved {
     /// The preset.
     pub preset: RunPreset,
-    /// Every value with its origin; those of phases stand below `phases.0`, `phases.1` and so on.
+    /// Every value with its origin; those of phases are below `phases.0`, `phases.1` and so on.
     pub origins: Tree,
     /// The preset's files, its own first.
     pub files: Vec<String>,
@@ -51,7 +51,7 @@ pub fn task_preset(name: &str, overrides: &[String]) -> Result<TaskPreset, Train
 }
 
 impl Resolved {
-    /// Reads a preset by built-in name or file path, lays it over its bases, and applies `KEY=VALUE` overrides, whose keys stand below
+    /// Reads a preset by built-in name or file path, lays it over its bases, and applies `KEY=VALUE` overrides, whose keys are below
     /// `prefix`.
     ///
     /// # Errors

@@ -71,7 +71,7 @@ impl Ranks for MpiRanks {
         let sizes: Vec<usize> = lengths.iter().map(|&length| length as usize).collect();
         let mut all = vec![0_u8; sizes.iter().sum()];
         if all.is_empty() {
-            // All buffers are empty, which MPI refuses; and every rank is here.
+            // No rank sends anything, and MPI refuses empty buffers. All ranks have arrived.
             return vec![Vec::new(); self.count];
         }
         world

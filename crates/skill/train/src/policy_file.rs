@@ -22,7 +22,7 @@ pub const LICENSE: &str = "the terms of the motions that the policy was trained 
 pub struct TrainedPolicy {
     /// The checkpoint or policy file.
     pub checkpoint: PathBuf,
-    /// Stage and checkpoint that it comes from, without the folder, which is this machine's business.
+    /// Stage and checkpoint that it comes from, without the folder, which only this machine has.
     pub run: String,
     /// The run's resolved preset.
     pub preset: RunPreset,

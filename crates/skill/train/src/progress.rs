@@ -31,7 +31,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Takes the episodes of an iteration in and drops what is no longer needed.
+    /// Adds the episodes of an iteration and drops what is no longer needed.
     pub fn add_episodes(&mut self, metrics: &TaskMetrics) {
         if metrics.episodes > 0 {
             self.window.push_back((metrics.episodes, metrics.episode_steps, metrics.episode_return_sum));

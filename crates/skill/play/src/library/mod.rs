@@ -144,7 +144,7 @@ impl ReferenceLibrary {
     }
 
     /// The same for a policy: its motions' own places ([`OwnPlace`]) and its contacts
-    /// ([`ReferenceLibrary::with_contacts`]) are taken over.
+    /// ([`ReferenceLibrary::with_contacts`]) are adopted.
     ///
     /// # Errors
     /// As [`ReferenceLibrary::from_motions`] and [`ReferenceLibrary::with_contacts`].
@@ -214,7 +214,7 @@ impl ReferenceLibrary {
         Ok(library)
     }
 
-    /// Takes over when a policy's foot meets the ball, in seconds from a motion's first frame, by the motion's name
+    /// Adopts when a policy's foot meets the ball, in seconds from a motion's first frame, by the motion's name
     /// ([`crate::PlayedPlacement::contact_s`]). Names of other motions mean nothing here.
     ///
     /// # Errors

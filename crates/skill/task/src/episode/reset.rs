@@ -28,7 +28,7 @@ pub(crate) struct Start {
     pub state: LaneState,
     pub joint_offset: Vec<f64>,
     pub goal: [f64; 3],
-    /// For how long the last frame is held after the motion's end [control steps].
+    /// How long the last frame is held after the motion's end [control steps].
     pub hold: usize,
     /// Where the ball lay at the strike, in an episode that begins after it `[m]`.
     pub struck: Option<Struck>,
@@ -40,7 +40,7 @@ struct EpisodePlan {
     frame: usize,
     /// Where the ball is to lie, world (x, y); `None` to let the placement draw it.
     ball: Option<[f64; 2]>,
-    /// For how long the last frame is held [control steps].
+    /// How long the last frame is held [control steps].
     hold: usize,
     /// True if it begins after the strike.
     after_strike: bool,
@@ -61,7 +61,7 @@ pub(crate) struct StartContext<'a> {
     pub env: u32,
     /// False: nominal parameters whatever the preset says.
     pub randomize: bool,
-    /// Random numbers of the eyes, where the preset's knowledge is perceived: for a glance at what they will show.
+    /// Random numbers of onboard perception, where the preset's knowledge is perceived: to find out what it will show.
     pub eyes: Option<Rng>,
 }
 
@@ -81,7 +81,7 @@ impl StartContext<'_> {
     /// Motion, frame and, by the workspace rule, ball: forced, or from the sampler. A start leaves at least one frame to
     /// track.
     ///
-    /// `extra` is the stream of what the preset has switched on beyond: holding and other starts.
+    /// `extra` is the stream of the preset's other options: holding and other starts.
     fn plan(&self, rng: &mut Rng, extra: &mut Rng) -> EpisodePlan {
         if let Some(forced) = self.forced {
             return EpisodePlan {

@@ -1,4 +1,4 @@
-//! Adaptive sampling of (motion, phase bin) pairs: failures draw episodes to where they happen.
+//! Adaptive sampling of (motion, phase bin) pairs: more episodes begin where failures happen.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ impl SamplerState {
         Self { motions, bins, failures: vec![0.0; pairs], probabilities }
     }
 
-    /// Takes the failure counts of an iteration into the average and recomputes the probabilities:
+    /// Adds the failure counts of an iteration to the average and recomputes the probabilities:
     /// `p = u / N + (1 - u) smooth(F) / sum smooth(F)`, where smoothing gives a bin the failures of the `kernel_size` bins
     /// from itself on, weighted by `kernel_ratio^k` (the last bin is continued beyond the end).
     ///

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::config::TaskConfig;
 
-/// End states that a shard keeps: enough that two episodes seldom begin alike, few enough for a snapshot.
+/// End states that a shard keeps: enough that two episodes rarely begin alike, few enough for a snapshot.
 const KEPT: usize = 128;
 
 /// A foot on the ground (x, y).

@@ -1,4 +1,4 @@
-//! Takes in an action and gives joint targets.
+//! From an action to joint targets.
 
 use paid_lanes::{Kernel, Real, load_f32};
 use paid_policy::action::{delayed_target, joint_target, limit_action};

@@ -16,7 +16,7 @@ use crate::scene::shown::ShownScene;
 pub(crate) struct GroupTask<V> {
     /// The reference that the next state is scored against and that the policy sees now.
     pub reference: Reference<V>,
-    /// Where the references begin, once a robot has gone on without a reset; follows from the environments.
+    /// Where the references begin, once a robot has continued without a reset; follows from the environments.
     pub anchoring: Option<LaneAnchoring<V>>,
     /// Last action, policy joint order.
     pub action: Vec<V>,

@@ -33,7 +33,7 @@ impl<V: Real> RobotBuffer<V> {
         }
     }
 
-    /// Takes in the joints; `joint_offset` is the error of the encoders, model order `[rad]`.
+    /// Reads the joints; `joint_offset` is the error of the encoders, model order `[rad]`.
     #[inline(always)]
     pub(crate) fn fill_joints(&mut self, config: &TaskConfig, state: &GroupState<V>, joint_offset: &[V]) {
         for j in 0..config.joints() {
@@ -52,7 +52,7 @@ impl<V: Real> RobotBuffer<V> {
         }
     }
 
-    /// What the robot's sensors say; the joints must have been taken in.
+    /// The readings of the robot's sensors; the joints must have been read.
     #[inline(always)]
     pub(crate) fn view<'a>(&'a self, state: &GroupState<V>, last_action: &'a [V]) -> RobotView<'a, V> {
         let base = &state.bodies[0];
@@ -89,7 +89,7 @@ fn in_base<V: Real>(state: &GroupState<V>, point: Vec3<V>) -> Vec3<V> {
     base.rot.tr_mul_vec(point - base.pos)
 }
 
-/// Ball and goal in truth.
+/// True ball and goal.
 #[inline(always)]
 fn true_scene<V: Real>(config: &TaskConfig, state: &GroupState<V>, group: &GroupTask<V>) -> SceneView<V> {
     let mut scene = SceneView::new(in_base(state, state.ball.pos), in_base(state, group.goal));

@@ -36,7 +36,7 @@ impl<V: Real> Sums<V> {
     }
 }
 
-/// What the terms of other crates say of a group's last step.
+/// Results of other crates' terms for a group's last step.
 #[derive(Clone, Debug)]
 pub(crate) struct OwnScore<V> {
     /// Value x weight x control period of each reward term.

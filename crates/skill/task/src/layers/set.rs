@@ -8,7 +8,7 @@ use toml::{Table, Value};
 use super::{LayerError, Node, Origin, Tree, did_you_mean, join};
 
 impl Tree {
-    /// Replaces the value at a dotted key: `set("task.rewards.action_rate.weight=-0.05", "")`. The key stands below `prefix`.
+    /// Replaces the value at a dotted key: `set("task.rewards.action_rate.weight=-0.05", "")`. The key is below `prefix`.
     ///
     /// The key must exist (elements of arrays go by index) and the new value must have the old one's type; an integer is taken where
     /// a float is expected, and a bare word where a string is. Returns the full key.

@@ -1,4 +1,4 @@
-//! Surfaces by name: a preset says `ball_params = "hard"`, and the numbers stand in the surface's own file.
+//! Surfaces by name: a preset says `ball_params = "hard"`, and the numbers are in the surface's own file.
 
 use std::fs;
 use std::path::Path;
@@ -7,14 +7,14 @@ use toml::Value;
 
 use super::{LayerError, Node, Origin, Tree};
 
-/// Surfaces that the binary carries: name, file and TOML text.
+/// Surfaces in the binary: name, file and TOML text.
 const BUILTIN: [(&str, &str, &str); 2] = [
     ("hard", "surfaces/hard.toml", include_str!("../../../../../configs/surfaces/hard.toml")),
     ("grass", "surfaces/grass.toml", include_str!("../../../../../configs/surfaces/grass.toml")),
 ];
 
 impl Tree {
-    /// Puts the numbers of surfaces in the place of their names: in `ball_params` and `randomization.surfaces` of a task, of a run
+    /// Replaces the names of surfaces by their numbers: in `ball_params` and `randomization.surfaces` of a task, of a run
     /// preset's task, and of its phases. A name is a built-in one or the path of a `.toml` file, relative to `folder`.
     ///
     /// # Errors
@@ -56,7 +56,7 @@ struct Surface {
 }
 
 impl Surface {
-    /// The surface of a name that stands at `origin`.
+    /// The surface of a name at `origin`.
     fn read(name: &str, origin: &Origin, folder: &Path) -> Result<Self, LayerError> {
         let mut tree = if let Some((_, file, text)) = BUILTIN.iter().find(|(builtin, ..)| *builtin == name) {
             Tree::parse(file, text)?

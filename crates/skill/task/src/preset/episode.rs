@@ -115,7 +115,7 @@ pub struct SamplingPreset {
 }
 
 impl SamplingPreset {
-    /// Refuses numbers out of range, and starts that there are not. `hold_s` is how long last frames are held `[s]`.
+    /// Refuses numbers out of range, and starts that do not exist. `hold_s` is how long last frames are held `[s]`.
     pub(crate) fn check(&self, reference: ReferenceSource, hold_s: Range) -> Result<(), TaskError> {
         let latest = ([-3600.0, 3600.0], "-3600 to 3600 s");
         check(

@@ -94,7 +94,7 @@ pub enum ReferenceSource {
     None,
 }
 
-/// A run preset that the binary carries: name, file and TOML text.
+/// A run preset in the binary: name, file and TOML text.
 pub type BuiltinPreset = (&'static str, &'static str, &'static str);
 
 /// Built-in run presets by name, from the files of these names in `configs/presets`.
@@ -121,7 +121,7 @@ impl TaskPreset {
         Self::builtin_with(name, &[])
     }
 
-    /// [`TaskPreset::builtin`] with `--set` overrides, whose keys stand in the task: `rewards.action_rate.weight=-0.05`.
+    /// [`TaskPreset::builtin`] with `--set` overrides, whose keys are those of the task: `rewards.action_rate.weight=-0.05`.
     ///
     /// # Errors
     /// If there is none of this name, an override does not apply, or a value is out of range.
@@ -176,7 +176,7 @@ impl TaskPreset {
         self.play_preset().contract()
     }
 
-    /// Lets a policy be played so.
+    /// Sets how a policy is played.
     pub fn set_play(&mut self, play: PlayContract) {
         self.ball.contact_s = play.contact_s;
         self.mirror_left_kicks = play.mirror_left_kicks;

@@ -1,4 +1,4 @@
-//! Where the numbers of a preset may lie.
+//! Ranges of a preset's numbers.
 
 use paid_physics::{BallParams, Material, SceneConfig, Terrain};
 
@@ -49,7 +49,7 @@ impl From<Range> for Number {
     }
 }
 
-/// Refuses the first number outside its limits, and a range that does not ascend. Keys stand in `table`.
+/// Refuses the first number outside its limits, and a range that does not ascend. Keys are in `table`.
 pub(crate) fn check(table: &str, rows: &[(&str, Number, Limits)]) -> Result<(), TaskError> {
     for &(name, number, ([least, most], expected)) in rows {
         let (lo, hi, found) = match number {
@@ -67,7 +67,7 @@ pub(crate) fn check(table: &str, rows: &[(&str, Number, Limits)]) -> Result<(), 
     Ok(())
 }
 
-/// Checks a surface that stands at `table`.
+/// Checks a surface at `table`.
 pub(crate) fn check_material(table: &str, material: &Material) -> Result<(), TaskError> {
     let Material { static_friction, dynamic_friction, restitution } = *material;
     check(

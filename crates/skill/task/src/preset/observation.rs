@@ -9,7 +9,7 @@ use crate::TaskError;
 use crate::preset::numbers::check;
 use crate::preset::{ReferenceSource, value_error};
 
-/// What is observed, and how wrongly.
+/// What is observed, and the noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObservationPreset {

@@ -8,7 +8,7 @@ use crate::TaskError;
 use crate::preset::numbers::{DAMPING, FACTOR, FRICTION, MASS, SHARE, check, check_material};
 use crate::preset::{Range, value_error};
 
-/// Where these values stand in a task.
+/// Where these values are in a task.
 const TABLE: &str = "randomization";
 
 /// The ball's contact on a ground, as `paid sysid` finds it.
@@ -108,7 +108,7 @@ pub struct RandomizationPreset {
     /// Surfaces that the environments are split between by their number; none: the ball of `ball_params`, or of the ranges
     /// above.
     pub surfaces: Vec<SurfacePreset>,
-    /// Relative standard deviation of every parameter of a surface. The paper writes a unit variance, which cannot be meant:
+    /// Relative standard deviation of every parameter of a surface. The paper writes a unit variance, which cannot be right:
     /// a restitution of 0.75 would leave [0, 1] in 63% of the draws.
     pub surface_deviation: f64,
     /// Factor of the joint controllers' stiffness, and another of their damping; [1, 1] is none.
