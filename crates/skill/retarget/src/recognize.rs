@@ -1,9 +1,10 @@
-//! What files of human motion leave unsaid or wrong: the unit of length, the axis that points up, the bones' axes.
+//! What files of human motion leave unsaid or wrong: the unit of length, the axis that points up, the frame rate, the bones' axes.
 //!
 //! A leg says the unit, the trunk the axis. Bones whose names nobody knows say nothing: such a motion stays as it is.
 
 use core::ops::RangeInclusive;
 
+use paid_lanes::stats::quantile;
 use paid_lanes::{Quat, Vec3};
 
 use crate::skeleton::about;
@@ -18,6 +19,17 @@ const ALONG: f64 = 0.866;
 /// Who lies on the file's floor has the lowest point this near to it `[m]` and the hips no higher than this over that `[m]`.
 pub(crate) const ON_FLOOR_M: RangeInclusive<f64> = -0.1..=0.2;
 pub(crate) const LOW_M: f64 = 0.45;
+
+/// Half the time over which speeds and accelerations are taken `[s]`.
+const PACE_S: f64 = 0.05;
+const GRAVITY: f64 = 9.81;
+/// In nearly all frames hips of real players fall with up to 1.2 times gravity, measured so; at twice their speed with 1.7 and more.
+const MOST_FALL: f64 = 1.5;
+/// One frame that is off says nothing about the rate.
+const NEARLY_ALL: f64 = 0.99;
+/// A foot that goes this far `[m]` and never this fast `[m/s]` is slow motion: real kicks at a quarter of their speed have 3.4 m/s.
+const FAR_M: f64 = 0.6;
+const SLOW_M_S: f64 = 3.5;
 
 /// Where the parts are that unit and axis are told by.
 struct Parts {
@@ -58,6 +70,35 @@ impl Parts {
         let each = |t: usize| Vec3(motion.pos(t)[self.torso]) - Vec3(motion.pos(t)[self.hips]);
         let sum = (0..motion.frames).map(each).fold(Vec3::zero(), |sum, way| sum + way);
         sum.scale(1.0 / sum.norm().max(1e-12))
+    }
+
+    /// What is implausible about how fast the motion goes.
+    fn pace(&self, motion: &HumanMotion) -> Option<String> {
+        let at = |t: usize, i: usize| Vec3(motion.pos(t)[i]);
+        let k = ((PACE_S * motion.fps).round() as usize).max(1);
+        let dt = k as f64 / motion.fps;
+        let frames = || k..motion.frames.saturating_sub(k);
+        let fall =
+            |t| (at(t, self.hips).scale(2.0) - at(t - k, self.hips) - at(t + k, self.hips)).z() / (dt * dt);
+        let mut falls: Vec<f64> = frames().map(fall).collect();
+        let fall = quantile(&mut falls, NEARLY_ALL).unwrap_or(0.0) / GRAVITY;
+        let rate = format!("at {:.1} frames a second", motion.fps);
+        if fall > MOST_FALL {
+            let note = "a human falls with 1; --fps states another frame rate";
+            return Some(format!(
+                "{rate} the hips fall with {fall:.1} times the acceleration of gravity: {note}"
+            ));
+        }
+        let feet = self.legs.map(|[.., foot]| foot);
+        let fastest = feet
+            .into_iter()
+            .flat_map(|foot| frames().map(move |t| (at(t + k, foot) - at(t - k, foot)).norm()));
+        let fastest = fastest.fold(0.0, f64::max) / (2.0 * dt);
+        let far = feet
+            .into_iter()
+            .any(|foot| (0..motion.frames).any(|t| (at(t, foot) - at(0, foot)).norm() > FAR_M));
+        let note = "little for a kick; --fps states another frame rate";
+        (far && fastest < SLOW_M_S).then(|| format!("{rate} the fastest foot has {fastest:.1} m/s: {note}"))
     }
 }
 
@@ -122,6 +163,7 @@ pub(crate) fn recognize(mut motion: HumanMotion, unit: Unit) -> Result<HumanMoti
         motion.quat.iter_mut().for_each(|q| *q = turn.mul(Quat(*q)).normalize().0);
         motion.notes.push(format!("{name} was taken for up: the trunk points there"));
     }
+    motion.notes.extend(parts.pace(&motion));
     // What is wrong with the axes is said by whoever needs them.
     motion.notes.extend(Naming::of(&motion).ok().and_then(|naming| naming.note()));
     Ok(motion)

@@ -200,6 +200,47 @@ fn a_frame_rate_beside_that_of_a_bvh_file_takes_its_place_and_is_said() {
 }
 
 #[test]
+fn a_frame_rate_that_cannot_be_is_named() {
+    // Hips that bob by 3 cm twice a second.
+    let mut bobs = player(130);
+    let n = bobs.skeleton.bones.len();
+    for (i, p) in bobs.pos.iter_mut().enumerate() {
+        p[2] += 0.03 * ((i / n) as f64 / 60.0 * 2.0 * std::f64::consts::TAU).sin();
+    }
+    let (_folder, [bvh, ..]) = files(&bobs);
+    let notes = |fps| {
+        read_human(&bvh, &HumanOptions { fps: Some(fps), ..HumanOptions::default() }).expect("a player").notes
+    };
+    assert_eq!(notes(60.0), [""; 0]);
+    let fast = notes(240.0);
+    assert!(fast[1].starts_with("at 240.0 frames a second the hips fall with 4.4 times"), "{fast:?}");
+    assert!(fast[1].ends_with("a human falls with 1; --fps states another frame rate"), "{fast:?}");
+    let slow = notes(15.0);
+    let note = "at 15.0 frames a second the fastest foot has 1.3 m/s: little for a kick; --fps states another frame rate";
+    assert_eq!(slow[1], note);
+}
+
+/// A file of the reported cases, read with a frame rate or none.
+fn case(test: &str, file: &str, fps: Option<f64>) -> Option<HumanMotion> {
+    let path = paid_testing::shared_data(test, &format!("cases/{file}"))?;
+    Some(read_human(&path, &HumanOptions { fps, ..HumanOptions::default() }).expect(file))
+}
+
+#[test]
+fn reported_files_are_read_as_the_clip_that_they_were_made_of() {
+    const TEST: &str = "reported_files_are_read_as_the_clip_that_they_were_made_of";
+    let Some(spaces) = case(TEST, "name_with_space.bvh", None) else { return };
+    let Some(longer) = case(TEST, "one_row_too_many.bvh", None) else { return };
+    assert_eq!(longer.notes, ["the file promises 77 frames and has 78 frames: all are used"]);
+    assert_eq!((&spaces.pos, spaces.frames), (&longer.pos, 78));
+    let Some(fast) = case(TEST, "wrong_frame_time.bvh", None) else { return };
+    assert!(fast.notes[0].starts_with("at 120.0 frames a second the hips fall with "), "{:?}", fast.notes);
+    let Some(right) = case(TEST, "wrong_frame_time.bvh", Some(30.0)) else { return };
+    assert_eq!(right.notes, ["the file's frame time, \"0.008333\" s, is not used: --fps 30 is"]);
+    assert_eq!(right.pos, longer.pos);
+}
+
+#[test]
 fn a_skeleton_beside_a_bvh_file_is_refused() {
     let (folder, [bvh, ..]) = files(&player(40));
     let options = HumanOptions { skeleton: Some(folder.path().join("text.asf")), ..HumanOptions::default() };
