@@ -204,6 +204,14 @@ fn a_cleaned_clip_that_fails_ends_in_two_and_each_reason_has_its_own_verdict() {
     assert!(text.contains("fail: labeled left") && text.contains("warn: states no license"), "{text}");
     assert!(!text.contains("fail: states no license"), "{text}");
     assert!(folder.path().join("kick.npz").is_file());
+    // The same without cleaning, as text and as JSON; a clip that only warns is none that fails.
+    for (options, code) in
+        [(&["--label", "left"][..], 2), (&["--label", "left", "--json"], 2), (&["--json"], 0)]
+    {
+        let args = [&["motion", "retarget", "kick.bvh", "--out", "raw.npz"], options].concat();
+        assert_eq!(paid(folder.path(), &args).status.code(), Some(code), "{options:?}");
+    }
+    assert!(folder.path().join("raw.npz").is_file());
 }
 
 #[test]
