@@ -22,7 +22,7 @@ pub enum Outcome {
     Over,
     /// Came to rest before the goal, or rolled back.
     Short,
-    /// The robot did not meet the ball.
+    /// The robot did not touch the ball.
     NoContact,
 }
 

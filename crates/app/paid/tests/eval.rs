@@ -98,7 +98,7 @@ fn a_score_of_what_the_robot_sees_says_so() {
     let asked = ["--effective", "--knowledge", "perceived", "--eyes-noise", "2", "--eyes-latency-ms", "100"];
     let text = succeeds(&paid(folder.path(), &[&args[..], &asked, &["--out", "scores"]].concat()));
     assert!(text.contains("knowledge: perceived (the tracker's ball position"), "{text}");
-    assert!(text.contains("0.1 s old") && text.contains("that times 2 unknown to the tracker"), "{text}");
+    assert!(text.contains("0.1 s old") && text.contains("scaled by 2 unknown to the tracker"), "{text}");
     let csv = fs::read_to_string(folder.path().join("scores/builtin_static_trials.csv")).expect("the trials");
     assert!(csv.lines().skip(1).all(|line| line.ends_with(",perceived")), "{csv}");
 }

@@ -115,7 +115,7 @@ impl Observer for Follow {
     }
 }
 
-/// What came of every shot.
+/// The outcome of every shot.
 pub(crate) fn shots(
     setup: &EvalSetup,
     policy: &DriverMaker,
@@ -152,7 +152,7 @@ fn plan(setup: &EvalSetup, options: &ClipsOptions) -> Result<(ShootingOptions, V
                 .find(|ball| !placement.overlaps(motion, *ball));
             let ball = ball.ok_or_else(|| EvalError::Option {
                 option: Setting::Named("radius"),
-                expected: "places that leave room for the ball beside the robot".to_owned(),
+                expected: "positions that leave room for the ball next to the robot".to_owned(),
                 found: format!("{} m around {place:?}, the ball of {}", options.radius_m, facts.name),
             })?;
             let (displacement, ball_velocity) = ([0.0; 2], [0.0; 2]);
@@ -209,7 +209,7 @@ impl ClipsReport {
         let mut table = Table::new(&COLUMNS);
         self.rows.iter().for_each(|row| table.row(row.cells()));
         let mut out = format!(
-            "{}; static ball within {} m of each clip's own place, {} trials a clip{}\n\n{table}",
+            "{}; static ball within {} m of each clip's own ball, {} trials per clip{}\n\n{table}",
             self.engine.name,
             o.radius_m,
             o.trials,

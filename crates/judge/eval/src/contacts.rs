@@ -61,15 +61,15 @@ impl ContactReport {
             self.rows.iter().filter_map(|row| Some(row.strike_s - row.contact_s?)).collect();
         early.sort_by(f64::total_cmp);
         match early[..] {
-            [] => "The foot never meets the ball, so rolling balls are predicted to the motions' strikes"
+            [] => "The foot never touches the ball, so rolling balls are predicted for the motions' strikes"
                 .to_owned(),
             [first, .., last] => format!(
-                "The foot meets the ball {} to {} s before the motions' strikes; rolling balls are predicted to then",
+                "The foot touches the ball {} to {} s before the motions' strikes; rolling balls are predicted for that time",
                 number(first, 2),
                 number(last, 2)
             ),
             [only] => format!(
-                "The foot meets the ball {} s before the motion's strike; rolling balls are predicted to then",
+                "The foot touches the ball {} s before the motion's strike; rolling balls are predicted for that time",
                 number(only, 2)
             ),
         }
@@ -90,7 +90,7 @@ impl ContactReport {
                 row.kicks.to_string(),
             ]);
         }
-        format!("static balls about each motion's own place\n\n{table}")
+        format!("static balls around each motion's own ball\n\n{table}")
     }
 }
 
@@ -120,7 +120,7 @@ pub fn measure(setup: &EvalSetup, policy: &DriverMaker) -> Result<ContactReport,
     Ok(ContactReport { rows: rows.collect() })
 }
 
-/// True if a policy of the task is told where the ball will be at its contact, which is then to be measured.
+/// True if a policy of the task is given the ball's position at its contact, whose time must then be measured.
 pub fn matter_to(task: &TaskPreset) -> bool {
     task.predicts_ball() && task.scene.ball
 }

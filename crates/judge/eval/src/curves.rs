@@ -1,4 +1,4 @@
-//! The course of a training: its metrics, thinned, and a picture of them, to keep beside the policy.
+//! The curves of a training run: its metrics, thinned, and a plot of them, to keep next to the policy.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ const ORANGE: [u8; 3] = [255, 127, 14];
 type Diagram = (&'static str, &'static str, &'static [(&'static [&'static str], [u8; 3])]);
 
 const DIAGRAMS: [Diagram; 8] = [
-    ("mean reward of an episode", "", &[(&["mean_reward"], BLUE)]),
+    ("mean reward per episode", "", &[(&["mean_reward"], BLUE)]),
     ("error of the bodies", "[m]", &[(&["metrics", "error_body_pos"], BLUE)]),
     (
         "peak speed of the kicking foot (orange: the reference's)",
@@ -32,7 +32,7 @@ const DIAGRAMS: [Diagram; 8] = [
     ("shots on target", "[share of episodes]", &[(&["metrics", "kick/on_target"], BLUE)]),
     ("speed of the kicked ball", "[m/s]", &[(&["metrics", "kick/ball_speed"], BLUE)]),
     (
-        "the judge's goals: MuJoCo (blue), built-in engine (orange)",
+        "goals of test shots: MuJoCo (blue), built-in engine (orange)",
         "[share of shots]",
         &[(&["judge", "builtin_goal"], ORANGE), (&["judge", "mujoco_goal"], BLUE)],
     ),
@@ -70,7 +70,7 @@ impl Curves {
         Ok(Self { lines })
     }
 
-    /// The first hundred iterations, those that the judge scored, the last one, and every n-th between, so that about `count` remain.
+    /// The first hundred iterations, those with scored shots, the last one, and every n-th in between, so that about `count` remain.
     pub fn thinned(&self, count: usize) -> String {
         let later = self.lines.iter().filter(|(iteration, ..)| *iteration > FIRST).count();
         let every = later.div_ceil(count.saturating_sub(FIRST as usize).max(1)).max(1) as u64;
@@ -104,7 +104,7 @@ impl Curves {
             .iter()
             .filter_map(|(.., record)| Some([1e-6 * record["samples"].as_f64()?, number(record)?]))
             .collect();
-        // A line of some thousand iterations is a band: each point of the picture is the mean of its neighbors.
+        // A line of some thousand iterations is a band: each point of the plot is the mean of its neighbors.
         let bin = points.len().div_ceil(300).max(1);
         let mean = |part: &[[f64; 2]], k: usize| part.iter().map(|p| p[k]).sum::<f64>() / part.len() as f64;
         let points = points.chunks(bin).map(|part| [mean(part, 0), mean(part, 1)]).collect();
@@ -134,7 +134,7 @@ impl Curves {
         )
     }
 
-    /// Writes `metrics.jsonl`, thinned to about `count` lines, and the picture as `curves.svg` and `curves.png`.
+    /// Writes `metrics.jsonl`, thinned to about `count` lines, and the plot as `curves.svg` and `curves.png`.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -188,7 +188,9 @@ mod tests {
         let (folder, curves) = run(&records(1000));
         let curves = curves.expect("reads");
         let svg = curves.figure().svg();
-        assert!(svg.contains("mean reward") && svg.contains("judge") && !svg.contains("error of the bodies"));
+        assert!(
+            svg.contains("mean reward") && svg.contains("test shots") && !svg.contains("error of the bodies")
+        );
         // 1000 iterations in bins of 4: the mean of 1 to 4 and its samples.
         assert_eq!(curves.series(&["mean_reward"], BLUE).points[0], [0.0025, 3.0]);
         let out = folder.path().join("out");

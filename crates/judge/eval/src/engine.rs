@@ -1,4 +1,4 @@
-//! Who simulates the trials: the engine that trains, or the referee.
+//! What simulates the trials: the built-in engine or MuJoCo.
 
 use paid_mujoco::{Cone, FootShapes, MujocoSim, PdControl, SceneOptions};
 use paid_physics::BallParams;
@@ -33,7 +33,7 @@ pub struct EngineFacts {
     pub surfaces: String,
     /// What the policy knew of ball and goal; `None` without a ball.
     pub knowledge: Option<Knowledge>,
-    /// From so long after the strike on the ball was shown where it had lain `[s]`; `None` if it was shown wherever it went.
+    /// Time after the strike from which the policy was shown the ball's position before the kick `[s]`; `None` if it was shown the moving ball.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shown_where_it_lay_s: Option<f64>,
 }
@@ -42,7 +42,7 @@ impl EngineFacts {
     /// The policy's knowledge in words, with a separator before it; nothing without a ball.
     pub fn knowledge_text(&self) -> String {
         let shown = self.shown_where_it_lay_s.map_or_else(String::new, |s| {
-            format!(", the ball shown where it lay from {s} s after the strike on")
+            format!(", from {s} s after the strike the ball's position before the kick")
         });
         self.knowledge.as_ref().map_or_else(String::new, |k| format!("; knowledge: {k}{shown}"))
     }
@@ -62,7 +62,7 @@ impl EngineChoice {
         }
     }
 
-    /// What to say about it beside figures.
+    /// What a report states about it.
     pub fn facts(&self, preset: &TaskPreset) -> EngineFacts {
         let ball_mass_kg = preset.scene.ball.then_some(preset.ball_params.mass_kg);
         let knowledge = preset.scene.ball.then(|| Knowledge::of(preset));

@@ -72,7 +72,7 @@ pub trait Observer: Send {
         Ok(())
     }
 
-    /// What the robot is to kick next, from where it stands; asked after every [`Observer::observe`] that goes on. `None`: it goes on
+    /// What the robot is to kick next, from its present pose; called after every [`Observer::observe`] that continues. `None`: it continues
     /// with what it does.
     fn next_kick(&mut self) -> Option<NextKick> {
         None
@@ -104,7 +104,7 @@ impl<A: Observer, B: Observer> Observer for Beside<A, B> {
 }
 
 /// Runs every start as a trial and returns the observers of those that ended, with their numbers, in the order of
-/// `starts`: all of them, unless the setup's monitor was told to stop. `observer` makes the observer of a trial by number.
+/// `starts`: all of them, unless the setup's monitor was stopped. `observer` makes the observer of a trial by number.
 /// A trial is over when its observer says so, when the task ended its episode, or after `max_steps` control steps.
 ///
 /// # Errors
@@ -170,7 +170,7 @@ struct Run<'a, F> {
 
 impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
     /// Trials of a batch. On the built-in engine as many as make the policy's products worth while; an engine without
-    /// lanes gets one at a time, so that no finished trial is simulated on beside longer ones.
+    /// lanes gets one at a time, so that no finished trial is simulated along with longer ones.
     fn width(&self) -> usize {
         if self.setup.lanes() == 1 { 1 } else { BATCH }
     }
@@ -190,7 +190,7 @@ impl<O: Observer, F: Fn(usize) -> O + Sync> Run<'_, F> {
                 let failed = result.is_err();
                 results.lock().unwrap_or_else(PoisonError::into_inner).push((batch, result));
                 if failed {
-                    // The others need not go on for an evaluation that fails.
+                    // The others need not continue for an evaluation that fails.
                     next.store(batches.len(), Ordering::Relaxed);
                 }
             }

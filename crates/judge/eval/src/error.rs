@@ -10,7 +10,7 @@ use thiserror::Error;
 /// An option of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Setting {
-    /// What a policy knows of ball and goal.
+    /// What a policy is given of ball and goal.
     Knowledge,
     /// Trials of a place or clip.
     Trials,
@@ -61,7 +61,7 @@ pub enum EvalError {
     /// A scene file.
     #[error(transparent)]
     Scene(#[from] LayerError),
-    /// The referee is missing or refuses the scene.
+    /// MuJoCo is missing or refuses the scene.
     #[error(transparent)]
     Mujoco(#[from] paid_mujoco::MujocoError),
     /// The built-in engine refuses robot or scene.
@@ -146,7 +146,7 @@ pub enum EvalError {
         found: String,
     },
     /// Runs in a folder began with another policy or other clips.
-    #[error("{}: expected runs that began with {expected}, found {found}; use another --out", path.display())]
+    #[error("{}: expected runs that started from {expected}, found {found}; use another --out", path.display())]
     Origin {
         /// The file that says so.
         path: PathBuf,

@@ -1,4 +1,4 @@
-//! The referee beside a training run: MuJoCo's score of static shots, for the log.
+//! Scores during a training run: static shots in MuJoCo, for the log.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub struct MujocoJudge<'a> {
 }
 
 impl<'a> MujocoJudge<'a> {
-    /// A judge on `threads` threads. A policy that cannot be scored has no figures; `failed` hears why.
+    /// A judge on `threads` threads. A policy that cannot be scored has no figures; `failed` receives the reason.
     ///
     /// # Errors
     /// If MuJoCo is missing.

@@ -1,4 +1,4 @@
-//! What a policy knew of ball and goal when it was scored. A score means little without it.
+//! What a policy was given of ball and goal when it was scored. A score means little without it.
 
 use std::fmt;
 
@@ -6,24 +6,24 @@ use paid_task::TaskPreset;
 use paid_task::preset::EyesPreset;
 use serde::Serialize;
 
-/// What a policy knew of ball and goal. Its [`Knowledge::name`] stands beside every score.
+/// What a policy was given of ball and goal. Its [`Knowledge::name`] is stated with every score.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "name", rename_all = "snake_case")]
 pub enum Knowledge {
     /// Ball and goal positions straight from the simulator: exact, current, never lost. The motion is chosen by them too.
     Truth {
-        /// The simulator's ball velocity is known as well: the policy, and the choice of the motion, are told where a rolling ball will
+        /// The simulator's ball velocity is given as well: the policy, and the choice of the motion, use the position where a rolling ball will
         /// be at the strike.
         ball_velocity: bool,
     },
-    /// What simulated eyes, odometry and the ball tracker make of the scene. The motion is chosen by it too.
+    /// The estimates of simulated camera, odometry and ball tracker. The motion is chosen by them too.
     Perceived {
-        /// The policy is told where the tracker expects a rolling ball at the strike.
+        /// The policy is given the position where the tracker expects a rolling ball at the strike.
         ball_velocity: bool,
         /// Eyes and odometry, in words.
         eyes: Vec<String>,
     },
-    /// What the whole pipeline makes of rendered pictures and simulated sensors. The motion is chosen by it too.
+    /// The estimates of the whole pipeline from rendered images and simulated sensors. The motion is chosen by them too.
     Eyes {
         /// As for [`Knowledge::Perceived`].
         ball_velocity: bool,
@@ -32,13 +32,13 @@ pub enum Knowledge {
     },
 }
 
-/// The paper's own figures: its policy sees where the ball is, is not told how it moves, and has a memory (recurrent).
+/// The paper's own figures: its policy is given the ball's position, not its velocity, and is recurrent.
 pub const PAPER: &str = "ball position, no velocity, recurrent policy";
 /// The same for a column.
 pub const PAPER_SHORT: &str = "position, memory";
 
 impl Knowledge {
-    /// What an evaluation in `task` tells the policy.
+    /// What an evaluation in `task` gives the policy.
     ///
     /// ```
     /// use paid_eval::knowledge::Knowledge;
@@ -77,13 +77,13 @@ impl fmt::Display for Knowledge {
             }
             Self::Perceived { ball_velocity, eyes } => write!(
                 f,
-                "perceived (the tracker's {}, from {}; the motion is chosen by it too)",
+                "perceived (the tracker's {}, from {}; the motion is chosen by the same estimates)",
                 what(*ball_velocity),
                 eyes.join(", ")
             ),
             Self::Eyes { ball_velocity, eyes } => write!(
                 f,
-                "eyes (the tracker's {}, from {}; the motion is chosen by it too)",
+                "eyes (the tracker's {}, from {}; the motion is chosen by the same estimates)",
                 what(*ball_velocity),
                 eyes.join(", ")
             ),
@@ -100,18 +100,18 @@ fn range([lo, hi]: [f64; 2]) -> String {
 fn eyes(p: &EyesPreset) -> Vec<String> {
     let camera = &p.camera;
     let mut words = vec![
-        format!("{} pictures/s of {} x {} degrees", range(p.rate_hz), camera.across_deg, camera.upright_deg),
+        format!("{} images/s of {} x {} degrees", range(p.rate_hz), camera.across_deg, camera.upright_deg),
         format!("{} s old", range(p.latency_s)),
         format!("noise {} m + {:.2}% of the distance + speed/{}", p.c_min, 100.0 / p.c_dist, p.c_vel),
     ];
     if p.noise_scale != [1.0; 2] {
-        words.push(format!("that times {} unknown to the tracker", range(p.noise_scale)));
+        words.push(format!("scaled by {} unknown to the tracker", range(p.noise_scale)));
     }
     if p.dropout[1] > 0.0 {
-        words.push(format!("{}% without the ball", range(p.dropout.map(|share| 100.0 * share))));
+        words.push(format!("{}% of them without a detection", range(p.dropout.map(|share| 100.0 * share))));
     }
     if p.false_share > 0.0 {
-        words.push(format!("{}% of something else", 100.0 * p.false_share));
+        words.push(format!("{}% false detections", 100.0 * p.false_share));
     }
     let o = &p.odometry;
     words.push(format!(
@@ -123,7 +123,7 @@ fn eyes(p: &EyesPreset) -> Vec<String> {
     if p.decay_scale != [1.0; 2] {
         words.push(format!("rolling decay known to a factor of {}", range(p.decay_scale)));
     }
-    words.push(format!("{} pictures before the start", p.first_look));
+    words.push(format!("{} images before the start", p.first_look));
     words
 }
 
@@ -165,13 +165,13 @@ mod tests {
         let text = knowledge.to_string();
         assert_eq!(knowledge.name(), "perceived");
         for words in [
-            "perceived (the tracker's ball position and velocity, from 30 pictures/s of 69 x 42 degrees",
+            "perceived (the tracker's ball position and velocity, from 30 images/s of 69 x 42 degrees",
             "0.06 to 0.1 s old",
-            "noise 0.01 m + 1.00% of the distance + speed/16.7, that times 2 unknown to the tracker",
-            "5% without the ball",
-            "1% of something else",
+            "noise 0.01 m + 1.00% of the distance + speed/16.7, scaled by 2 unknown to the tracker",
+            "5% of them without a detection",
+            "1% false detections",
             "odometry off by 0.01 m, drifting 0.01 m/s and 0.23 deg/s",
-            "the motion is chosen by it too",
+            "the motion is chosen by the same estimates",
         ] {
             assert!(text.contains(words), "{words}: {text}");
         }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-/// Shared by whoever runs trials and whoever waits for them. Clones watch the same run.
+/// Shared by the code that runs trials and the code that waits for them. Clones watch the same run.
 #[derive(Clone, Debug, Default)]
 pub struct Monitor(Arc<Counters>);
 
@@ -91,7 +91,7 @@ impl Monitor {
         self.0.stop.store(true, Ordering::Relaxed);
     }
 
-    /// True once somebody asked to stop.
+    /// True once a stop was requested.
     pub fn stopped(&self) -> bool {
         self.0.stop.load(Ordering::Relaxed)
     }

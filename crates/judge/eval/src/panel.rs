@@ -62,12 +62,12 @@ const USUAL: PanelBall = PanelBall {
 /// The panel.
 pub const PANEL: [PanelBall; 10] = [
     USUAL,
-    PanelBall { name: "solid", what: "as much inertia as a solid ball", inertia_factor: 0.4, ..USUAL },
+    PanelBall { name: "solid", what: "the inertia of a solid ball", inertia_factor: 0.4, ..USUAL },
     PanelBall { name: "light", what: "a size smaller", mass_kg: 0.36, ..USUAL },
     PanelBall { name: "heavy", what: "wet leather", mass_kg: 0.52, ..USUAL },
     PanelBall {
         name: "dead",
-        what: "half the air: a long contact and no bounce",
+        what: "half inflated: a long contact and no bounce",
         contact_time_s: 0.03,
         contact_damping: 1.4,
         ..USUAL
@@ -83,7 +83,7 @@ pub const PANEL: [PanelBall; 10] = [
     PanelBall { name: "gripping", what: "rubber on rubber", friction: 1.15, floor_friction: 1.1, ..USUAL },
     PanelBall {
         name: "turf",
-        what: "grass that slows the ball and gives way",
+        what: "grass that slows the ball and yields",
         friction: 0.9,
         // A rolling ball loses 1 m/s in the first meters, as on a football field; with [0.3, 3.3] none below 7 m/s reached the goal.
         damping: [0.12, 0.55],

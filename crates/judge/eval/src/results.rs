@@ -69,7 +69,7 @@ pub fn to_json(value: &impl Serialize) -> Result<String, EvalError> {
 }
 
 /// Writes a shooting report into `folder` as JSON (`json`), table, CSV, heat maps and paths, and removes the list of an earlier report's
-/// film strips. Names begin with `engine` (`builtin` or
+/// film strips. Names start with `engine` (`builtin` or
 /// `mujoco`) and the kind of ball.
 ///
 /// # Errors
@@ -100,7 +100,7 @@ pub fn write_shooting(
 }
 
 /// Writes the reports of one engine side by side, where there is more than one: static and rolling balls in one table and one
-/// picture.
+/// plot.
 ///
 /// # Errors
 /// If a file cannot be written.
@@ -187,7 +187,7 @@ pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<()
     write_forms(folder, name, json, Some(report.csv()), &report.table())
 }
 
-/// Writes an evaluation with the robot's own eyes: the files of [`write_shooting`] under the name `eyes`, the finds as CSV, and the
+/// Writes an evaluation with onboard perception: the files of [`write_shooting`] under the name `eyes`, the detections as CSV, and the
 /// course of a kick if one was kept.
 ///
 /// # Errors

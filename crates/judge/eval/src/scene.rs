@@ -19,7 +19,7 @@ pub enum Engines {
     /// The engine that trains.
     #[default]
     Builtin,
-    /// MuJoCo, the referee.
+    /// MuJoCo, the reference simulator.
     Mujoco,
     /// Both on the same trials, compared one by one.
     Both,
@@ -253,7 +253,7 @@ impl Engines {
         }
     }
 
-    /// Says that MuJoCo is missing, where it is needed, before anything else has run in vain.
+    /// Reports that MuJoCo is missing, if it is needed, before anything else runs.
     ///
     /// # Errors
     /// If MuJoCo is needed and its library is missing.

@@ -12,16 +12,16 @@ use crate::episodes::{EvalSetup, Observer, run_batches};
 use crate::monitor::{Effort, Monitor};
 use crate::policy::DriverMaker;
 
-/// What a rank tells the others.
+/// What a rank sends to the others.
 #[derive(Serialize, serde::Deserialize)]
 struct Told<T> {
-    /// All trials that it knows of.
+    /// All trials that it knows.
     trials: usize,
     effort: Effort,
     outcomes: Vec<(usize, T)>,
 }
 
-/// As [`crate::episodes::run_episodes`], with what came of every trial instead of its observer. Of several ranks ([`EvalSetup::ranks`]) each runs a
+/// As [`crate::episodes::run_episodes`], with the outcome of every trial instead of its observer. Of several ranks ([`EvalSetup::ranks`]) each runs a
 /// part of the trials, and every one returns all outcomes; all of them must call it.
 ///
 /// # Errors
@@ -65,7 +65,7 @@ pub fn run_shared<O: Observer, T: Serialize + DeserializeOwned>(
     Ok(all)
 }
 
-/// True if somebody asked one of the ranks to stop: all of them are asked then. A rank that goes on alone waits for the others in vain, so all of
+/// True if one of the ranks was asked to stop: then all of them stop. A rank that continues alone would wait for the others forever, so all of
 /// them must call this between two evaluations.
 pub fn stopped(ranks: &dyn Ranks, monitor: &Monitor) -> bool {
     let own = [u8::from(monitor.stopped())];

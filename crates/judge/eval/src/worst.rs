@@ -20,7 +20,7 @@ const MOMENTS: usize = 8;
 pub struct Strip {
     /// Its number in the report.
     pub trial: usize,
-    /// What came of it, in words.
+    /// Its outcome, in words.
     pub words: String,
     /// The moments around the kick.
     pub picture: Canvas,
@@ -35,13 +35,13 @@ pub struct StripFile {
     pub words: String,
 }
 
-/// What came of a shot.
+/// The outcome of a shot.
 pub fn words(outcome: &Outcome, half_width_m: f64) -> String {
     let side = |lateral: f64| if lateral > 0.0 { "left" } else { "right" };
     let [x, y] = outcome.trial.place;
     let end = match outcome.lateral_m {
         _ if outcome.fell_in_clip => "fell before the clip's end".to_owned(),
-        _ if !outcome.contact => "did not meet the ball".to_owned(),
+        _ if !outcome.contact => "did not touch the ball".to_owned(),
         Some(lateral) if outcome.goal => {
             format!("goal, {:.2} m {} of the middle", lateral.abs(), side(lateral))
         }
@@ -163,7 +163,7 @@ mod tests {
         let goal = Outcome { goal: true, lateral_m: Some(-0.4), fell: false, ..o.clone() };
         assert!(told(&goal).ends_with(": goal, 0.40 m right of the middle"), "{}", told(&goal));
         let missed = told(&Outcome { contact: false, ..goal.clone() });
-        assert!(missed.ends_with(": did not meet the ball"), "{missed}");
+        assert!(missed.ends_with(": did not touch the ball"), "{missed}");
         assert!(told(&Outcome { lateral_m: None, goal: false, ..goal }).ends_with(": short of the goal"));
     }
 }

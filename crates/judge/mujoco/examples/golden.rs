@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 
 /// Number of random states.
 const STATES: u32 = 32;
-/// Every so many states come with a mass matrix.
+/// One in this many states comes with a mass matrix.
 const MASS_EVERY: u32 = 8;
 /// Seed of the states.
 const SEED: u64 = 2026;

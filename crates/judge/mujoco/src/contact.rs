@@ -7,7 +7,7 @@
 //!   ball slides, and at the static one the damping of its spin would stop it before the goal.
 //! - **Restitution.** A spring with damping ratio `z` returns the share `exp(-pi z / sqrt(1 - z^2))` of the approach speed.
 //!   The ratio is kept within [`DAMPING_RATIOS`]; nothing returns more than 97%. The formula is that of a linear spring
-//!   that may also pull. MuJoCo's lets go when its force ends, so a dropped ball returns more than the contact asks for. At
+//!   that may also pull. MuJoCo's lets go when its force ends, so a dropped ball returns more than the formula says. At
 //!   steps of 2 ms: 0.13 for 0, 0.40 for 0.3, 0.66 for 0.6, 0.85 for 0.75, 0.98 for 0.9. There is no threshold of speed
 //!   below which nothing bounces.
 //! - **Duration.** The built-in engine's impact takes one step; the spring's takes `pi t z / sqrt(1 - z^2)` with the time
@@ -44,7 +44,7 @@ pub fn damping_ratio(restitution: f64) -> f64 {
     (-log / log.hypot(PI)).clamp(DAMPING_RATIOS[0], DAMPING_RATIOS[1])
 }
 
-/// Share of the approach speed that a spring with this damping ratio returns; 0 from a ratio of 1 on.
+/// Share of the approach speed that a spring with this damping ratio returns; 0 for a ratio of 1 or more.
 pub fn restitution(damping_ratio: f64) -> f64 {
     let z = damping_ratio;
     if z >= 1.0 { 0.0 } else { (-PI * z / (1.0 - z * z).sqrt()).exp() }
@@ -70,7 +70,7 @@ impl SpringContact {
 pub fn least_time_constant(damping_ratio: f64, dt_s: f64) -> f64 {
     let two_steps = 2.0 * dt_s;
     let z = damping_ratio;
-    // From critical damping on there is no half period; MuJoCo itself asks for two steps of time constant.
+    // At critical damping and above there is no half period; MuJoCo itself requires a time constant of two steps.
     if z >= 1.0 { two_steps } else { two_steps.max(two_steps * (1.0 - z * z).sqrt() / (PI * z)) }
 }
 

@@ -1,4 +1,4 @@
-//! MuJoCo, the referee: the built-in engine trains, MuJoCo decides.
+//! MuJoCo, the reference simulator: policies are trained in the built-in engine and evaluated in MuJoCo.
 //!
 //! [`mjcf_scene`] writes robot, floor, ball and goal as an MJCF file that MuJoCo and its viewer open. With the feature
 //! `mujoco` (default), [`MujocoSim`] runs it behind [`paid_physics::Simulator`], and [`World`] gives safe access to a MuJoCo

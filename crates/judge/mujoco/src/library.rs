@@ -145,7 +145,7 @@ impl std::fmt::Debug for Library {
 impl Library {
     /// Finds and opens MuJoCo at the first call; later calls return the same result.
     ///
-    /// Looked for: the file named by `MUJOCO_LIB`; the folder `mujoco` beside or above the running program (target folder,
+    /// Looked for: the file named by `MUJOCO_LIB`; the folder `mujoco` next to or above the running program (target folder,
     /// installation); `target/mujoco` in the working folder or above.
     ///
     /// # Errors

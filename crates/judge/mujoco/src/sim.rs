@@ -147,7 +147,7 @@ impl MujocoSim {
         &mut self.lanes[group].world
     }
 
-    /// From now on the pose of a body (its model index) is kept at every physics step: an inertial sensor needs more than the control
+    /// Keeps the pose of a body (its model index) at every physics step: an inertial sensor needs more than the control
     /// steps show.
     pub fn trace_body(&mut self, body: Option<usize>) {
         self.traced = body;

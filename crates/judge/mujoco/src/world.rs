@@ -132,7 +132,7 @@ impl World {
     /// Takes over `model`.
     ///
     /// # Safety
-    /// `model` must be a model of this library that nobody else uses.
+    /// `model` must be a model of this library that is used nowhere else.
     unsafe fn with_model(library: &'static Library, model: NonNull<c_void>) -> Result<Self, MujocoError> {
         // SAFETY: the model is valid; the data is deleted in `drop`.
         let data = unsafe { (library.functions.mj_makeData)(model.as_ptr()) };
@@ -151,7 +151,7 @@ impl World {
     /// # Errors
     /// If memory is short.
     pub fn duplicate(&self) -> Result<Self, MujocoError> {
-        // SAFETY: the source model is valid; null asks for a new copy, which the new world owns.
+        // SAFETY: the source model is valid; null requests a new copy, which the new world owns.
         unsafe {
             let copy = (self.library.functions.mj_copyModel)(std::ptr::null_mut(), self.model.as_ptr());
             let copy =
@@ -260,7 +260,7 @@ impl World {
     pub fn body_velocity(&self, body: usize) -> ([f64; 3], [f64; 3]) {
         assert!(body < self.nbody(), "body {body} of {}", self.nbody());
         let mut out = [0.0; 6];
-        // SAFETY: the body exists and the buffer has six entries; 0 asks for world axes.
+        // SAFETY: the body exists and the buffer has six entries; 0 means world axes.
         unsafe {
             (self.library.functions.mj_objectVelocity)(
                 self.model.as_ptr(),

@@ -1,4 +1,4 @@
-//! Moving pictures: GIF, animated PNG, or a folder of numbered PNG files.
+//! Animations: GIF, animated PNG, or a folder of numbered PNG files.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter};
@@ -8,7 +8,7 @@ use paid_files::FileError;
 
 use crate::{Canvas, PlotError};
 
-/// What a file's name asks for.
+/// The kind of animation, from the file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// `.gif`: 256 colors a frame; shown everywhere.
@@ -57,7 +57,7 @@ pub struct Animation {
 }
 
 impl Animation {
-    /// Begins an animation of `frames` pictures of `size` pixels (width, height) at `rate` `[Hz]`.
+    /// Starts an animation of `frames` images of `size` pixels (width, height) at `rate` `[Hz]`.
     ///
     /// # Errors
     /// An unknown extension, a size or number of frames that the format cannot hold, a file that cannot be made.
@@ -82,7 +82,7 @@ impl Animation {
     fn open(&self, kind: Kind) -> io::Result<Sink> {
         let bad = |what: &str| io::Error::new(io::ErrorKind::InvalidInput, what.to_owned());
         let side = |n: usize| {
-            u16::try_from(n).ok().filter(|n| *n > 0).ok_or_else(|| bad("a picture of 1 to 65535 pixels"))
+            u16::try_from(n).ok().filter(|n| *n > 0).ok_or_else(|| bad("an image of 1 to 65535 pixels"))
         };
         let [width, height] = [side(self.size[0])?, side(self.size[1])?];
         let folder = if kind == Kind::Folder { Some(self.path.as_path()) } else { self.path.parent() };
@@ -108,7 +108,7 @@ impl Animation {
         Ok(Sink::Apng(Box::new(encoder.write_header().map_err(io::Error::other)?)))
     }
 
-    /// How long the next picture stands, in hundredths of a second. Where a frame is no whole number of them, the delays differ by one, so
+    /// How long the next image is shown, in hundredths of a second. If a frame is not a whole number of them, the delays differ by one, so
     /// that the whole keeps its pace.
     fn delay(&self) -> u16 {
         let time = |frames: usize| (frames as f64 * self.pace).round();
@@ -123,14 +123,14 @@ impl Animation {
         })
     }
 
-    /// Adds a picture.
+    /// Adds an image.
     ///
     /// # Errors
-    /// A picture of another size, one more than announced, a file that cannot be written.
+    /// An image of another size, one more than announced, or a file that cannot be written.
     pub fn add(&mut self, image: &Canvas) -> Result<(), PlotError> {
         if [image.width(), image.height()] != self.size || self.frames == self.expected {
             return Err(PlotError::Animation {
-                expected: format!("{} pictures of {:?} pixels", self.expected, self.size),
+                expected: format!("{} images of {:?} pixels", self.expected, self.size),
                 found: format!("number {} of {:?}", self.frames + 1, [image.width(), image.height()]),
             });
         }
@@ -157,12 +157,12 @@ impl Animation {
         self.written(result)
     }
 
-    /// The picture with this number in a folder.
+    /// The image with this number in a folder.
     fn numbered(&self, number: usize) -> PathBuf {
         self.path.join(format!("frame_{number:04}.png"))
     }
 
-    /// Removes the pictures of a longer recording that was in the folder before.
+    /// Removes the images of a longer recording that was in the folder before.
     fn remove_the_rest(&self) -> io::Result<()> {
         let rest = (self.frames..).map(|number| self.numbered(number));
         rest.take_while(|file| file.is_file()).try_for_each(fs::remove_file)
@@ -277,7 +277,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a temporary folder");
         write(&folder.path().join("frames"));
         assert!(folder.path().join("frames/frame_0002.png").is_file());
-        // A shorter one in the same folder leaves nothing of the longer one, but what is somebody else's.
+        // A shorter one in the same folder leaves nothing of the longer one, but keeps files of other programs.
         let frames = folder.path().join("frames");
         fs::write(frames.join("notes.txt"), "mine").expect("written");
         let mut shorter = Animation::create(&frames, [16, 8], 25.0, 1).expect("begins");

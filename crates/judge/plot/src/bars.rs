@@ -22,7 +22,7 @@ pub struct Bars {
 }
 
 impl Bars {
-    /// The picture.
+    /// The plot.
     pub fn figure(&self) -> Figure {
         let pair = 2 * BAR + 6;
         let panel = pair * self.labels.len() as i64 + 44;

@@ -54,7 +54,7 @@ impl Canvas {
     }
     /// A line between two points, `thickness` pixels wide.
     pub fn line(&mut self, from: [f64; 2], to: [f64; 2], thickness: i64, color: Rgb) {
-        // Lines that leave the picture are cut to a bound, so that a wild coordinate costs no time.
+        // Lines that leave the image are cut to a bound, so that an extreme coordinate costs no time.
         let bound = |v: f64| v.clamp(-1e4, 1e4);
         let (from, to) = (from.map(bound), to.map(bound));
         let (dx, dy) = (to[0] - from[0], to[1] - from[1]);

@@ -12,7 +12,7 @@ const CELLS: f64 = 100.0;
 const INK: Rgb = [30, 30, 30];
 const GRID: Rgb = [225, 228, 232];
 
-/// A piece of floor, seen from above: the robot looks up, its left is the picture's left.
+/// A piece of floor, seen from above: the robot looks up, its left is the plot's left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Floor {
     /// Range ahead `[m]`.
@@ -37,7 +37,7 @@ impl Floor {
         Self { ahead: [lo[0], hi[0]], left: [lo[1], hi[1]], scale: pixels / longest }
     }
 
-    /// Where a point (ahead, left) `[m]` is in the picture.
+    /// Where a point (ahead, left) `[m]` is in the plot.
     pub fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [
             MARGIN[0] as f64 + (self.left[1] - y) * self.scale,

@@ -27,7 +27,7 @@ impl Letters {
         get_raster_width(WEIGHT, self.height) as i64
     }
 
-    /// Rows from the top to the line on which capitals stand.
+    /// Rows from the top to the baseline.
     pub(crate) fn ascent(self) -> i64 {
         let inked = self.rows('H').enumerate().filter(|(_, row)| row.iter().any(|ink| *ink > 127));
         inked.last().map_or(0, |(row, _)| row as i64 + 1)

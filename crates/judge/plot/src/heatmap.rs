@@ -9,7 +9,7 @@ const MARGIN: i64 = 64;
 
 const INK: Rgb = [30, 30, 30];
 
-/// A grid of values, seen from above: the robot is at the bottom and looks up, its left is the picture's left.
+/// A grid of values, seen from above: the robot is at the bottom and looks up, its left is the plot's left.
 #[derive(Clone, Debug)]
 pub struct HeatMap {
     /// Title.
@@ -44,7 +44,7 @@ pub fn color_of(share: f64) -> Rgb {
 }
 
 impl HeatMap {
-    /// The picture.
+    /// The plot.
     pub fn figure(&self) -> Figure {
         let (rows, columns) = (self.x.len() as i64, self.y.len() as i64);
         let (width, height) = (columns * CELL + 2 * MARGIN, rows * CELL + 2 * MARGIN);

@@ -23,7 +23,7 @@ pub struct Path<'a> {
     pub goal: bool,
 }
 
-/// All trials in one picture: goal plane at the top, ball paths green for goals and red for the rest, robots blue. `half_width` is
+/// All trials in one plot: goal plane at the top, ball paths green for goals and red for the rest, robots blue. `half_width` is
 /// that of the goal `[m]`.
 pub fn plot_paths(paths: &[Path], half_width: f64) -> Figure {
     let shown = |p: &[f64; 2]| p[0].abs() < 8.0 && p[1].abs() < 6.0;

@@ -5,7 +5,7 @@ use paid_robot::{RobotModel, Shape};
 
 use crate::{Camera, Canvas, Rgb, Scene};
 
-/// Everything that a picture of a moment shows.
+/// Everything that an image of a moment shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// Control steps since the start.
@@ -51,7 +51,7 @@ pub const FORCE_SCALE_M_PER_N: f64 = 1e-3;
 /// A robot's pose: body origins, world `[m]`, and body frames in the world, row-major; both in model order.
 pub type Bodies<'a> = (&'a [[f64; 3]], &'a [[[f64; 3]; 3]]);
 
-/// What a picture shows beside the robot, the ball and the goal. Nothing by default.
+/// What an image shows in addition to robot, ball and goal. Nothing by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shown<'a> {
     /// Where the ball was `[m]`.
@@ -62,7 +62,7 @@ pub struct Shown<'a> {
     pub forces: &'a [([f64; 3], [f64; 3])],
 }
 
-/// A picture of `width` x `height` pixels that looks over the robot's side to the goal. `ball_radius` in m; `None` without a ball;
+/// An image of `width` x `height` pixels from the robot's side toward the goal. `ball_radius` in m; `None` without a ball;
 /// `half_width` is the goal's.
 pub fn frame(
     model: &RobotModel,

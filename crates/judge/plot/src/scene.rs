@@ -17,7 +17,7 @@ pub struct Camera {
     pub field: f64,
 }
 
-/// A picture being drawn.
+/// An image being drawn.
 #[derive(Clone, Debug)]
 pub struct Scene {
     image: Canvas,
@@ -86,7 +86,7 @@ impl Scene {
         [0, 1, 2].map(|k| ((grass[k] * fade + sky[k] * (1.0 - fade)) * shade) as u8)
     }
 
-    /// Position on the picture and distance along the view; `None` behind the camera.
+    /// Position in the image and distance along the view; `None` behind the camera.
     fn project(&self, p: V3) -> Option<([f64; 2], f64)> {
         let [right, up, forward] = self.axes;
         let d = p - self.eye;
@@ -207,7 +207,7 @@ impl Scene {
         }
     }
 
-    /// The finished picture.
+    /// The finished image.
     pub fn finish(self) -> Canvas {
         self.image
     }

@@ -24,7 +24,7 @@ pub enum Verdict {
     Sharp,
     /// Less sharply, but to within a quarter of its range.
     Rough,
-    /// These experiments do not tell.
+    /// These experiments do not determine it.
     Unseen,
 }
 
@@ -39,7 +39,7 @@ impl Verdict {
     }
 }
 
-/// A parameter and what is known of it.
+/// A parameter and what is known about it.
 #[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
     /// Its name.
@@ -59,7 +59,7 @@ pub struct Estimate {
     pub at_bound: bool,
     /// The judgment.
     pub verdict: Verdict,
-    /// The value that the surface takes instead, where these measurements do not tell.
+    /// The value that the surface gets instead, if these measurements do not determine it.
     pub kept: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ fn deviation(values: &[f64]) -> f64 {
     (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt()
 }
 
-/// Judges `best`, the result of several searches (their `optima`, `best` among them) and of fits to single `repeats`.
+/// Assesses `best`, the result of several searches (their `optima`, `best` among them) and of fits to single `repeats`.
 pub fn judge(
     problem: &Problem<'_>,
     lab: &mut dyn Lab,

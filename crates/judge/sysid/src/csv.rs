@@ -123,7 +123,7 @@ pub fn parse_runs(path: &Path, text: &str, quantity: Quantity) -> Result<Vec<Run
         return place.bad(strange, names, format!("'{}'", header.join(",")));
     }
     if header.len() != 2 + usize::from(run_at.is_some()) {
-        return place.bad("header", "every column once", format!("'{}'", header.join(",")));
+        return place.bad("header", "each column once", format!("'{}'", header.join(",")));
     }
     let mut runs: Vec<Open> = Vec::new();
     for (line, row) in rows {
@@ -192,7 +192,7 @@ fn check_run(place: &Place, run: &Run, quantity: Quantity) -> Result<(), SysidEr
         Quantity::Distance => {
             let moved = run.values.last().copied().unwrap_or(0.0) - run.values[0];
             if moved < 0.1 {
-                let expected = format!("a ball that rolls on by 0.1 m or more in run '{}'", run.name);
+                let expected = format!("a ball that rolls 0.1 m or more in run '{}'", run.name);
                 return place.bad(column, expected, format!("{moved:.3} m from first to last row"));
             }
         }

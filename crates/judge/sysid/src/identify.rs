@@ -17,7 +17,7 @@ const REPEAT_SCALE: f64 = 0.05;
 /// Spacing of the drawn curves `[s]`.
 const CURVE_S: f64 = 0.01;
 
-/// A measured run beside the simulated one.
+/// A measured run and the simulated one.
 #[derive(Clone, Debug, Serialize)]
 pub struct Overlay {
     /// Label of the run.
@@ -45,7 +45,7 @@ pub struct Identification {
     pub drop_rms_m: Option<f64>,
     /// The same of the distances `[m]`.
     pub roll_rms_m: Option<f64>,
-    /// What is known of each parameter.
+    /// What is known about each parameter.
     pub confidence: Confidence,
     /// Every search.
     pub searches: Vec<Search>,
@@ -122,7 +122,7 @@ fn both(drops: &[Run], rolls: &[Run], options: &Options) -> Vec<Trial> {
     all
 }
 
-/// Parameters that fit each repeat alone, from the common best on.
+/// Parameters that fit each repeat alone, starting from the common best.
 fn repeat_fits(
     drops: &[Run],
     rolls: &[Run],

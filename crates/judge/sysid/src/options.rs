@@ -54,7 +54,7 @@ pub enum Starts {
     Refined,
 }
 
-/// What becomes of parameters that the measurements do not show.
+/// How parameters are set that the measurements do not show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Unseen {
@@ -79,7 +79,7 @@ pub struct Options {
     /// A search ends when the best loss of a generation differs from that of the last one by less than this `[m^2]` (paper,
     /// algorithm; it gives no number).
     pub tolerance: f64,
-    /// ... so many generations in a row (paper: 1).
+    /// ... this many generations in a row (paper: 1).
     pub patience: usize,
     /// Generations after which a search ends anyway (the algorithm's T; no number given).
     pub generations: usize,

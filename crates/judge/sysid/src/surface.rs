@@ -12,7 +12,7 @@ use crate::identify::Identification;
 
 /// The content of a surface file.
 ///
-/// The table `ball_params` has the form of the task preset's: it replaces it as it stands.
+/// The table `ball_params` has the form of the task preset's: it replaces it as a whole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Surface {
@@ -132,7 +132,7 @@ impl Surface {
     }
 }
 
-/// Six decimals: far below what a camera can tell.
+/// Six decimals: far below what a camera can resolve.
 fn round(x: f64) -> f64 {
     (x * 1e6).round() / 1e6
 }

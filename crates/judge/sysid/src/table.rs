@@ -7,14 +7,14 @@ use crate::identify::Identification;
 use crate::options::{NAMES, PARAMETERS, Parameters};
 use crate::search::Stop;
 
-/// Correlations from here on are spelt out.
+/// Correlations of this size or more are spelled out.
 const STRONG: f64 = 0.8;
 
 const ROUGH_STARTS: &str = "The rolls fit much worse than the drops: the first samples give a rough initial speed. --starts refined \
                             corrects it, or film with more frames per second.";
 
 impl Identification {
-    /// Parameters, correlations and remarks. `truth`, if known, is set beside the values.
+    /// Parameters, correlations and remarks. `truth`, if known, is printed next to the values.
     pub fn table(&self, truth: Option<&Parameters>) -> String {
         let mut out = String::new();
         // Writing to a string cannot fail.
@@ -96,10 +96,10 @@ impl Identification {
             if e.verdict == Verdict::Unseen {
                 out.push(unseen(e));
             } else if e.at_bound && e.flat[0] <= 0.0 {
-                out.push(format!("{} cannot be told from 0.", e.name));
+                out.push(format!("{} cannot be distinguished from 0.", e.name));
             } else if e.at_bound {
                 out.push(format!(
-                    "{} ended at an end of its range ({:.3}): the truth may lie beyond it, or the ground's own value limits it.",
+                    "{} ended at an end of its range ({:.3}): the true value may lie beyond it, or the ground's own value limits it.",
                     e.name, e.value
                 ));
             }
@@ -122,7 +122,7 @@ impl Identification {
         let half = self.searches.len() / 2;
         if c.agreeing <= half && self.searches.len() > 1 {
             out.push(format!(
-                "Only {} of {} searches reached the best fit; more --restarts or a larger --population would make it safer.",
+                "Only {} of {} searches reached the best fit; more --restarts or a larger --population would make that more certain.",
                 c.agreeing,
                 self.searches.len()
             ));
@@ -142,7 +142,7 @@ fn error(value: f64, truth: f64) -> String {
 fn unseen(e: &Estimate) -> String {
     let why = match e.name {
         "static_friction" => {
-            " It only has to be large enough for the ball to roll: the low end is a lower limit, no more."
+            " It only has to be large enough for the ball to roll: the low end is only a lower limit."
         }
         "dynamic_friction" => {
             " A rolling ball does not slide; film one that is pushed off without spin (--slide)."
@@ -150,8 +150,8 @@ fn unseen(e: &Estimate) -> String {
         _ => "",
     };
     let taken = match e.kept {
-        Some(kept) => format!("the surface takes {kept:.3}, which is no measurement"),
-        None => format!("{:.3} is no measurement", e.value),
+        Some(kept) => format!("the surface gets {kept:.3}, which was not measured"),
+        None => format!("{:.3} was not measured", e.value),
     };
     let [low, high] = e.flat;
     let name = e.name;

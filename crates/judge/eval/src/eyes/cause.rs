@@ -11,9 +11,9 @@ pub enum Cause {
     /// No ball was found at the start, so that no kick began; or none was seen in the last second before the strike, and it was not
     /// where it was believed.
     NotSeen,
-    /// It was believed beside its place, and odometry had moved since it was seen.
+    /// Its estimate was wrong, and odometry had moved since it was seen.
     Odometry,
-    /// It was believed beside its place: something else, or a wrong place.
+    /// Its estimate was wrong: something else, or a wrong position.
     SeenWrong,
     /// It was where it was believed to be.
     KickedWrong,
@@ -21,7 +21,7 @@ pub enum Cause {
 
 /// A ball that is believed farther from its place than this was not known `[m]`: about its radius.
 pub(super) const KNOWN_M: f64 = 0.10;
-/// A ball that was not seen for so long before the strike counts as not seen, if its place is wrong `[s]`.
+/// A ball that was not seen for this long before the strike counts as not seen, if its position is wrong `[s]`.
 const UNSEEN_S: f64 = 1.0;
 
 impl Cause {

@@ -1,4 +1,4 @@
-//! What the robot sees and believes during a kick, beside the truth.
+//! What the robot sees and estimates during a kick, compared with the truth.
 
 use cpu_time::ThreadTime;
 use paid_track::Pose;
@@ -11,9 +11,9 @@ use crate::EvalError;
 
 /// Physics steps of a control step while it stands or goes there.
 pub(super) const SUBSTEPS: u64 = 10;
-/// A find this far from the ball is of something else `[m]`.
+/// A detection this far from the ball is of something else `[m]`.
 const OF_BALL_M: f64 = 0.3;
-/// Less of the ball in the picture is not asked for.
+/// If less of the ball is in the image, a detection is not expected.
 pub(super) const LEAST_SHOWN: f64 = 0.25;
 
 /// The course of a kick, in the frame of the trial's start `[m]`.
@@ -21,7 +21,7 @@ pub(super) const LEAST_SHOWN: f64 = 0.25;
 pub struct KickLog {
     /// Every control step.
     pub steps: Vec<LoggedStep>,
-    /// Finds: time of capture `[s]`, place, and whether it was taken for the own ball.
+    /// Detections: time of capture `[s]`, position, and whether it was accepted as the ball.
     pub finds: Vec<(f64, [f64; 2], bool)>,
     /// When the motion began and when its foot was to strike `[s]`.
     pub start_s: f64,
@@ -58,9 +58,9 @@ pub(super) struct Kick {
     pub log: KickLog,
     /// Start frame from odometry's, as it was when the motion was chosen.
     pub start_from_odometry: Option<Pose>,
-    /// When odometry had its first place `[ns]`: earlier pictures give none.
+    /// When odometry had its first pose `[ns]`: earlier images give none.
     pub placed_ns: Option<u64>,
-    /// Odometry from the start frame at the capture of the last picture of the own ball.
+    /// Odometry from the start frame at the capture of the last image of the ball.
     pub when_seen: Option<Pose>,
     pub begin: ThreadTime,
 }
@@ -181,7 +181,7 @@ impl Kick {
         }
     }
 
-    /// Judges the belief shortly before the strike.
+    /// Evaluates the estimate shortly before the strike.
     pub fn judge_strike(&mut self, believed: &Believed) {
         let Some(ball) = believed.ball else { return };
         self.eyes.strike_error_m = self.error(believed);

@@ -1,4 +1,4 @@
-//! Shooting with the robot's own eyes: rendered pictures, a simulated LiDAR, and the pipeline of [`paid_world`] between them and the
+//! Shooting with onboard perception: rendered images, a simulated LiDAR, and the pipeline of [`paid_world`] between them and the
 //! policy. Nothing of the simulator's ball reaches policy or choice of the motion.
 
 mod cause;
@@ -30,7 +30,7 @@ pub use kick::{KickLog, LoggedStep};
 pub use plot::kick_chart;
 pub use report::{EyesReport, EyesTotals};
 
-/// Who finds the ball in a picture.
+/// What detects the ball in an image.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DetectorChoice {
@@ -57,12 +57,12 @@ pub enum OdometryChoice {
 /// The eyes of an evaluation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EyesOptions {
-    /// Who finds the ball.
+    /// What detects the ball.
     pub detector: DetectorChoice,
-    /// Number of the ball's class in the file of a network of the user; `None`: the class that the file names so.
+    /// Number of the ball's class in the file of a network of the user; `None`: the class with the ball's name in the file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<usize>,
-    /// Least score of a find; `None`: the detector's own.
+    /// Lowest score of a detection that counts; `None`: the detector's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub confidence: Option<f64>,
     /// Where the torso's pose comes from.
@@ -99,7 +99,7 @@ impl EyesOptions {
     fn words(&self, setup: &EvalSetup) -> Vec<String> {
         let eyes = &setup.preset.eyes;
         let detector = match &self.detector {
-            DetectorChoice::Own => "the own network".to_owned(),
+            DetectorChoice::Own => "the built-in network".to_owned(),
             DetectorChoice::ExactBox => "the exact box of the ball's pixels".to_owned(),
             DetectorChoice::File(path) => path.display().to_string(),
         };
@@ -109,11 +109,11 @@ impl EyesOptions {
                 self.surroundings.name(),
                 self.points_per_s
             ),
-            OdometryChoice::Modeled => "modeled odometry (drift of training)".to_owned(),
+            OdometryChoice::Modeled => "modeled odometry (drift as in training)".to_owned(),
         };
         vec![
             format!(
-                "rendered pictures of 424 x 240 at {:.0} Hz, {:.2} s old",
+                "rendered images of 424 x 240 at {:.0} Hz, {:.2} s old",
                 stage::rate(eyes),
                 stage::latency(eyes)
             ),

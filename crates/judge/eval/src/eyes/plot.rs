@@ -18,7 +18,7 @@ pub fn kick_chart(log: &KickLog) -> Figure {
         .into_iter()
         .map(|(label, k)| {
             let truth = log.steps.iter().map(|step| [step.time_s, step.truth[k]]).collect::<Vec<_>>();
-            // Finds of other things may be anywhere.
+            // Detections of other things may be anywhere.
             let all = truth.iter().map(|p| p[1]);
             let (low, high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
             let near = |v: f64| v > low - 1.0 && v < high + 1.0;
@@ -57,7 +57,7 @@ pub fn kick_chart(log: &KickLog) -> Figure {
     let legend = [
         ("truth", TRUTH),
         ("seen", SEEN),
-        ("found, not taken", OTHER),
+        ("detected, not accepted", OTHER),
         ("believed: seen", BELIEVED),
         ("remembered", REMEMBERED),
         ("lost", LOST),

@@ -1,4 +1,4 @@
-//! The report of an evaluation with the robot's own eyes.
+//! The report of an evaluation with onboard perception.
 
 use std::fmt::Write;
 
@@ -37,11 +37,11 @@ pub struct EyesTotals {
     pub start_error_m: Option<f64>,
     /// The same 0.2 s before the strike, seen from the torso `[m]`.
     pub strike_error_m: Option<f64>,
-    /// What odometry's motion since the last picture of the ball makes of it `[m]`.
+    /// The part due to odometry since the last image of the ball `[m]`.
     pub odometry_error_m: Option<f64>,
-    /// Pictures that showed a quarter or more of the ball in which it was found.
+    /// Share of the images with a quarter or more of the ball in which it was detected.
     pub found: Share,
-    /// Finds of something else in 1000 pictures.
+    /// False detections per 1000 images.
     pub false_per_1000: f64,
     /// Steps at which odometry did not track.
     pub untracked_steps: usize,
@@ -91,7 +91,7 @@ impl EyesReport {
         let mut out = self.shooting.table();
         let _ = writeln!(
             out,
-            "\nthe robot's eyes: shots by whether the whole ball is in the picture at the start\n"
+            "\nonboard perception: shots by whether the whole ball is in the image at the start\n"
         );
         let mut table = Table::new(&["figure", "in view", "not in view"]);
         let both = [&self.in_view, &self.out_of_view];
@@ -115,20 +115,20 @@ impl EyesReport {
         for (k, cause) in Cause::ALL.into_iter().enumerate() {
             row(&format!("missed: {}", cause.words()), &|t| t.causes[k].to_string());
         }
-        row("ball's place at the start, mean error", &|t| cm(t.start_error_m));
+        row("ball position at the start, mean error", &|t| cm(t.start_error_m));
         row("0.2 s before the strike, seen from the torso", &|t| cm(t.strike_error_m));
-        row("of it odometry since the last picture", &|t| cm(t.odometry_error_m));
-        row("pictures of the ball in which it was found", &|t| share(t.found));
-        row("finds of something else in 1000 pictures", &|t| number(t.false_per_1000, 1));
+        row("of it odometry since the last image", &|t| cm(t.odometry_error_m));
+        row("images of the ball in which it was detected", &|t| share(t.found));
+        row("false detections per 1000 images", &|t| number(t.false_per_1000, 1));
         row("steps at which odometry did not track", &|t| t.untracked_steps.to_string());
-        row("processor time of a shot", &|t| seconds(t.cpu_s));
+        row("processor time per shot", &|t| seconds(t.cpu_s));
         row("of it the sensors' simulation", &|t| seconds(t.sensors_cpu_s));
         row("of it the pipeline", &|t| seconds(t.sight_cpu_s));
         let _ = writeln!(out, "{table}");
         out
     }
 
-    /// One line per find of a ball: what `paid perceive fit` reads.
+    /// One line per detection of a ball: what `paid perceive fit` reads.
     pub fn sightings_csv(&self) -> String {
         let mut out =
             String::from("trial,distance_m,speed_m_s,age_s,error_along_m,error_across_m,shown,own\n");

@@ -17,13 +17,13 @@ use paid_world::{
 use super::{DetectorChoice, EyesOptions, OdometryChoice};
 use crate::EvalError;
 
-/// A sample of the inertial sensor takes so long to come `[ns]`.
+/// Latency of a sample of the inertial sensor `[ns]`.
 const IMU_NS: u64 = 5_000_000;
-/// A scan takes so long to come `[ns]`.
+/// Latency of a scan `[ns]`.
 const SCAN_NS: u64 = 20_000_000;
 /// Poses of another odometry come so often `[ns]`.
 const POSE_NS: u64 = 20_000_000;
-/// Height of the goal's bar in the pictures `[m]`.
+/// Height of the goal's bar in the images `[m]`.
 const RENDERED_GOAL_HEIGHT_M: f64 = 1.8;
 /// Fewest pixels that a box is drawn around.
 const FEWEST_PIXELS: usize = 30;
@@ -42,7 +42,7 @@ pub(super) struct Moment {
     pub ball_vel: [f64; 3],
 }
 
-/// What a picture truly showed.
+/// What an image really showed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Showed {
     pub captured_ns: u64,
@@ -62,7 +62,7 @@ pub(super) struct Senses {
     lidar: Option<SimulatedMid360<PoseList>>,
     modeled: Option<(OdometryDrift<f64>, EyesPreset, Rng)>,
     next_pose_ns: u64,
-    /// Truth of every picture, for the judge.
+    /// Ground truth of every image, for the evaluation.
     pub showed: Vec<Showed>,
 }
 

@@ -22,12 +22,12 @@ use crate::{EvalError, Setting};
 /// A control step `[ns]`.
 pub(super) const STEP_NS: u64 = 20_000_000;
 
-/// Pictures a second: the middle of the preset's range.
+/// Images per second: the middle of the preset's range.
 pub(super) fn rate(eyes: &EyesPreset) -> f64 {
     0.5 * (eyes.rate_hz[0] + eyes.rate_hz[1])
 }
 
-/// Age of a picture when it arrives `[s]`: the middle of the preset's range.
+/// Age of an image when it arrives `[s]`: the middle of the preset's range.
 pub(super) fn latency(eyes: &EyesPreset) -> f64 {
     0.5 * (eyes.latency_s[0] + eyes.latency_s[1])
 }

@@ -1,4 +1,4 @@
-//! One kick with the robot's own eyes.
+//! One kick with onboard perception.
 
 use std::time::Instant;
 
@@ -20,14 +20,14 @@ use crate::episodes::{Ending, Observer};
 use crate::policy::DriverInput;
 use crate::shooting::{Outcome, Trial, Watch, rules_of, start_of};
 
-/// The robot stands and looks for so many control steps: LiDAR odometry starts from standing for 0.5 s, then 0.7 s of pictures.
+/// Control steps for which the robot stands and watches: LiDAR odometry starts from standing for 0.5 s, then 0.7 s of images.
 const STAND_STEPS: u64 = 60;
-/// Then it goes to the first frame of the motion that it has chosen, in so many.
+/// Control steps in which it then moves to the first frame of the chosen motion.
 const READY_STEPS: u64 = 30;
-/// Without a rule for what is shown after the strike, the belief before it is judged so long before it `[s]`.
+/// Without a rule for what is shown after the strike, the estimate is evaluated this long before it `[s]`.
 const JUDGED_S: f64 = 0.2;
 
-/// What came of a trial.
+/// The outcome of a trial.
 pub(super) struct Played {
     pub outcome: Outcome,
     pub eyes: EyesOutcome,
@@ -174,7 +174,7 @@ impl Stage<'_> {
                 return Ok(None);
             }
             let KickTimes { to_strike_s, to_contact_s } = facts.times_from(step, dt_s);
-            // Once only the place where the ball lay is shown, the camera may rest; odometry goes on.
+            // Once the policy is shown only the ball's position before the kick, the camera may rest; odometry continues.
             let open = keep_open || times.is_none_or(|times| to_strike_s > -times.from_s - 0.1);
             let believed = kick.step(&moment, to_strike_s, open)?;
             if kick.eyes.strike_error_m.is_none()
@@ -184,7 +184,7 @@ impl Stage<'_> {
             }
             let believed_scene = scene(&believed, goal, rolling, to_contact_s, predicts);
             shown = believed_scene.or(shown);
-            let Some(now) = &shown else { return Err(eyes_error("no belief at the start of a kick")) };
+            let Some(now) = &shown else { return Err(eyes_error("no estimate at the start of a kick")) };
             task.show(0, Some(now))?;
             let begin = Instant::now();
             task.observe(&mut [&mut observation, &mut critic]);

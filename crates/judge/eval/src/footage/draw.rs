@@ -1,4 +1,4 @@
-//! Footage as pictures of the software renderer: needs no display and no viewer.
+//! Footage as images of the software renderer: needs no display and no viewer.
 
 use paid_plot::{Camera, Canvas, Scene, Shown, draw_robot, episode_frame};
 
@@ -8,10 +8,10 @@ const BONE: [u8; 3] = [70, 120, 190];
 const TRAIL: [u8; 3] = [235, 150, 60];
 /// Height of letters [pixels].
 const TEXT: i64 = 14;
-/// For how long `kick` stands in the picture `[s]`.
+/// How long the word `kick` is shown in the image `[s]`.
 const KICK_S: f64 = 0.4;
 
-/// What is drawn beside the robot.
+/// What is drawn in addition to the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shows {
     /// The reference.
@@ -20,7 +20,7 @@ pub struct Shows {
     pub forces: bool,
 }
 
-/// Frame `t` as a picture of `size` pixels: an episode over the robot's shoulder to the goal, a motion from its side.
+/// Frame `t` as an image of `size` pixels: an episode over the robot's shoulder to the goal, a motion from its side.
 pub fn picture(footage: &Footage, t: usize, size: [usize; 2], shows: Shows) -> Canvas {
     let frame = &footage.frames[t];
     let mut image = if footage.episode { episode(footage, t, size, shows) } else { motion(footage, t, size) };

@@ -30,7 +30,7 @@ impl BodyPoses {
     }
 }
 
-/// One moment. Lists that nobody measured are empty.
+/// One moment. Lists that were not measured are empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
     /// Robot, ball and goal; the latter two only mean something if the footage has a ball.
@@ -157,7 +157,7 @@ impl Footage {
         self.frames[t.saturating_sub(back)..t].iter().map(|f| f.mark).collect()
     }
 
-    /// The human's bones at frame `t`: both ends `[m]`, beside the robot, and whether the second is the head. Empty without a human.
+    /// The human's bones at frame `t`: both ends `[m]`, next to the robot, and whether the second is the head. Empty without a human.
     pub fn human(&self, t: usize) -> Vec<([[f64; 3]; 2], bool)> {
         let Some(human) = &self.human else { return Vec::new() };
         let pos = human.pos(t.min(human.frames - 1));

@@ -20,8 +20,8 @@ pub const REPORT: &str = "report.html";
 const LONG: usize = 120;
 
 /// Writes [`REPORT`] into `folder` from what earlier evaluations left there: every text table `NAME.txt` becomes a section. One with
-/// `NAME_shooting.json` beside it begins with the score and its interval beside the paper's, then come heat maps, the goal's mouth, ways,
-/// the worst shots and a table that sorts. Any other is followed by its pictures `NAME_*.svg`, by those `NAME_*.png` that have no
+/// `NAME_shooting.json` next to it starts with the score and its interval next to the paper's, then come heat maps, the goal's mouth, paths,
+/// the worst shots and a table that sorts. Any other is followed by its images `NAME_*.svg`, by those `NAME_*.png` that have no
 /// vector twin, and by the film strips that `NAME_strips.json` lists.
 ///
 /// # Errors
@@ -54,7 +54,7 @@ pub fn write_report(folder: &Path) -> Result<(), EvalError> {
     Ok(write_whole(&folder.join(REPORT), page.as_bytes())?)
 }
 
-/// A table and the pictures that belong to it.
+/// A table and the images that belong to it.
 fn plain(name: &str, text: &str, files: &[PathBuf]) -> Result<String, EvalError> {
     let (first, rest) = text.split_once('\n').unwrap_or((text, ""));
     let (protocol, table) =

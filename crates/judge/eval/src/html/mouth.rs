@@ -20,7 +20,7 @@ pub(super) fn mouth(laterals: &[f64], short: usize, half_width: f64) -> String {
     let most = counts.iter().copied().max().unwrap_or(0).max(1);
     let (width, tall, margin) = (640.0, 170.0, 44.0);
     let height = tall + 62.0;
-    // The robot's left is the picture's left.
+    // The robot's left is the plot's left.
     let x = |lateral: f64| margin + (SIDE_M - lateral) / (2.0 * SIDE_M) * (width - 2.0 * margin);
     let mut out = begin_chart(width, height, "where balls crossed the goal's plane");
     for (k, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
@@ -77,7 +77,7 @@ mod tests {
     fn balls_are_counted_where_they_crossed_and_left_is_left() {
         let svg = mouth(&[0.05, 0.02, -1.33, 9.0], 3, 1.0);
         assert!(
-            svg.contains("2 of 4 between 0.0 and 0.1 m") && svg.contains("3 shots did not get there"),
+            svg.contains("2 of 4 between 0.0 and 0.1 m") && svg.contains("3 shots did not reach it"),
             "{svg}"
         );
         assert!(

@@ -92,10 +92,10 @@ impl Trial {
     }
 }
 
-/// The section of `STEM_shooting.json`, with the pictures and the table that stand beside it; nothing if the file is another program's.
+/// The section of `STEM_shooting.json`, with the images and the table next to it; nothing if the file is another program's.
 ///
 /// # Errors
-/// If a picture cannot be read.
+/// If an image cannot be read.
 pub(super) fn section(
     folder: &Path,
     stem: &str,
@@ -171,7 +171,7 @@ pub(super) fn section(
     Ok(Some(out))
 }
 
-/// What a reader has to know of the protocol, and the rest of it folded.
+/// What a reader has to know about the protocol, and the rest of it folded.
 fn facts(shots: &Shots, table: &str) -> String {
     let Shots { engine, options, trials, .. } = shots;
     let grid = &options.grid;

@@ -23,9 +23,9 @@ use crate::{EvalError, Setting};
 pub use report::{Likeness, LikenessReport, table};
 pub use take::Swing;
 
-/// A policy is watched until so long after the strike `[s]`.
+/// A policy is watched until this long after the strike `[s]`.
 const AFTER_S: f64 = 0.6;
-/// Every so many frames are compared with the clips' frames.
+/// One in this many frames is compared with the clips' frames.
 const STRIDE: usize = 2;
 
 /// Plays the shots of `options` and compares the kicks with `clips`, which have the control rate ([`load_clips`]).

@@ -1,4 +1,4 @@
-//! What came of a comparison with the clips.
+//! The result of a comparison with the clips.
 
 use paid_plot::{Table, number};
 use serde::{Deserialize, Serialize};

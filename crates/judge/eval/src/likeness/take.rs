@@ -7,7 +7,7 @@ use paid_task::EnvSample;
 
 use crate::metrics::tracking::{BodyTrack, peak_jerk};
 
-/// The swing is looked at from so long before the strike to so long after it `[s]`.
+/// The swing is evaluated from this long before the strike to this long after it `[s]`.
 const SWING_S: [f64; 2] = [0.6, 0.4];
 /// The same for the path of the foot `[s]`.
 const PATH_S: [f64; 2] = [0.4, 0.2];

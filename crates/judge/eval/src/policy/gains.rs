@@ -26,7 +26,7 @@ impl Gains {
     }
 
     /// Makes the controllers of `robot` and `spec` these, for either engine. Action scales follow, because they are a share of torque limit
-    /// over stiffness: whoever translates actions must use the numbers from after this call.
+    /// over stiffness: code that translates actions must use the values after this call.
     ///
     /// # Panics
     /// If there is not one number per joint.

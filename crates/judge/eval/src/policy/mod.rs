@@ -32,7 +32,7 @@ pub trait Driver: Send {
     fn obs_dim(&self) -> Option<usize>;
     /// Length of the action.
     fn action_dim(&self) -> usize;
-    /// All environments begin an episode now: `envs` of them from here on, recurrent state zero.
+    /// All `envs` environments start an episode now, with a recurrent state of zero.
     fn begin(&mut self, envs: usize);
     /// Environment `env` begins another kick without a reset of the robot: its recurrent state is zero again, as at the begin of
     /// every episode of training.

@@ -1,4 +1,4 @@
-//! Matches: kick after kick, and the robot is never reset. It stands still, a new ball lies before it, it goes on from where it is.
+//! Matches: kick after kick, and the robot is never reset. It stands still, a new ball appears in front of it, and it continues from there.
 
 mod draw;
 mod observer;
@@ -26,7 +26,7 @@ pub use spectator::{Spectacle, Spectator};
 /// What to run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MatchOptions {
-    /// Kicks of a match that nobody falls in.
+    /// Kicks of a match without a fall.
     pub kicks: usize,
     /// Number of matches.
     pub matches: usize,
@@ -44,9 +44,9 @@ pub struct MatchOptions {
     pub still_base_m_s: f64,
     /// ... and whose joints' speeds have a root mean square below this `[rad/s]` ...
     pub still_joint_rad_s: f64,
-    /// ... for so long `[s]`.
+    /// ... for this long `[s]`.
     pub still_s: f64,
-    /// The next ball comes at the latest so long after the clip's end `[s]`, whether the robot stands still and the last ball has
+    /// The next ball comes at the latest this long after the clip's end `[s]`, whether or not the robot stands still and the last ball has
     /// reached the goal plane or not.
     pub patience_s: f64,
 }
@@ -85,9 +85,9 @@ impl MatchOptions {
 /// Who sees the matches while they are played.
 #[derive(Clone, Copy, Default)]
 pub struct Audience<'a> {
-    /// The first match's first kicks are filmed, so many of them, every fourth control step.
+    /// Number of kicks of the first match that are filmed, every fourth control step.
     pub filmed: usize,
-    /// Looks on; the matches wait while it takes its time.
+    /// Watches; the matches wait for it.
     pub spectator: Option<&'a dyn Spectator>,
 }
 

@@ -173,7 +173,7 @@ pub fn evaluate(
     Ok(ShootingReport::new(setup.engine.facts(&setup.preset), options, outcomes))
 }
 
-/// What came of the planned trials that ended.
+/// The outcomes of the planned trials that ended.
 pub(crate) fn outcomes(
     setup: &EvalSetup,
     policy: &DriverMaker,

@@ -46,7 +46,7 @@ pub struct SubjectSpec {
     pub task: Option<String>,
     /// The built-in preset whose task stands in for a policy that does not name its own: `paper_stage1` or `paper_stage2`.
     pub fallback_task: String,
-    /// What the policy is told of ball and goal; `None`: as the task says.
+    /// What the policy is given of ball and goal; `None`: as in its task.
     pub knowledge: Option<KnowledgeMode>,
     /// Changed values of the task, each `KEY=VALUE`; they come after `knowledge`.
     pub overrides: Vec<String>,

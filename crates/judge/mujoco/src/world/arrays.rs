@@ -12,7 +12,7 @@ macro_rules! slices {
             $(#[$doc])*
             pub fn $get(&self) -> &[f64] {
                 let $world = self;
-                // SAFETY: the offset is that of an array of so many `mjtNum`, owned by self for its whole life.
+                // SAFETY: the offset is that of an array of this many `mjtNum`, owned by self for its whole life.
                 unsafe { std::slice::from_raw_parts(read(self.$home, $offset), $len) }
             }
             $(

@@ -35,7 +35,7 @@ pub fn begin_chart(width: f64, height: f64, title: &str) -> String {
     )
 }
 
-/// A picture with what it shows.
+/// An image with its caption.
 pub fn figure(drawn: &str, caption: &str) -> String {
     format!("<figure>{drawn}<figcaption>{}</figcaption></figure>\n", escape(caption))
 }

@@ -38,7 +38,7 @@ const TRAIL_S: f64 = 1.5;
 
 type Done = RecordingStreamResult<()>;
 
-/// The views: the scene, and beside it rewards, joints and events.
+/// The views: the scene, and next to it rewards, joints and events.
 pub fn arrangement(footage: &Footage) -> Blueprint {
     let series =
         |name: &str, origin: &str| -> ContainerLike { TimeSeriesView::new(name).with_origin(origin).into() };

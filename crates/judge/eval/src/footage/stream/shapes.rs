@@ -59,7 +59,7 @@ fn capsules(rods: &[([[f64; 3]; 2], f64, Color)]) -> Capsules3D {
         .with_fill_mode(FillMode::Solid)
 }
 
-/// Logs the shapes of all bodies under `root`, once for all times; those that only the referee uses are left out.
+/// Logs the shapes of all bodies under `root`, once for all times; those that only MuJoCo uses are left out.
 pub fn robot(
     rec: &RecordingStream,
     root: &str,

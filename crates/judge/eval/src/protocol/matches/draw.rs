@@ -27,14 +27,14 @@ pub struct MatchBall {
 }
 
 impl MatchBall {
-    /// The random numbers of match `number`: whoever plays it draws the same balls.
+    /// The random numbers of match `number`: each player of it draws the same balls.
     pub fn rng(seed: u64, number: u32) -> Rng {
         Rng::new(seed, number, STREAM)
     }
 }
 
 impl MatchOptions {
-    /// Draws a ball and a goal anywhere in their ranges; whether there is room is for the caller to judge.
+    /// Draws a ball and a goal anywhere in their ranges; the caller checks whether there is room.
     pub fn draw_ball(&self, rng: &mut Rng) -> MatchBall {
         let ball_xy = [
             rng.uniform(self.workspace.x[0], self.workspace.x[1]),
@@ -106,7 +106,7 @@ pub(super) fn first_start(draw: &mut Draw<'_>) -> Result<InitialState, EvalError
     let NextKick { motion, ball_xy, ball_velocity, goal_xy, look: _ } =
         kick.ok_or_else(|| EvalError::Option {
             option: Setting::Named("workspace"),
-            expected: "places that leave room for the ball beside the robot".to_owned(),
+            expected: "positions that leave room for the ball next to the robot".to_owned(),
             found: format!("{:?}", draw.options.workspace),
         })?;
     Ok(InitialState {

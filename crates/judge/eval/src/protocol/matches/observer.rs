@@ -13,7 +13,7 @@ use crate::metrics::shooting::{Crossing, Goal, fallen};
 
 /// A ball slower than this has come to rest `[m/s]`.
 const AT_REST: f64 = 0.05;
-/// Control steps between two pictures of a film.
+/// Control steps between two frames of a film.
 const FILM_EVERY: u32 = 4;
 
 /// The kick that is being played.
@@ -50,7 +50,7 @@ pub(super) struct Player<'a> {
     pending: Option<NextKick>,
     audience: Audience<'a>,
     films: Vec<Film>,
-    /// Of this moment, for who looks on: the ball's angular velocity, and where the robot believes the ball to be.
+    /// Of this moment, for a spectator: the ball's angular velocity, and the robot's estimate of the ball.
     beside: ([f64; 3], Option<BelievedBall>),
 }
 
@@ -95,7 +95,7 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// What came of it, and the films of its first kicks.
+    /// Its result, and the films of its first kicks.
     pub(super) fn finish(self, number: usize) -> (MatchOutcome, Vec<Film>) {
         (MatchOutcome::new(number, self.kicks), self.films)
     }

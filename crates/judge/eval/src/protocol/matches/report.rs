@@ -11,7 +11,7 @@ use super::MatchOptions;
 use crate::engine::EngineFacts;
 use crate::metrics::statistics::Share;
 
-/// What came of a kick. Places are in the axes of the robot when the ball appeared: origin below its anchor, x along its heading, y left.
+/// The outcome of a kick. Positions are in the axes of the robot when the ball appeared: origin below its anchor, x along its heading, y left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct KickOutcome {
     /// Name of the motion.
@@ -151,7 +151,7 @@ impl MatchReport {
         let mass = engine.ball_mass_kg.map_or(String::new(), |m| format!(", ball {m} kg"));
         let ([x0, x1], [y0, y1]) = (o.workspace.x, o.workspace.y);
         format!(
-            "{} ({} ms steps{mass}, {}); {} matches of {} kicks, robot never reset; {ball} in [{x0}, {x1}] x [{y0}, {y1}] m before it, goal {} m away within {} degrees; next ball when base and joints (root mean square) have been slower than {} m/s and {} rad/s for {} s and the last ball has passed the goal plane, at the latest {} s after the clip's end{}",
+            "{} ({} ms steps{mass}, {}); {} matches of {} kicks, robot never reset; {ball} in [{x0}, {x1}] x [{y0}, {y1}] m in front of it, goal {} m away within {} degrees; next ball when base and joints (root mean square) have been slower than {} m/s and {} rad/s for {} s and the last ball has passed the goal plane, at the latest {} s after the clip's end{}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,

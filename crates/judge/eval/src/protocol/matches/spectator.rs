@@ -1,4 +1,4 @@
-//! Who looks on while matches are played.
+//! Spectators of matches.
 
 use paid_task::{BelievedBall, EnvSample};
 
@@ -13,11 +13,11 @@ pub struct Spectacle<'a> {
     pub sample: &'a EnvSample,
     /// Angular velocity of the ball, world axes `[rad/s]`.
     pub ball_spin: [f64; 3],
-    /// Where the robot believes the ball to be; `None` where it is told.
+    /// The robot's estimate of the ball; `None` if it is given the true position.
     pub believed: Option<BelievedBall>,
 }
 
-/// Looks on. Matches are played on several threads, and some of them side by side.
+/// Watches matches. They are played on several threads, some of them at the same time.
 pub trait Spectator: Sync {
     /// Sees the start and every control step of every match.
     fn see(&self, moment: &Spectacle<'_>);

@@ -1,4 +1,4 @@
-//! Pictures of shooting reports, and their place beside the paper's figures.
+//! Plots of shooting reports, and comparison with the paper's figures.
 
 use paid_plot::{Figure, HeatMap, Path, plot_paths};
 use paid_plot::{Table, number};
@@ -14,7 +14,7 @@ pub const PAPER: [(&str, [[f64; 2]; 2]); 4] = [
     ("PAiD", [[91.3, 0.969], [71.9, 0.889]]),
 ];
 
-/// Trials that a picture of paths shows: more would be a blot of many megabytes.
+/// Trials in a plot of paths: more would be unreadable and take many megabytes.
 const DRAWN: usize = 1000;
 
 impl ShootingReport {
@@ -67,14 +67,14 @@ impl ShootingReport {
     }
 }
 
-/// Success and accuracy of every report in one picture, one row per report: of a static and a rolling one, the paper's four panels.
+/// Success and accuracy of every report in one plot, one row per report: for a static and a rolling one, the paper's four panels.
 pub fn panels(reports: &[ShootingReport]) -> Figure {
     let charts: Vec<Figure> =
         reports.iter().flat_map(ShootingReport::maps).map(|(_, map)| map.figure()).collect();
     Figure::tiled(&charts, 2)
 }
 
-/// Success and accuracy of the reports beside the paper's, as text.
+/// Success and accuracy of the reports next to the paper's, as text.
 pub fn summary(reports: &[ShootingReport]) -> String {
     let mut table = Table::new(&[
         "ball",

@@ -36,7 +36,7 @@ pub struct Trial {
     pub motion: usize,
 }
 
-/// What the choice of a motion and of a free ball place needs to know of each motion.
+/// What the choice of a motion and of a free ball position needs of each motion.
 #[derive(Clone, Debug)]
 pub struct Placement<'a> {
     setup: &'a EvalSetup,
@@ -51,8 +51,8 @@ impl<'a> Placement<'a> {
     }
 
     /// The motion for a ball at `place` `[m]` with `velocity` `[m/s]`, in the start frame, in trial number `trial`. Where the task's
-    /// knowledge is perceived, it is chosen by what the robot makes of its first look at the trial's ball number `look`, which the
-    /// kick then begins with.
+    /// knowledge is perceived, it is chosen by the robot's estimate after its first look at the trial's ball number `look`, which the
+    /// kick then starts with.
     pub fn motion(&self, trial: usize, look: u64, place: [f64; 2], velocity: [f64; 2]) -> usize {
         let EvalSetup { library, preset, spec, seed, .. } = self.setup;
         let mut ball = RollingBall { place, velocity, decay: self.decay };
@@ -135,7 +135,7 @@ pub fn plan(setup: &EvalSetup, options: &ShootingOptions) -> Result<Vec<Trial>, 
                     .find(|t| !placement.overlaps(t.motion, t.ball));
                 trials.push(trial.ok_or_else(|| EvalError::Option {
                     option: Setting::Named("grid"),
-                    expected: "places that leave room for the ball beside the robot".to_owned(),
+                    expected: "positions that leave room for the ball next to the robot".to_owned(),
                     found: format!("({x}, {y})"),
                 })?);
             }

@@ -175,10 +175,10 @@ impl Observer for Watch {
         }
         let enough = if let Some(since_kick) = since_kick {
             let watched = since_kick >= self.after.unwrap_or(0);
-            // Whoever lies has nothing more to show.
+            // A robot that lies on the ground has nothing more to show.
             self.decided && (self.fell || watched && (sample.motion_ended || !self.follows_clip))
         } else {
-            // Whoever has not kicked two seconds after the motion's end will not.
+            // A robot that has not kicked two seconds after the motion's end will not.
             sample.motion_ended && sample.step as usize >= sample.frame + self.window as usize
         };
         enough || ended.is_some()
@@ -216,7 +216,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The setup's robot as it stands, `step` control steps into a clip of `frames` frames. The ball rests 1 m ahead, the goal is 5 m ahead.
+    /// The setup's standing robot, `step` control steps into a clip of `frames` frames. The ball rests 1 m ahead, the goal is 5 m ahead.
     pub(crate) fn sample(setup: &EvalSetup, frames: usize, step: u32) -> EnvSample {
         let (joints, bodies) = (setup.robot.joints.len(), setup.robot.bodies.len());
         let stands = |pos: &[f64; 3]| BodySample {
@@ -300,7 +300,7 @@ pub(crate) mod tests {
         let outcome = play(&setup(), None, falls_at(250));
         assert!(outcome.fell_in_clip && outcome.fell && !outcome.fell_after_kick, "{outcome:?}");
         assert_eq!((outcome.steps, outcome.goal), (250, true));
-        // Whoever falls before the shot is decided is watched until then.
+        // A robot that falls before the shot is decided is watched until then.
         let outcome = play(&setup(), None, falls_at(100));
         assert!(outcome.fell_in_clip && outcome.fell_after_kick, "{outcome:?}");
         assert_eq!(outcome.steps, DECIDED);

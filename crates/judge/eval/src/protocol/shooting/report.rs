@@ -66,15 +66,15 @@ impl ShootingReport {
             Some([lo, hi]) => format!("ball rolling at {lo} to {hi} m/s"),
         };
         let variant = match o.variant {
-            Variant::Robot => "ball place given in the robot's first pose (its displacement changes nothing)",
-            Variant::World => "ball place and goal fixed in the world, robot displaced",
+            Variant::Robot => "ball position in the robot's first pose (its displacement changes nothing)",
+            Variant::World => "ball position and goal fixed in the world, robot displaced",
         };
         let engine = &self.engine;
         let mass = engine.ball_mass_kg.map_or(String::new(), |m| format!(", ball {m} kg"));
         let scatter =
             if o.scatter_m > 0.0 { format!(", balls within {} m of it", o.scatter_m) } else { String::new() };
         format!(
-            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials per place, robot start within {} m; {variant}{}",
+            "{} ({} ms steps{mass}, {}); {ball}, grid [{}, {}] x [{}, {}] m every {step} m{scatter}, {} trials per position, robot start within {} m; {variant}{}",
             engine.name,
             1e3 * engine.physics_dt_s,
             engine.surfaces,

@@ -1,4 +1,4 @@
-//! What came of one trial, and of many together.
+//! The outcome of one trial, and of many together.
 
 use paid_lanes::stats::mean;
 use paid_plot::{Table, number};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Trial;
 use crate::metrics::statistics::Share;
 
-/// What came of a trial.
+/// The outcome of a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The plan.
@@ -47,11 +47,11 @@ pub struct Outcome {
     pub peak_ball_speed: f64,
     /// True if the robot fell within two seconds after first contact.
     pub fell_after_kick: bool,
-    /// True if it fell at any time of the trial, which goes on until the shot is decided and the clip has ended.
+    /// True if it fell at any time of the trial, which continues until the shot is decided and the clip has ended.
     pub fell: bool,
     /// True if it fell before the clip's end.
     pub fell_in_clip: bool,
-    /// True if it fell within the options' `after_s` of the first contact; `None` if it was not watched for so long.
+    /// True if it fell within the options' `after_s` of the first contact; `None` if it was not watched that long.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fell_within: Option<bool>,
     /// Share of joints and control steps whose torque was at its limit, until the shot was decided.
@@ -96,7 +96,7 @@ pub struct CellScore {
     pub falls_ever: Share,
     /// Falls before the clip's end, of all trials.
     pub falls_in_clip: Share,
-    /// Falls within the options' `after_s` of the contact, of all trials; `None` if they were not watched for so long.
+    /// Falls within the options' `after_s` of the contact, of all trials; `None` if they were not watched that long.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub falls_within: Option<Share>,
     /// Mean cosine over the contacts.
@@ -109,7 +109,7 @@ pub struct CellScore {
     pub foot_speed: Option<f64>,
     /// Mean distance from the goal's center at the goal plane, of the balls that reached it `[m]`.
     pub miss_m: Option<f64>,
-    /// Mean of where they crossed it, positive on the side of the kicking foot `[m]`: an aim that is off alike for both feet.
+    /// Mean of where they crossed it, positive on the side of the kicking foot `[m]`: an aim that is off in the same way for both feet.
     pub outward_m: Option<f64>,
     /// Mean ball speed there `[m/s]`.
     pub plane_speed: Option<f64>,

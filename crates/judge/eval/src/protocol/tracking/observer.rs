@@ -13,7 +13,7 @@ use crate::metrics::tracking::{
     BodyTrack, TrackingErrors, body_errors, displacement_share, peak_jerk, tracking_errors,
 };
 
-/// What one run did beside what the motion asked.
+/// What one run did, compared with the motion.
 pub(crate) struct Watch {
     library: Arc<ReferenceLibrary>,
     motion: usize,
