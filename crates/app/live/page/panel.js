@@ -234,7 +234,7 @@ export class Panel {
       time +
       // The cost of what runs elsewhere is unknown.
       (frame.cost ? ` · step ${frame.cost.toFixed(1)} ms` : "") +
-      ` · ${Math.round(pictures)} pictures/s` +
+      ` · ${Math.round(pictures)} frames/s` +
       (lost ? ` · ${lost} frames lost` : "") +
       (frame.viewers > 1 ? ` · ${frame.viewers} viewers` : "");
     $("status").classList.toggle("late", frame.late && !frame.paused);

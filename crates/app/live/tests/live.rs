@@ -27,7 +27,7 @@ fn a_robot_that_sees_says_where_it_believes_the_ball() {
         let mut seen = false;
         for _ in 0..60 {
             frame = page.step(&frame);
-            let belief = frame.belief.expect("it is not told");
+            let belief = frame.belief.expect("it is not given the true position");
             let off = distance(belief.pos.map(f64::from), [frame.ball.pos[0], frame.ball.pos[1]]);
             assert!(off < 0.15 && belief.deviation_m > 0.0, "{belief:?} {:?}", frame.ball);
             seen |= frame.flags.in_view && belief.age_s < 0.2;
@@ -70,8 +70,8 @@ fn a_dragged_ball_is_kicked_counted_and_scored() {
                     break;
                 }
             }
-            assert!(touched && !frame.flags.kicking, "kicked and judged: {:?}", frame.flags);
-            // The board of this shot, asked for anew by another page.
+            assert!(touched && !frame.flags.kicking, "kicked and over: {:?}", frame.flags);
+            // The board of this shot, requested again by another page.
             let mut other = Page::open(address, "", None).expect("comes in");
             board = other.board(|_| true);
             if board["goals"].as_u64() >= Some(1) {

@@ -1,4 +1,4 @@
-//! A page that looks on while matches are played.
+//! A page that watches matches.
 
 use std::thread;
 
@@ -31,7 +31,7 @@ fn a_match_is_shown_step_by_step_and_the_stop_ends_it() {
             "the ball lies before it: {:?}",
             first.ball
         );
-        // A kick is over when the page is told of it.
+        // A kick is over when the page receives it.
         viewer.board(|board| board["shots"] == 1);
         viewer.frame(|frame| frame.step > first.step);
         viewer.send(Command::Stop);

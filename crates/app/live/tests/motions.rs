@@ -48,7 +48,7 @@ fn a_folder_of_motions_shows_its_kicks_its_figures_and_the_one_to_record() {
         let address = hear.recv().expect("the page is served");
         let seen = thread::spawn(move || visit(address, &advice, &first)).join();
         stop.store(true, Ordering::Relaxed);
-        let summary = playing.join().expect("no panic").expect("it goes on");
+        let summary = playing.join().expect("no panic").expect("it continues");
         seen.expect("everything is there");
         assert_eq!((summary.shots, summary.dropped, summary.refused), (0, 0, 0));
     });

@@ -59,7 +59,7 @@ fn a_page_of_another_origin_cannot_open_the_socket() {
     }
     assert_eq!(server.counts().refused.load(Ordering::Relaxed), 3);
     let own = format!("http://{address}");
-    let mut page = Page::open(address, "", Some(&own)).expect("the own page");
+    let mut page = Page::open(address, "", Some(&own)).expect("its own page");
     page.send(Command::Pause(true));
     assert_eq!(received(&commands), Ok(Command::Pause(true)), "the first that got through");
 }
@@ -114,7 +114,7 @@ fn a_slow_viewer_gets_the_newest_frame_and_holds_up_nobody() {
     let (server, _commands) = start(0);
     let mut slow = Page::open(server.address(), "", None).expect("comes in");
     assert!(matches!(slow.next(), News::Scene(_)));
-    // 5 kB each, 20 MB in all: more than any buffer between. Nobody reads, and every call returns.
+    // 5 kB each, 20 MB in all: more than any buffer in between. The page does not read, and every call returns.
     for step in 1..=FRAMES {
         server.show(frame(step, 255));
     }

@@ -91,7 +91,7 @@ fn the_policy_of_each_checkpoint_plays_beside_the_curves() {
     viewer.send(Command::Step);
     assert_eq!(viewer.frame(|frame| frame.step != still.step).step, still.step + 1);
     viewer.send(Command::Pause(false));
-    // The next checkpoint: the scene goes on.
+    // The next checkpoint: the scene continues.
     after(folder.path(), "stage2", 2);
     let told = curves(&mut viewer, |told| told["playing"] == 2);
     assert_eq!(told["curves"][0]["points"], serde_json::json!([[1.0, 0.5], [2.0, 0.5]]));

@@ -1,4 +1,4 @@
-//! A page that looks on.
+//! A page that watches.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -79,7 +79,7 @@ fn the_stop_comes_through_a_flood_while_whoever_shows_is_busy() {
     let page = page.expect("served");
     let mut viewer = Page::open(address(&page.url()), "", None).expect("a viewer");
     assert!(matches!(viewer.next(), News::Scene(_)));
-    // More than wait for whoever shows, and more than a page may send in a second.
+    // More than may queue for the program, and more than a page may send in a second.
     for _ in 0..4000 {
         viewer.send(Command::Reset);
     }

@@ -172,7 +172,7 @@ fn options_of_the_cleaning_ask_for_it() {
         assert!(error.contains("--clean\n"), "{option}: {error}");
     }
     assert!(!folder.path().join("kick.npz").exists());
-    // The defaults ask for nothing.
+    // The defaults change nothing.
     succeeds(&paid(folder.path(), &["motion", "retarget", "kick.bvh", "--out", "kick.npz"]));
 }
 
@@ -202,7 +202,7 @@ fn files_that_belong_together_are_written_together_or_not_at_all() {
     fs::create_dir_all(folder.path().join("plots/foot_speed.svg")).expect("in the way");
     let error = refuses(&paid(folder.path(), &["motion", "plot", "--out", "plots"]));
     assert!(error.contains("plots/foot_speed.svg"), "{error}");
-    assert_eq!(files("plots"), 1, "no picture without the others");
+    assert_eq!(files("plots"), 1, "no image without the others");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The commands in README, CONTRIBUTING, the book and the policies' pages work.
 //!
 //! A block marked `sh` is run in a temporary folder, a page after another, with options that make long commands short. A
-//! block marked `sh norun` is not run; its subcommands and options must exist. CONTRIBUTING.md tells writers so.
+//! block marked `sh norun` is not run; its subcommands and options must exist. CONTRIBUTING.md says so.
 
 use std::collections::HashMap;
 use std::fs;

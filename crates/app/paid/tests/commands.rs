@@ -227,7 +227,7 @@ fn a_training_keeps_the_measured_contacts_in_its_policy_file() {
     let folder = tempfile::tempdir().expect("folder");
     let few = ["--iterations", "1", "--quiet", "--set", "run.envs=32", "--set", "run.shards=2"];
     succeeds(&paid(folder.path(), &[&["train", "stage2", "--out", "fresh"][..], &few].concat()));
-    // The demo's actor beside a critic: it kicks already, and one iteration does not change that.
+    // The demo's actor next to a critic: it kicks already, and one iteration does not change that.
     let demo = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../policies/demo/policy.onnx");
     let demo = paid_train::TrainedPolicy::load(demo.as_ref()).expect("the demo").policy;
     let fresh = Checkpoint::load(&folder.path().join("fresh/model_1.safetensors")).expect("a checkpoint");

@@ -124,7 +124,7 @@ fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
     let error = refuses(&paid(path, &line("here", "Two stages")));
     assert!(error.contains("preset.toml: expected the preset of the run"), "{error}");
     copy("preset.toml");
-    // The next stage goes on with the critic, which the policy file does not hold.
+    // The next stage continues with the critic, which the policy file does not hold.
     let error = refuses(&paid(path, &line("here", "Two stages")));
     assert!(error.contains("stage1/policy.onnx: a policy file holds no critic"), "{error}");
     let runs = fs::read_dir(&from).expect("a run").flatten().map(|entry| entry.file_name());
@@ -143,7 +143,7 @@ fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
         assert!(before == after, "{name}: the carried stage is left as it is");
     }
 
-    // Killed before its first checkpoint the second stage begins anew.
+    // Killed before its first checkpoint, the second stage starts from scratch.
     let entry = path.join("here/two-stages/seed-1");
     fs::remove_file(entry.join("scores.json")).expect("removed");
     for file in fs::read_dir(entry.join("stage2")).expect("a run").flatten() {
@@ -185,7 +185,7 @@ fn a_plan_that_does_not_fit_is_refused_before_anything_is_trained() {
     assert!(error.contains("absent"), "{error}");
 }
 
-/// One policy for all clips beside a policy for each of two.
+/// One policy for all clips, and a policy for each of two.
 const TRACKERS: &str = r#"
     title = "followers"
     samples = 3072
@@ -283,5 +283,5 @@ fn a_killed_comparison_goes_on_and_repeats_no_finished_part() {
     let table = succeeds(&paid(path, &line));
     assert!(table.contains("Without clips") && table.contains("AMP"), "{table}");
     assert_eq!(changed(), then, "what was finished is left alone");
-    assert_eq!(iterations(), 20, "the second policy goes on: each iteration is logged once");
+    assert_eq!(iterations(), 20, "the second policy continues: each iteration is logged once");
 }

@@ -62,8 +62,8 @@ fn shooting_writes_every_trial_and_every_figure() {
         let csv = fs::read_to_string(file("trials.csv")).expect("the trials");
         assert_eq!(csv.lines().count(), 64);
         for name in ["success", "accuracy", "paths"] {
-            let png = fs::read(file(&format!("{name}.png"))).expect("a picture");
-            let svg = fs::read_to_string(file(&format!("{name}.svg"))).expect("a vector picture");
+            let png = fs::read(file(&format!("{name}.png"))).expect("an image");
+            let svg = fs::read_to_string(file(&format!("{name}.svg"))).expect("a vector image");
             assert!(
                 png.starts_with(b"\x89PNG") && svg.starts_with("<svg") && svg.ends_with("</svg>\n"),
                 "{name}"
@@ -71,7 +71,7 @@ fn shooting_writes_every_trial_and_every_figure() {
         }
         assert!(file("shooting.json").is_file());
     }
-    // The paper's four panels are one picture: two maps of 63 cells a ball.
+    // The paper's four panels are one image: two maps of 63 cells per ball.
     let panels = fs::read_to_string(written("builtin_summary_panels.svg")).expect("the panels");
     for title in
         ["success [%], static", "success [%], rolling", "accuracy x 100, static", "accuracy x 100, rolling"]
@@ -84,7 +84,7 @@ fn shooting_writes_every_trial_and_every_figure() {
     for section in ["builtin_static", "builtin_rolling", "builtin_summary"] {
         assert!(page.contains(&format!(">{section}<")), "{section}");
     }
-    assert_eq!(page.matches("<svg").count(), 11, "three pictures and two charts a ball, and the panels");
+    assert_eq!(page.matches("<svg").count(), 11, "three images and two charts per ball, and the panels");
     assert_eq!(page.matches("<tr class=").count(), 2 * 63, "a row a shot");
     assert!(page.contains("To repeat it:</p><pre>paid eval shooting"), "the command");
     assert!(!page.contains("src=\"http") && !page.contains("http-equiv"), "the report needs no network");
@@ -246,7 +246,7 @@ fn the_programs_own_policy_still_scores_with_the_built_in_kicks() {
     let folder = tempfile::tempdir().expect("folder");
     let args = ["demo", "--trials", "1", "--record", "0", "--json"];
     let report = json(&succeeds(&paid(folder.path(), &args)));
-    // Measured: 97% (252 trials). Whoever changes engine, task or generator so that it does not hold trains it anew.
+    // Measured: 97% (252 trials). If a change of engine, task or generator breaks this, the policy must be trained again.
     let success = report["total"]["success"]["share"].as_f64().expect("a share");
     assert!(success > 0.9, "{success}");
     assert!(folder.path().join("demo/policy.onnx").is_file());

@@ -53,7 +53,7 @@ fn a_training_that_is_watched_is_the_same() {
         write!(stream, "GET {request}\r\nHost: {address}\r\n").expect("sent");
         stream
     };
-    // A page that looks on until the end.
+    // A page that watches until the end.
     let mut viewer = ask("/ws HTTP/1.1");
     let upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n";
     viewer.write_all(upgrade.as_bytes()).expect("sent");
@@ -99,7 +99,11 @@ fn a_page_that_cannot_be_served_is_said_and_does_not_stop_the_training() {
     let output = paid(folder.path(), &[&run[..], &["run", "--live", "--port", &port]].concat());
     assert_eq!(succeeds(&output).lines().count(), 1);
     let errors = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(errors.matches("--live: the page ends, the training goes on").count(), 1, "{errors}");
+    assert_eq!(
+        errors.matches("--live: the page cannot be served, training continues").count(),
+        1,
+        "{errors}"
+    );
 }
 
 #[test]
@@ -118,7 +122,7 @@ fn a_match_of_the_virtual_robot_can_be_watched_and_stopped() {
     let address = line.split(['/', ' ']).nth(2).expect("http://IP:PORT/").to_owned();
     let stream = TcpStream::connect(&address).expect("the page is served");
     let (mut page, _) = tungstenite::client(format!("ws://{address}/ws"), stream).expect("a page");
-    // Time passes while the page looks on. In the first kick it stops the robot.
+    // Time passes while the page is open. In the first kick it stops the robot.
     let (mut seen, mut asked) = (0, false);
     while let Ok(message) = page.read() {
         let Message::Binary(bytes) = message else { continue };

@@ -16,14 +16,14 @@ fn an_episode_of_a_policy_becomes_pictures_with_ghost_and_forces() {
     let folder = folder();
     let text = succeeds(&play(folder.path(), &["--ball", "0.8,-0.1", "--record", "shot.gif"]));
     assert!(
-        text.contains("6 pictures of") && text.contains("0.50 s") && text.contains("episode over"),
+        text.contains("6 images of") && text.contains("0.50 s") && text.contains("episode over"),
         "{text}"
     );
     assert!(fs::read(folder.path().join("shot.gif")).expect("written").starts_with(b"GIF89a"));
     let last = |more: &[&str], out: &str| {
         let clip = [more, &["--clip", "swing_right", "--record", out]].concat();
         assert!(succeeds(&play(folder.path(), &clip)).contains("on swing_right in"), "{more:?}");
-        fs::read(folder.path().join(out).join("frame_0005.png")).expect("a picture")
+        fs::read(folder.path().join(out).join("frame_0005.png")).expect("an image")
     };
     let (all, bare) = (last(&[], "all"), last(&["--no-ghost", "--no-forces"], "bare"));
     let (forces, ghost) = (last(&["--no-ghost"], "forces"), last(&["--no-forces"], "ghost"));
@@ -33,7 +33,7 @@ fn an_episode_of_a_policy_becomes_pictures_with_ghost_and_forces() {
         all != bare && (forces == bare) == (all == ghost),
         "forces are drawn with and without the reference"
     );
-    assert_eq!(bare, last(&["--no-ghost", "--no-forces"], "again"), "an episode is played again alike");
+    assert_eq!(bare, last(&["--no-ghost", "--no-forces"], "again"), "an episode repeats exactly");
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn what_does_not_go_together_is_refused() {
     assert!(!folder.path().join("a.gif").exists());
 }
 
-/// Ctrl-C while the pictures are drawn.
+/// Ctrl-C while the images are drawn.
 #[cfg(unix)]
 #[test]
 fn a_recording_that_is_stopped_leaves_nothing_behind() {
@@ -101,7 +101,7 @@ fn a_recording_that_is_stopped_leaves_nothing_behind() {
 
     let folder = tempfile::tempdir().expect("folder");
     crate::common::write_motions(folder.path());
-    // The largest pictures at the highest rate: they take long enough.
+    // The largest images at the highest rate: they take long enough.
     let args = ["play", "motions", "--record", "a.gif", "--size", "2000x2000", "--pictures", "50"];
     let mut command = Command::new(env!("CARGO_BIN_EXE_paid"));
     let mut child = command
@@ -200,7 +200,7 @@ mod rerun_file {
         assert!(!rows.keys().any(|k| k.contains("reference") || k.contains("rewards") || k.contains("ball")));
         let error = refuses(&paid(folder.path(), &["play", "--rerun", "kick.gif"]));
         assert!(error.contains("expected FILE.rrd, live or") && error.contains("kick.gif"), "{error}");
-        // Port 1 is nobody's.
+        // No program listens on port 1.
         let error =
             refuses(&paid(folder.path(), &["play", "motions", "--rerun", "rerun+http://127.0.0.1:1/proxy"]));
         assert!(error.contains("expected a viewer that listens") && error.contains(":1/proxy"), "{error}");

@@ -69,7 +69,7 @@ fn bad_requests_end_in_one_error() {
     assert!(error.contains("bare.csv:1:3: expected 36 numbers"), "{error}");
     let error = refuses(&paid(folder.path(), &["motion", "convert", "bare.csv", "--out", "a.bvh"]));
     assert!(error.contains("bare.csv"), "{error}");
-    // What would change nothing, or leave a file that nobody reads.
+    // What would change nothing, or leave a file that is not read.
     let error = refuses(&paid(folder.path(), &["motion", "check", "--fps", "30"]));
     assert!(error.contains("PATH"), "{error}");
     succeeds(&paid(folder.path(), &["motion", "generate", "--out", "one", "--ball", "0.9,-0.2"]));
@@ -114,7 +114,7 @@ fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     assert_eq!((report["frames"].as_u64(), report["time_scale"].as_f64()), (Some(216), Some(2.0)));
     for (input, out) in [("kick.bvh", "both.gif"), ("slow.csv", "slow.png"), ("kick.npz", "frames")] {
         let args = ["play", input, "--record", out, "--size", "96x64", "--pictures", "4"];
-        assert!(succeeds(&paid(folder.path(), &args)).contains("pictures of"), "{input}");
+        assert!(succeeds(&paid(folder.path(), &args)).contains("images of"), "{input}");
     }
     assert!(folder.path().join("frames/frame_0008.png").is_file());
     assert!(fs::read(folder.path().join("both.gif")).expect("written").starts_with(b"GIF89a"));
@@ -126,7 +126,7 @@ fn a_human_kick_becomes_a_clip_and_a_moving_picture() {
     assert!(text.contains("again.bvh: 108 frames at 50 Hz, 20 bones"), "{text}");
     let text = succeeds(&paid(folder.path(), &["motion", "retarget", "again.bvh", "--out", "again.npz"]));
     assert!(text.contains("108 frames at 50 Hz from LAFAN1 bones, right foot"), "{text}");
-    // And as AMC, with its skeleton beside it.
+    // And as AMC, with its skeleton next to it.
     let text = succeeds(&paid(folder.path(), &["motion", "convert", "again.bvh", "--out", "third.amc"]));
     assert!(text.contains("third.amc: 108 frames at 50 Hz, 20 bones"), "{text}");
     let args = ["motion", "retarget", "third.amc", "--fps", "50", "--out", "third.npz"];

@@ -72,7 +72,7 @@ fn two_processes_train_what_one_trains() {
     for name in ["model_2.safetensors", "policy.onnx"] {
         assert!(folder.path().join("two").join(name).is_file(), "{name}");
     }
-    // One process goes on where two have stopped.
+    // One process continues where two have stopped.
     let resume = [
         "train",
         "stage1",
@@ -124,7 +124,7 @@ fn two_processes_share_the_entries_of_a_plan_out() {
         return;
     };
     let table = succeeds(&output);
-    // Each was judged by one of them, and one process takes what they left as its own.
+    // Each was scored by one of them, and one process continues with what they left.
     let said = String::from_utf8_lossy(&output.stderr);
     for name in ["1 of 2: Without clips, seed 1, Truth", "2 of 2: What there is, Truth"] {
         assert_eq!(said.matches(name).count(), 1, "{said}");

@@ -1,4 +1,4 @@
-//! `paid perceive`: detectors are judged, wrong input is refused.
+//! `paid perceive`: detectors are evaluated, wrong input is refused.
 
 use std::fs;
 
@@ -21,7 +21,7 @@ fn the_own_detector_is_judged_and_the_worst_pictures_are_shown() {
         ["perceive", "detect", "--held-out", "2", "--confidence", "0.999999", "--json", "--out", "none"];
     let report: Value = serde_json::from_str(&succeeds(&paid(folder.path(), &unsure))).expect("JSON");
     assert_eq!(report["rows"][0]["found"], 0);
-    let sheet = fs::read(folder.path().join("none/worst.png")).expect("the worst pictures");
+    let sheet = fs::read(folder.path().join("none/worst.png")).expect("the worst images");
     assert!(sheet.starts_with(b"\x89PNG") && sheet.len() > 10_000, "{} bytes", sheet.len());
 }
 

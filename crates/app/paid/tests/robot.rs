@@ -17,7 +17,7 @@ use paid_runtime::{DdsLink, Packet, Player, PlayerSpec, Side};
 use paid_twin::{Order, ServeOptions, VirtualG1, Watcher, serve};
 use paid_world::{Message, Recorded, Recording};
 
-/// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
+/// Programs on a loopback without multicast connect after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn policy() -> PathBuf {
@@ -39,7 +39,7 @@ impl Drop for Ended {
     }
 }
 
-/// What the killer knows and tells.
+/// What the killer knows and reports.
 #[derive(Default)]
 struct Told {
     /// The robot's joints are held by a command.
@@ -80,7 +80,7 @@ impl Watcher for Killer<'_> {
             told.held.set(true);
             self.held_us += 2_000;
             if self.held_us >= 200_000 {
-                // SIGKILL on Unix: nobody can say anything more.
+                // SIGKILL on Unix: the program can send nothing more.
                 self.runtime.0.kill().expect("kill");
                 self.runtime.0.wait().expect("it is dead");
                 told.killed.set(Some(Instant::now()));

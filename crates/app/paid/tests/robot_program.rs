@@ -15,7 +15,7 @@ use paid_runtime::{DdsLink, Player, PlayerSpec, Side};
 use paid_twin::{Order, ServeOptions, VirtualG1, serve};
 use serde_json::Value;
 
-/// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
+/// Programs on a loopback without multicast connect after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn policy() -> PathBuf {
@@ -55,7 +55,7 @@ fn begin(folder: &Path, domain: u16, more: &[&str]) -> (Ended, Receiver<String>)
         .expect("the program starts");
     let lines = BufReader::new(program.stdout.take().expect("output")).lines().map_while(Result::ok);
     let (to, from) = channel();
-    // Ends, and closes the program's output, when nobody wants more lines.
+    // Ends, and closes the program's output, when no more lines are needed.
     std::thread::spawn(move || lines.map_while(|line| to.send(line).ok()).for_each(drop));
     (Ended(program), from)
 }
@@ -65,7 +65,7 @@ fn begin(folder: &Path, domain: u16, more: &[&str]) -> (Ended, Receiver<String>)
 enum Ends {
     /// By these signals, one right after the other.
     Signals(&'static [&'static str]),
-    /// Whoever reads its output goes away.
+    /// The reader of its output goes away.
     Reader,
 }
 
@@ -156,7 +156,7 @@ fn a_signal_damps_a_robot_that_stands_up_and_the_program_says_how_it_went() {
     assert!(course.lines.iter().any(|line| line["status"]["state"].is_string()));
     let end = end(&course);
     assert!(end["died"].is_null() && end["commands_late"]["periods"].as_u64() > Some(100), "{end}");
-    assert!(end["bare_timer_late"]["periods"].as_u64() > Some(100), "the timer runs beside: {end}");
+    assert!(end["bare_timer_late"]["periods"].as_u64() > Some(100), "the timer runs too: {end}");
     assert!(end["usage"]["cpu_s"].as_f64() > Some(0.0) && end["usage"]["peak_rss_mib"].as_f64() > Some(1.0));
 }
 
@@ -237,7 +237,7 @@ fn exit_codes_tell_what_was_found() {
     assert!(refuses(&paid(here, &other)).contains("other.mcap"));
 }
 
-/// `paid robot run` with the motion switcher, which nobody plays on this domain: it would be asked for 20 s.
+/// `paid robot run` with the motion switcher, which no program plays on this domain: the request would be repeated for 20 s.
 fn run_args<'a>(domain: &'a str, policy: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     let run = ["robot", "run", "--domain", domain, "--interface", "127.0.0.1", "--policy", policy];
     [&run[..], more].concat()
@@ -286,7 +286,7 @@ fn bad_input_is_refused_before_anybody_is_asked_to_release_the_robot() {
         let error = refuses(&paid(here, &check));
         assert!(error.contains("--seconds: expected 0 to 1000000, found "), "{error}");
     }
-    // An interface of somebody else: no log stays behind.
+    // An interface of another machine: no log stays behind.
     let elsewhere = ["robot", "run", "--domain", &domain, "--interface", "192.0.2.1", "--policy", policy];
     let error = refuses(&paid(here, &[&elsewhere[..], &["--log", "new.mcap"]].concat()));
     assert!(

@@ -74,7 +74,7 @@ fn a_sliding_start_is_an_experiment_of_its_own() {
     assert_eq!(names(&folder.path().join("film")), ["drop.csv", "roll.csv", "slide.csv"]);
     let args = [
         &["sysid", "--drop", "film/drop.csv", "--roll", "film/roll.csv", "--slide", "film/slide.csv"][..],
-        // From the truth on: this is about the files, not about the search.
+        // Starting from the true values: this is about the files, not about the search.
         &["--initial", "0.77,0.07,0.75,0.01,4.28", "--scale", "0.02", "--restarts", "1", "--json"],
         &["--starts", "refined"],
     ]

@@ -1,4 +1,4 @@
-//! `paid perceive train`: two steps, and the file is a detector. How well it finds is judged with the committed network.
+//! `paid perceive train`: two steps, and the file is a detector. The committed network's detection rate is tested elsewhere.
 
 use crate::common::{paid, refuses, succeeds};
 use serde_json::Value;

@@ -26,7 +26,7 @@ macro_rules! eprintln {
 
 static PANICS: AtomicBool = AtomicBool::new(false);
 
-/// From now on a failure is a panic: the run that catches it damps the robot before the program ends.
+/// Makes a failure a panic: the run that catches it damps the robot before the program ends.
 pub fn panic_where_it_fails() {
     PANICS.store(true, Ordering::Relaxed);
 }

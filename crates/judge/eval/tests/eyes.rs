@@ -1,5 +1,5 @@
-//! Shots with the robot's own eyes from end to end, as `paid eval shooting --eyes` plays them: the committed demo policy on its own kicks in
-//! MuJoCo, rendered pictures, the own network, LiDAR odometry. No recorded motion is needed.
+//! Shots with onboard perception from end to end, as `paid eval shooting --eyes` plays them: the committed demo policy on its own kicks in
+//! MuJoCo, rendered images, the built-in network, LiDAR odometry. No recorded motion is needed.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use paid_mujoco::Library;
 
 /// How far from its place a ball may be believed when the motion is chosen `[m]`; 0.9 cm is the mean of 43 balls in view.
 const START_ERROR_M: f64 = 0.04;
-/// What odometry may have drifted since the last picture `[m]`; the mean is 1.1 cm.
+/// What odometry may have drifted since the last image `[m]`; the mean is 1.1 cm.
 const ODOMETRY_ERROR_M: f64 = 0.05;
 
 /// The demo in MuJoCo, or `None` (the test is skipped) without it.
@@ -24,7 +24,7 @@ fn demo(test: &str, threads: usize) -> Option<Subject> {
     Some(Subject::load(&spec).expect("the demo"))
 }
 
-/// Balls at rest 1 m and 1.5 m ahead of a robot that is not displaced: in the picture while it waits.
+/// Balls at rest 1 m and 1.5 m ahead of a robot that is not displaced: in the image while it waits.
 fn shots() -> ShootingOptions {
     ShootingOptions {
         grid: Grid { x: [1.0, 1.5], y: [0.0, 0.0], step: 0.5 },
@@ -78,7 +78,8 @@ fn balls_in_view_are_seen_believed_and_kicked_into_the_goal_and_the_seed_repeats
         assert!(written.is_ok_and(|file| file.len() > 100), "{name}");
     }
     let finds: usize = report.seen.iter().map(|seen| seen.sightings.len()).sum();
-    let csv = std::fs::read_to_string(folder.path().join("eyes_static_sightings.csv")).expect("the finds");
+    let csv =
+        std::fs::read_to_string(folder.path().join("eyes_static_sightings.csv")).expect("the detections");
     assert_eq!(csv.lines().count(), 1 + finds);
 
     // The same seed on one thread: the same, to the last bit.
@@ -92,13 +93,13 @@ fn balls_in_view_are_seen_believed_and_kicked_into_the_goal_and_the_seed_repeats
 fn a_robot_that_finds_nothing_does_not_kick_and_the_cause_is_not_seen() {
     let test = "a_robot_that_finds_nothing_does_not_kick_and_the_cause_is_not_seen";
     let Some(subject) = demo(test, 2) else { return };
-    // No find is so sure: as if the camera was covered.
+    // No detection has such a score: as if the camera was covered.
     let eyes = EyesOptions { confidence: Some(1.0), points_per_s: 20_000.0, ..EyesOptions::default() };
     let (report, kick) = eyes::evaluate(&subject.setup, &*subject.maker, &shots(), &eyes).expect("plays");
     assert!(kick.is_none());
     assert_eq!((report.in_view.success.count, report.in_view.causes), (0, [2, 0, 0, 0]));
     for (seen, shot) in report.seen.iter().zip(&report.shooting.trials) {
         assert_eq!((seen.cause, seen.start_error_m, seen.found), (Some(Cause::NotSeen), None, 0), "{seen:?}");
-        assert!(seen.with_ball > 10 && !shot.goal, "the ball was in the pictures: {seen:?}");
+        assert!(seen.with_ball > 10 && !shot.goal, "the ball was in the images: {seen:?}");
     }
 }

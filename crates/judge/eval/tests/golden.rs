@@ -1,7 +1,7 @@
-//! Small evaluations whose figures are known: the demo policy's goals, and an open-loop kick at balls beside the foot in both
+//! Small evaluations whose figures are known: the demo policy's goals, and an open-loop kick at balls next to the foot in both
 //! engines.
 //!
-//! `PAID_GOLDEN=write cargo test -p paid-eval --test all golden::` writes the figures anew; look at the difference before keeping it.
+//! `PAID_GOLDEN=write cargo test -p paid-eval --test all golden::` writes the figures again; look at the difference before keeping it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -82,7 +82,7 @@ fn check(name: &str, found: &Figures) {
     }
 }
 
-/// What came of 60 shots of the demo policy at the effective workspace.
+/// The outcomes of 60 shots of the demo policy at the effective workspace.
 #[derive(Debug, PartialEq, Eq)]
 struct Counts {
     goals: usize,
@@ -140,7 +140,7 @@ fn mujoco_gives_the_known_figures() {
 #[test]
 fn a_stopped_evaluation_reports_the_trials_that_ended() {
     let setup = setup("paper_stage2");
-    // Told to stop in the second batch of trials, a long way before its end.
+    // Stopped in the second batch of trials, long before its end.
     let stopper = Arc::new(std::sync::atomic::AtomicUsize::new(0));
     let maker = || {
         let batch = stopper.fetch_add(1, std::sync::atomic::Ordering::SeqCst);

@@ -25,7 +25,7 @@ fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() 
     };
     let (one, three) = (run(1, 1), run(3, 2));
     assert_eq!(three.matches.len(), 3);
-    assert_eq!(one.matches[0], three.matches[0], "a match does not depend on those beside it");
+    assert_eq!(one.matches[0], three.matches[0], "a match does not depend on the others");
     for m in &three.matches {
         assert!(m.kicks.len() == 2 || m.fell, "{m:?}");
         for kick in &m.kicks {
@@ -42,7 +42,7 @@ fn a_match_goes_on_where_the_robot_stands_and_repeats_whatever_runs_beside_it() 
     assert!(three.total.drift_m.expect("kicks on both feet") < 1.0, "{:?}", three.total);
 }
 
-/// Counts how often it is told that another kick begins.
+/// Counts how often another kick is announced.
 struct Counting {
     plain: Box<dyn Driver>,
     kicks: Arc<AtomicUsize>,

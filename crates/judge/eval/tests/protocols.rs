@@ -230,5 +230,5 @@ fn a_film_shows_the_robot() {
     let without = paid_plot::frame(&setup.robot, &empty, Some(0.11), 1.0, [160, 120]);
     let differ = (0..120).flat_map(|y| (0..160).map(move |x| (x, y)));
     let differ = differ.filter(|&(x, y)| image.get(x, y) != without.get(x, y)).count();
-    assert!(differ > 300, "the robot covers part of the picture: {differ} pixels");
+    assert!(differ > 300, "the robot covers part of the image: {differ} pixels");
 }

@@ -1,4 +1,4 @@
-//! What MuJoCo's contact makes of a converted one.
+//! How a converted contact behaves in MuJoCo.
 
 use paid_mujoco::contact::{damping_ratio, least_time_constant};
 use paid_mujoco::{BallOptions, Library, MujocoSim, SceneOptions};

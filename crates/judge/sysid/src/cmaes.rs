@@ -89,7 +89,7 @@ impl<const N: usize> CmaEs<N> {
         }
     }
 
-    /// Generations told so far.
+    /// Generations so far.
     pub fn generation(&self) -> usize {
         self.generation
     }

@@ -1,4 +1,4 @@
-//! Whether films can be what they claim to be, and whether a fit meets them: a free fall tells the clock and the unit.
+//! Whether films are plausible, and whether a fit matches them: a free fall shows the clock and the unit.
 
 use std::path::Path;
 
@@ -8,20 +8,20 @@ use crate::identify::{Identification, Overlay};
 use crate::options::Options;
 use crate::trial::{rolling_start, trials};
 
-/// A clock may be wrong by this share: 50 for 60 frames per second is told, the air's drag on a ball is not.
+/// A clock may be wrong by this share: 50 instead of 60 frames per second is reported, the air's drag on a ball is not.
 const CLOCK: f64 = 0.15;
 /// ... and by this many standard errors.
 const SURE: f64 = 4.0;
 /// The part of a fall that is looked at: neither frames in which the ball is still held nor those around the impact.
 const PART: [f64; 2] = [0.15, 0.8];
-/// Noise of a camera where too few rows tell it, and the least that is believed [m].
+/// Noise of a camera if too few rows show it, and the least that is assumed [m].
 const NOISE_M: f64 = 0.005;
 const LEAST_NOISE_M: f64 = 0.001;
 /// Fewest compared rows of a run: as many as there are parameters.
 const MIN_COMPARED: usize = 5;
 /// Speeds of a rolling ball at its first row [m/s].
 const SPEEDS: [f64; 2] = [0.05, 50.0];
-/// A drop is met to so many times the noise, or to this share of what the ball moved; a roll to the share.
+/// A drop must match within this many times the noise, or within this share of the ball's motion; a roll within the share.
 const NOISES: f64 = 10.0;
 const SHARES: [f64; 2] = [0.025, 0.05];
 /// Errors below this are no reason to refuse a fit [m].

@@ -1,4 +1,4 @@
-//! What a plan asks for, and what it may not ask for.
+//! What a plan may contain, and what it may not.
 
 use std::fs;
 use std::path::Path;

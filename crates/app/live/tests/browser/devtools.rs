@@ -108,7 +108,7 @@ impl Browser {
             Some("Log.entryAdded") => params["entry"]["level"] == "error",
             _ => false,
         };
-        // The software renderer's own remarks on reading back a picture are not the page's.
+        // The software renderer's own remarks on reading back an image are not the page's.
         if bad && !params.to_string().contains("GPU stall due to ReadPixels") {
             self.errors.push(params.to_string());
         }
@@ -133,7 +133,7 @@ impl Browser {
 
     pub fn screenshot(&mut self) -> Vec<u8> {
         let result = self.call("Page.captureScreenshot", json!({ "format": "png" }));
-        BASE64_STANDARD.decode(result["data"].as_str().expect("a picture")).expect("base64")
+        BASE64_STANDARD.decode(result["data"].as_str().expect("an image")).expect("base64")
     }
 
     fn mouse(&mut self, kind: &str, [x, y]: [f64; 2], buttons: u32) {
@@ -163,7 +163,7 @@ impl Browser {
         }
     }
 
-    /// Waits until three pictures have been drawn.
+    /// Waits until three frames have been drawn.
     pub fn settle(&mut self) {
         self.eval("new Promise(d => { let n = 0; (function next() { n++ > 2 ? d(0) : requestAnimationFrame(next); })(); })");
     }

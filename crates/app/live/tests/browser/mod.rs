@@ -1,6 +1,6 @@
 //! The page in a real browser: headless Chromium, driven over its DevTools protocol.
 //!
-//! `PAID_CHROMIUM` names the program; without it the test is skipped, for it takes minutes where a software renderer draws two pictures a
+//! `PAID_CHROMIUM` names the program; without it the test is skipped, for it takes minutes where a software renderer draws two frames a
 //! second. `PAID_LIVE_SHOTS` names a folder for the screenshots.
 
 mod devtools;
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use crate::common::{played, subject};
 use devtools::Browser;
 
-/// How long the page may take for anything. A software renderer on a busy machine draws a few pictures a second.
+/// How long the page may take for anything. A software renderer on a busy machine draws a few frames a second.
 const LONGEST: Duration = Duration::from_secs(150);
 
 fn wait(browser: &mut Browser, what: &str, condition: &str) {
@@ -31,7 +31,7 @@ fn pixel(browser: &mut Browser, point: &str) -> [f64; 2] {
 
 fn screenshot(browser: &mut Browser, name: &str) {
     let png = browser.screenshot();
-    assert!(png.len() > 20_000, "{name}: {} bytes are an empty picture", png.len());
+    assert!(png.len() > 20_000, "{name}: {} bytes are an empty image", png.len());
     if let Some(folder) = std::env::var_os("PAID_LIVE_SHOTS") {
         let folder = PathBuf::from(folder);
         std::fs::create_dir_all(&folder).expect("a folder");
@@ -54,13 +54,13 @@ fn a_visitor_plays_in_a_browser() {
         let begun = Instant::now();
         browser.open(&format!("http://{address}/"));
         wait(&mut browser, "the scene comes", "typeof paid == 'object' && paid.state.moment != null");
-        println!("first picture after {:.1} s", begun.elapsed().as_secs_f64());
+        println!("first frame after {:.1} s", begun.elapsed().as_secs_f64());
         plays(&mut browser);
         looks(&mut browser);
         address
     });
 
-    // The program is gone; the page waits, and goes on with the next one.
+    // The program is gone; the page waits, and continues with the next one.
     wait(&mut browser, "the page notices", "!document.getElementById('gone').hidden");
     played(&subject, address.port(), |_| {
         wait(&mut browser, "the page comes back", "document.getElementById('gone').hidden");
@@ -79,10 +79,7 @@ fn plays(browser: &mut Browser) {
         "new Promise(done => { let n = 0; const t = performance.now(); \
          (function next() { n++; performance.now() - t > 2000 ? done(n / 2) : requestAnimationFrame(next); })(); })",
     );
-    println!(
-        "{pictures} pictures a second, {}",
-        browser.eval("document.getElementById('status').textContent")
-    );
+    println!("{pictures} frames a second, {}", browser.eval("document.getElementById('status').textContent"));
 
     // Drag the ball to (1.2, 0.2) before the robot.
     let from = pixel(browser, "paid.state.moment.ball.pos");
@@ -100,7 +97,7 @@ fn plays(browser: &mut Browser) {
     screenshot(browser, "drag");
     browser.release(to);
     wait(browser, "the robot kicks", "paid.course.newest.kicking || paid.panel.shots >= 1");
-    wait(browser, "the shot is judged", "paid.panel.shots >= 1");
+    wait(browser, "the shot is over", "paid.panel.shots >= 1");
     screenshot(browser, "shot");
     assert_eq!(browser.eval("document.querySelectorAll('#list li').length"), "1");
 
@@ -111,11 +108,11 @@ fn plays(browser: &mut Browser) {
     screenshot(browser, "replay");
     browser.eval("paid.state.stopReplay()");
 
-    // Flick it away: it rolls, and nobody runs after it.
+    // Flick it away: it rolls, and the robot does not follow it.
     browser.eval("paid.link.send(paid.command.drop([-3, -2], [0, -1.5])); 0");
     wait(browser, "it rolls", "paid.course.newest.ball.pos[1] < -2.3 && !paid.course.newest.kicking");
 
-    // Time stands still: push the robot with an arrow, look, go on by one step.
+    // Time stands still: push the robot with an arrow, look, advance by one step.
     browser.key(" ", "Space");
     wait(browser, "it stands still", "paid.course.newest.paused");
     browser.settle();
@@ -133,7 +130,7 @@ fn plays(browser: &mut Browser) {
     browser.key(".", "Period");
     wait(browser, "one step", &format!("paid.course.newest.step == {}", step + 1));
     browser.key(" ", "Space");
-    wait(browser, "it goes on", &format!("paid.course.newest.step > {}", step + 5));
+    wait(browser, "it continues", &format!("paid.course.newest.step > {}", step + 5));
 
     // MuJoCo, or a word why not.
     browser.eval("paid.panel.notice = -1; paid.link.send(paid.command.engine(1)); 0");
@@ -169,7 +166,7 @@ fn looks(browser: &mut Browser) {
     screenshot(browser, "phone");
     browser.size(1280, 800, false);
     let shots: u32 = browser.eval("paid.panel.shots").parse().expect("a number");
-    // The page that is left is marked: a busy browser goes on with it for a while.
+    // The page that is left is marked: a busy browser continues with it for a while.
     browser.eval("paid.left = true; location.reload(); 0");
     wait(
         browser,

@@ -107,7 +107,7 @@ impl Page {
         self.frame(|f| f.step > last.step)
     }
 
-    /// So many control steps.
+    /// This many control steps.
     pub fn steps(&mut self, last: &Frame, count: usize) -> Frame {
         (0..count).fold(last.clone(), |frame, _| self.step(&frame))
     }
@@ -129,7 +129,7 @@ pub fn address(url: &str) -> SocketAddr {
     url.trim_start_matches("http://").trim_end_matches('/').parse().expect("IP:PORT")
 }
 
-/// Plays while `visit` looks on; what came of it.
+/// Plays while `visit` watches; returns the result.
 pub fn played<T>(subject: &Subject, port: u16, visit: impl FnOnce(SocketAddr) -> T) -> (T, Summary) {
     let stop = AtomicBool::new(false);
     let (say, hear) = channel();
@@ -144,7 +144,7 @@ pub fn played<T>(subject: &Subject, port: u16, visit: impl FnOnce(SocketAddr) ->
         let stop_at_end = StopAtEnd(&stop);
         let seen = visit(hear.recv().expect("the scene begins"));
         drop(stop_at_end);
-        (seen, playing.join().expect("no panic").expect("the scene goes on"))
+        (seen, playing.join().expect("no panic").expect("the scene continues"))
     })
 }
 

@@ -47,7 +47,7 @@ pub fn refuses(output: &Output) -> String {
     error
 }
 
-/// A robot that stands in its default pose and swings a leg: two seconds, made here, free of anybody's motions.
+/// A robot that stands in its default pose and swings a leg: two seconds, made here, without recorded motions.
 pub fn swing(kick_leg: KickLeg) -> Clip {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
     let default_pos = spec.resolve(&model).expect("the built-in robot").default_pos;

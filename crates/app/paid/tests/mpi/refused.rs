@@ -8,7 +8,7 @@ use paid_motion::KickLeg;
 use crate::common::{swing, write_clip};
 use crate::{PLAN, RUN, mpirun};
 
-/// The error of two ranks that are refused: it is told once, and nothing is written to `out`.
+/// The error of two ranks that are refused: it is printed once, and nothing is written to `out`.
 fn refused(folder: &Path, out: &str, ranks: [&[&str]; 2]) -> Option<String> {
     let output = mpirun(folder, &[&["-n", "1"][..], ranks[0], &[":", "-n", "1"], ranks[1]].concat())?;
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -18,7 +18,7 @@ fn refused(folder: &Path, out: &str, ranks: [&[&str]; 2]) -> Option<String> {
     Some(error)
 }
 
-/// The name of this machine, as MPI tells it.
+/// The name of this machine, as MPI reports it.
 fn host() -> String {
     let output = Command::new("uname").arg("-n").output().expect("a name");
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
@@ -51,7 +51,7 @@ fn a_rank_that_would_train_something_else_is_refused_by_its_number_and_machine()
     assert!(error.contains(&format!("rank 1 on {host}: expected '{set}")) || set == "run.isa", "{error}");
     assert!(error.contains("portable"), "{error}");
 
-    // Another program: the same one with a byte behind its end, where nobody looks.
+    // Another program: the same one with a byte after its end, which is not read.
     let copy = path.join("paid");
     let mut bytes = std::fs::read(program).expect("the program");
     let length = bytes.len();

@@ -1,4 +1,4 @@
-//! A motion of our own and a policy that plays it, for tests that need nobody's data.
+//! A motion of our own and a policy that plays it, for tests without recorded data.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -113,7 +113,7 @@ fn balls_leave_a_bouncing_and_a_stiff_leg_as_in_mujoco() {
     }
 }
 
-/// What the comparison can tell apart: the hard contact is far from MuJoCo's.
+/// What the comparison can distinguish: the hard contact is far from MuJoCo's.
 #[test]
 fn balls_leave_a_hard_leg_otherwise() {
     if paid_testing::mujoco("balls_leave_a_hard_leg_otherwise", Library::get()).is_none() {

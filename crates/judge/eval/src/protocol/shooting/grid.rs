@@ -77,7 +77,7 @@ impl<'a> Placement<'a> {
         robot_distance(&self.setup.robot, poses.map(|(p, q)| (*p, Quat(*q).to_mat())), center) < radius
     }
 
-    /// True if a ball at `ball`, from the robot's anchor (a body's index) along its heading `[m]`, would touch the robot as it stands.
+    /// True if a ball at `ball`, from the robot's anchor (a body's index) along its heading `[m]`, would touch the robot in its present pose.
     pub fn touches(&self, sample: &EnvSample, anchor: usize, ball: [f64; 2]) -> bool {
         let radius = self.setup.preset.ball_params.radius_m;
         let BodySample { pos, rot, .. } = &sample.bodies[anchor];
