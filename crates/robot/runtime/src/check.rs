@@ -71,7 +71,7 @@ pub struct CheckReport {
     pub text: String,
     /// True if a runtime may start by what was seen.
     pub good: bool,
-    /// What nobody has checked, although nothing speaks against it; empty if nothing is open.
+    /// What was not checked, although nothing contradicts it; empty if nothing is open.
     pub unchecked: String,
 }
 
@@ -87,7 +87,7 @@ impl CheckReport {
 }
 
 impl Checker {
-    /// For a simulator without motion switcher: nobody has to say that the vendor's controller is released.
+    /// For a simulator without motion switcher: the vendor's controller need not be reported released.
     pub fn without_switcher() -> Self {
         Self { without_switcher: true, ..Self::default() }
     }
@@ -144,7 +144,7 @@ impl Checker {
     /// Says what was seen.
     pub fn report(&self) -> CheckReport {
         let Some(state) = &self.last else {
-            let text = format!("no state came ({} messages of another length)", self.bad_length);
+            let text = format!("no state came ({} messages of unexpected length)", self.bad_length);
             return CheckReport { text, good: false, unchecked: String::new() };
         };
         let seconds = (self.last_us - self.first_us.unwrap_or(0)) as f64 * 1e-6;
@@ -179,7 +179,7 @@ impl Checker {
         let unasked = if self.limits.check_crc { "" } else { " (not asked for: check_crc = false)" };
         let _ = writeln!(
             text,
-            "checksums     {crc} wrong{unasked}, {} messages of another length",
+            "checksums     {crc} wrong{unasked}, {} messages of unexpected length",
             self.bad_length
         );
         let _ = writeln!(
@@ -194,7 +194,7 @@ impl Checker {
             None => (self.without_switcher, "unknown: the motion switcher has not answered".to_owned()),
         };
         let _ = writeln!(text, "in command    {master}");
-        let _ = writeln!(text, "others        {} commands of somebody else", self.others);
+        let _ = writeln!(text, "others        {} commands of another program", self.others);
         let tilt = f64::from(state.imu.rpy[0]).hypot(f64::from(state.imu.rpy[1]));
         let _ = writeln!(
             text,
@@ -333,7 +333,7 @@ mod tests {
             state.motors[14].q = if k == 50 { 0.25 } else { 0.0 };
             checker.take(2000 * u64::from(k), &Packet::LowState(state.sealed().to_cdr()));
         }
-        assert!(!checker.report().good, "nobody has said that the vendor's controller is released");
+        assert!(!checker.report().good, "the vendor's controller was not reported released");
         checker.take(200_000, &Packet::Master("ai".to_owned()));
         let report = checker.report();
         assert!(

@@ -1,7 +1,7 @@
 //! The robot's own network: DDS by `rustdds`, on one domain and one interface that the caller names.
 //!
 //! The robot's topics have no key. Messages are read and written as bytes of CDR, so that [`crate::wire`] alone knows their fields.
-//! DDS as the robot uses it has no authentication: whoever reaches the network can command the robot.
+//! DDS as the robot uses it has no authentication: anyone who reaches the network can command the robot.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -20,20 +20,20 @@ use crate::raw::{Raw, RawError, participant, sent};
 use crate::switcher::{Line, SWITCHER_TOPICS, SWITCHER_TYPES};
 use crate::wire::{BmsState, Layout, LowCmd, Message};
 
-/// Topics and types of the robot, and the one of this project beside them.
+/// Topics and types of the robot, and this project's own one.
 const LOW_STATE: [&str; 2] = ["rt/lowstate", "unitree_hg::msg::dds_::LowState_"];
 const LOW_CMD: [&str; 2] = ["rt/lowcmd", "unitree_hg::msg::dds_::LowCmd_"];
 /// Low rate: the battery.
 const BATTERY: [&str; 2] = ["rt/lf/bmsstate", "unitree_hg::msg::dds_::BmsState_"];
 const SENSES: [&str; 2] = ["paid/senses", "paid::msg::Senses_"];
-/// Commands on the network that may wait for the thinking thread: some periods of its own ones, and of somebody else's between them.
+/// Commands on the network that may wait for the thinking thread: some periods of its own, with another program's in between.
 const COMMANDS: i32 = 64;
-/// Commands that this process has sent are known again for so many commands.
+/// This many of its own last commands are recognized when they come back.
 const OWN: usize = 256;
-/// So many commands in a row that found the way out full are a link that is broken, not a network that loses one: 50 ms.
+/// This many commands in a row that found the way out full are a link that is broken, not a network that loses one: 50 ms.
 const STUCK: u32 = 25;
 
-/// Who speaks.
+/// Which side this is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// The robot: says states, hears commands.
@@ -173,7 +173,7 @@ impl DdsLink {
         let senses_out = if side == Side::Robot { Some(writer(SENSES, &reliable)?) } else { None };
         let at_runtime = side == Side::Runtime;
         let senses_in = if at_runtime { Some(reader(SENSES, &reliable)?) } else { None };
-        // The newest command alone is the own one, as a rule: somebody else's would hide behind it.
+        // As a rule the newest command is its own: another program's would hide behind it.
         let commands = if at_runtime { Some(reader(LOW_CMD, &best_effort(COMMANDS))?) } else { None };
         // A reliable writer serves readers of either kind.
         let states = if at_runtime { None } else { Some(writer(LOW_STATE, &reliable)?) };

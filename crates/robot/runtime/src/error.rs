@@ -35,7 +35,7 @@ pub enum DeployError {
         message: String,
     },
     /// The operator wished to end before the start.
-    #[error("stopped before the start: nobody has said so far that the vendor's controller is released")]
+    #[error("stopped before the start: the vendor's controller was not yet reported released")]
     Stopped,
     /// The robot or the network says no.
     #[error("refused to start: {0}")]

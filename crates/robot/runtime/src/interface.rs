@@ -6,7 +6,7 @@ use std::ptr::null_mut;
 
 use crate::link::LinkError;
 
-/// Refuses an interface that this machine does not have: the DDS library would join nothing, and say so to nobody.
+/// Refuses an interface that this machine does not have: the DDS library would join nothing, without an error.
 ///
 /// # Errors
 /// If no interface has this address.
@@ -38,7 +38,7 @@ fn addresses() -> io::Result<Vec<IpAddr>> {
         }
         next = entry.ifa_next;
     }
-    // SAFETY: the list that the system has made, which nobody reads any more.
+    // SAFETY: the list that the system has made, which is not read after this.
     unsafe { libc::freeifaddrs(first) };
     Ok(found)
 }
@@ -53,7 +53,7 @@ mod tests {
     fn the_loopback_is_one_of_this_machine_and_an_address_of_the_documentation_is_not() {
         let loopback = IpAddr::from(Ipv4Addr::LOCALHOST);
         assert_eq!(check(loopback), Ok(()));
-        let error = check(IpAddr::from([192, 0, 2, 1])).expect_err("nobody has it").to_string();
+        let error = check(IpAddr::from([192, 0, 2, 1])).expect_err("not of this machine").to_string();
         assert!(error.starts_with("interface: expected an address of this machine ("), "{error}");
         assert!(error.contains("127.0.0.1") && error.ends_with("found 192.0.2.1"), "{error}");
     }

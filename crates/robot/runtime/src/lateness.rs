@@ -1,4 +1,4 @@
-//! How late a loop came, beside a bare timer.
+//! How late a loop woke up, compared with a bare timer.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -74,7 +74,7 @@ impl Lateness {
     }
 }
 
-/// A bare loop of the command period beside a run, in a thread of its own that asks for the same priority as the writer.
+/// A bare loop of the command period alongside a run, in a thread of its own that asks for the same priority as the writer.
 #[derive(Debug)]
 pub struct BareTimer {
     over: Arc<AtomicBool>,

@@ -13,7 +13,7 @@
 //! ```
 //! use paid_runtime::wire::LowCmd;
 //!
-//! // What a damped G1 is told, 500 times a second.
+//! // The command to a damped G1, 500 times a second.
 //! let command = LowCmd::damping(5, 29, 3.0);
 //! assert_eq!(command.to_cdr().len(), LowCmd::CDR_SIZE);
 //! assert_eq!(command.crc, command.expected_crc());

@@ -39,7 +39,7 @@ pub struct Limits {
     pub casing_c: i16,
     /// Charge to start with in percent. Default 20: the vendor's limit.
     pub battery_percent: f64,
-    /// Damps if no new state has come for so long `[s]`. Default 0.02: ten states.
+    /// Damps if no new state has come for this long `[s]`. Default 0.02: ten states.
     pub state_gap_s: f64,
     /// Wrong checksums in a row that damp. Default 3: one may be a broken packet.
     pub crc_errors: u32,
@@ -49,26 +49,26 @@ pub struct Limits {
     pub late_s: f64,
     /// Missed policy steps in a row that damp. Default 2.
     pub late_steps: u32,
-    /// The writer damps if the runtime has given no command for so long `[s]`. Default 0.02: it then hangs or is dead.
+    /// The writer damps if the runtime has given no command for this long `[s]`. Default 0.02: it then hangs or is dead.
     pub command_age_s: f64,
     /// While the computer does not run the writer or the thinking thread for a moment, that thread hears nothing. Up to this long such a pause
     /// is not taken for silence of the other thread or of the robot `[s]`; 0: it is. Default 0.05: the robot holds its last targets meanwhile,
     /// and with such a pause every 1.3 s no match of 50 kicks in lockstep is stopped (`paid robot sim --pause-ms 50`; with 100 ms all are).
     pub forgiven_pause_s: f64,
-    /// Damps if the writer has sent nothing for so long while the joints are under control `[s]`: it hangs or is dead. Default 0.05: a command
-    /// was 26 ms late once in an hour without real-time priority.
+    /// Damps if the writer has sent nothing for this long while the joints are under control `[s]`: it hangs or is dead. Default 0.05: a
+    /// command was 26 ms late once in an hour without real-time priority.
     pub writer_age_s: f64,
-    /// Damps if the remote is silent for so long `[s]`. Default 0.5.
+    /// Damps if the remote is silent for this long `[s]`. Default 0.5.
     pub remote_s: f64,
     /// False: runs without a remote, stopped by Ctrl-C only. For simulations.
     pub remote_required: bool,
-    /// With odometry older than this no kick begins, and one that has begun goes on without looking `[s]`. Default 0.1: ten poses.
+    /// With odometry older than this no kick begins, and one that has begun continues without looking `[s]`. Default 0.1: ten poses.
     pub odometry_age_s: f64,
-    /// The same for the last picture with the ball `[s]`. Default 1: in most of a run-up the ball is below the picture.
+    /// The same for the last image with the ball `[s]`. Default 1: in most of a run-up the ball is below the image.
     pub ball_age_s: f64,
-    /// The ball must have been seen this recently for a kick to begin `[s]`. Default 0.2: three pictures.
+    /// The ball must have been seen this recently for a kick to begin `[s]`. Default 0.2: three images.
     pub ball_fresh_s: f64,
-    /// So many pictures in a row must have shown the ball in one place for a kick to begin. Default 20: what kicks of training and of
+    /// This many images in a row must have shown the ball in one place for a kick to begin. Default 20: what kicks of training and of
     /// matches in the evaluation begin with (`eyes.first_look`). With fewer, noise passes for a rolling ball, and a ball that was just put
     /// down for the last one.
     pub ball_looks: u32,
@@ -98,7 +98,7 @@ pub struct Limits {
     /// Default 60: motion and memory change at once, and first targets jumped by up to 0.85 rad a policy step. At 60 rad/s, 1.2 rad a policy
     /// step, `policies/demo` plays matches of 50 as it did without; at 30 and 12 it fell more often (seeds 0 to 5 and 0 to 7).
     pub kick_rad_s: f64,
-    /// Both for so long `[s]`. Default 0.1.
+    /// Both for this long `[s]`. Default 0.1.
     pub switch_s: f64,
     /// Damping of the passive and the damped robot `[N m s/rad]`. Default 3: the vendor's.
     pub passive_kd: f32,
@@ -113,14 +113,14 @@ pub struct Limits {
     pub stand_damping: f64,
     /// The robot stands still whose joints' speeds have a root mean square below this `[rad/s]` ... Default 0.5, as in matches of the evaluation.
     pub still_joint_rad_s: f64,
-    /// ... for so long `[s]`. Default 0.5.
+    /// ... for this long `[s]`. Default 0.5.
     pub still_s: f64,
     /// After the clip's end the robot is ready after so long at the latest `[s]`. Default 3.
     pub settle_s: f64,
-    /// True: after a kick the policy goes on holding the clip's last pose until the next one. False: the robot is brought to the standing
+    /// True: after a kick the policy keeps holding the clip's last pose until the next one. False: the robot is brought to the standing
     /// pose by a ramp.
     pub policy_holds: bool,
-    /// So long it only listens whether somebody else commands the robot, and says nothing `[s]`. Default 1: the vendor's controllers speak 500
+    /// For this long it sends nothing and only listens for another program's commands `[s]`. Default 1: the vendor's controllers send 500
     /// times a second.
     pub listen_s: f64,
     /// Refuses to stand up when tilted by more `[rad]`. Default 0.35.

@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, TryLockError};
 
-/// Holds the newest value. A side that finds it in use goes on without: the next value is milliseconds away.
+/// Holds the newest value. A side that finds it in use continues without it: the next value is milliseconds away.
 #[derive(Debug)]
 pub struct Mailbox<T>(Mutex<Option<T>>);
 
@@ -38,13 +38,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_value_is_taken_once_and_nobody_waits() {
+    fn the_newest_value_is_taken_once_and_neither_side_waits() {
         let mailbox = Mailbox::default();
         assert_eq!(mailbox.take(), None);
         assert!(mailbox.put(1) && mailbox.put(2));
         assert_eq!(mailbox.take(), Some(2));
         assert_eq!(mailbox.take(), None);
-        // While one side is inside, the other goes on without.
+        // While one side is inside, the other continues without it.
         let inside = mailbox.0.lock().expect("free");
         assert!(!mailbox.put(3));
         assert_eq!(mailbox.take(), None);

@@ -3,7 +3,7 @@
 use paid_lanes::Mat3;
 use serde::{Deserialize, Serialize};
 
-/// A picture that the ball detector has looked at.
+/// An image that the ball detector has looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BallDetection {
     /// When it was taken, on the clock of the senses, which the runtime maps to its own by what came fastest `[us]`.
@@ -49,9 +49,9 @@ pub struct BallReport {
     pub covariance: [f64; 3],
     /// Probability that it lies still.
     pub rest: f64,
-    /// Time since the capture of the last picture that was believed `[s]`.
+    /// Time since the capture of the last image that was used `[s]`.
     pub age_s: f64,
-    /// Pictures that have shown this ball, from its first on.
+    /// Images that have shown this ball, from its first on.
     pub looks: u32,
     /// Numbers the balls.
     pub id: u32,
@@ -64,7 +64,7 @@ pub struct BallReport {
 pub struct EyesReport {
     /// How long ago this held when it is handed over `[us]`.
     pub age_us: u64,
-    /// Time from the arrival of the last picture that could be trusted to when this held `[us]`; `None`: there was none.
+    /// Time from the arrival of the last trusted image to when this held `[us]`; `None`: there was none.
     pub picture_age_us: Option<u64>,
     /// The frame of odometry that the ball is in, as in [`TorsoPose`].
     pub frame: u32,
@@ -83,7 +83,7 @@ pub enum Packet {
     LowCmd(Vec<u8>),
     /// A command to the robot that is not this runtime's.
     OthersCommand,
-    /// A picture.
+    /// An image.
     Detection(BallDetection),
     /// A pose.
     Odometry(OdometryPose),
@@ -93,7 +93,7 @@ pub enum Packet {
     Battery(f64),
     /// The torso by the robot's own odometry.
     Torso(TorsoPose),
-    /// What the robot's own eyes believe.
+    /// The estimates of onboard perception.
     Eyes(EyesReport),
     /// Center of the goal ahead of the torso and to its left, by the operator's word `[m]`.
     GoalAhead([f64; 2]),

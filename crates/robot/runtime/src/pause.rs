@@ -1,4 +1,4 @@
-//! A computer that stood still, told from a peer that is silent.
+//! A computer that stood still, distinguished from a peer that is silent.
 
 use crate::limits::Limits;
 use crate::wire::COMMAND_US;
@@ -10,7 +10,7 @@ const PAUSE_US: u64 = 2 * COMMAND_US;
 /// The default forgives none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Silence {
-    /// Pauses between two words of the peer that are forgiven in all `[us]`.
+    /// Pauses between two messages of the peer that are forgiven in total `[us]`.
     limit_us: u64,
     step_us: Option<u64>,
     forgiven_us: u64,

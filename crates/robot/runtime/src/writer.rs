@@ -28,7 +28,7 @@ impl Writer {
         }
     }
 
-    /// Takes the runtime's command, given at `now_us` `[us]`; none while the runtime listens and somebody else may command the robot.
+    /// Takes the runtime's command, given at `now_us` `[us]`; none while the runtime listens and another program may command the robot.
     pub fn give(&mut self, command: Option<LowCmd>, now_us: u64) {
         self.latest = command.map(|command| (command, now_us));
         self.silence.heard();

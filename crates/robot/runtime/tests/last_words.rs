@@ -16,14 +16,14 @@ fn last_words_are_heard_before_the_panic_is_printed() {
     assert_eq!(done, None::<()>);
     let told = "the eyes' ball thread has panicked: a mote".to_owned();
     assert_eq!(heard.lock().expect("whole").take(), Some(Some(told)), "printed first");
-    assert_eq!(words.heard(), None, "told twice");
+    assert_eq!(words.heard(), None, "reported twice");
 
-    // A panic that is passed on calls no hook, and is told all the same.
+    // A panic that is passed on calls no hook, and is reported all the same.
     let done = words.guard("keyboard", || std::panic::resume_unwind(Box::new("a key")));
     assert_eq!(done, None::<()>);
     assert_eq!(words.heard().as_deref(), Some("the keyboard thread has panicked: a key"));
 
-    // Beyond the guard panics are printed as ever, and nobody is told.
-    let _ = std::thread::spawn(|| panic!("nobody's")).join();
+    // Beyond the guard panics are printed as usual, and not reported.
+    let _ = std::thread::spawn(|| panic!("unguarded")).join();
     assert_eq!(heard.lock().expect("whole").take(), Some(None));
 }

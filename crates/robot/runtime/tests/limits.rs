@@ -134,7 +134,7 @@ fn a_short_pause_of_the_computer_is_no_gap() {
 #[test]
 fn one_late_policy_step_is_forgiven_and_two_are_not() {
     let player = player();
-    // Every tenth step of 2 ms is a policy step, the 51st among them. Starting with it, so many policy steps in a row come late.
+    // Every tenth step of 2 ms is a policy step, the 51st among them. Starting with it, `times` policy steps in a row come late.
     let late = |late_us: u64, count: u64| {
         let at = move |k: u64| match k.checked_sub(51) {
             None => 2000 * k,

@@ -25,7 +25,7 @@ enum Wrong {
     Commands,
     /// The link's code panics in the writing thread.
     WriterPanics,
-    /// Nothing is sent for a quarter of a second, and nobody says so.
+    /// Nothing is sent for a quarter of a second, without an error.
     WriterHangs,
     /// The link's code panics in the thinking thread.
     ThinkerPanics,
@@ -33,13 +33,13 @@ enum Wrong {
     ThinkerHangs,
     /// Nothing can be read any more.
     Reading,
-    /// Whoever is told panics.
+    /// The reporting callback panics.
     TellerPanics,
     /// The log's sink panics.
     LogPanics,
     /// The way to the motion switcher panics.
     SwitcherPanics,
-    /// A thread beside the run panics, as one of the eyes or the keyboard's.
+    /// A thread outside the run panics, like one of perception or the keyboard.
     BesidePanics,
 }
 
@@ -192,7 +192,7 @@ impl Link for Way {
     }
 }
 
-/// Runs a robot that stands until something goes wrong; the patient, what was told of it, and how it ended.
+/// Runs a robot that stands until something goes wrong; the patient, what was reported of it, and how it ended.
 fn run(wrong: Wrong) -> (Arc<Patient>, Vec<String>, Result<LiveReport, DeployError>) {
     let player = player();
     // The machine may be busy: only the fault may end it.
@@ -363,6 +363,6 @@ fn a_way_to_the_switcher_that_panics_ends_the_run_by_damping() {
 }
 
 #[test]
-fn a_thread_beside_the_run_that_panics_ends_it_by_damping() {
+fn a_thread_outside_the_run_that_panics_ends_it_by_damping() {
     is_named(Wrong::BesidePanics, "the eyes' ball thread has panicked: a mote");
 }

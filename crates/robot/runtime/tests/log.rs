@@ -104,7 +104,7 @@ fn a_log_without_a_step_goes_with_the_start_that_was_refused() {
     assert!(file.exists());
 }
 
-/// A disk with room for so many bytes.
+/// A disk with room for this many bytes.
 struct Disk(Cursor<Vec<u8>>, Arc<AtomicUsize>);
 
 impl Disk {
@@ -160,7 +160,7 @@ fn live(log: LogWriter) -> Live {
     }
 }
 
-/// A disk that keeps whoever writes waiting until it is let go.
+/// A disk that blocks writes until it is released.
 struct Stuck(Box<Disk>, Arc<AtomicBool>);
 
 impl Write for Stuck {
@@ -194,7 +194,7 @@ fn a_disk_that_hangs_costs_frames_and_nothing_else() {
     let mut commands = 0;
     let report = run_live(live(log.expect("log")), link, &stop, |told| {
         let Told::Status(status) = told else { return };
-        // A passive robot is told to damp.
+        // A passive robot is commanded to damp.
         while let Ok(Some(Packet::LowCmd(_))) = robot.receive() {
             commands += 1;
         }
@@ -212,7 +212,7 @@ fn a_disk_that_hangs_costs_frames_and_nothing_else() {
 }
 
 #[test]
-fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
+fn a_disk_that_fills_up_in_a_run_is_reported_and_the_runtime_continues() {
     let (disk, room) = Disk::new(usize::MAX);
     let log = LogWriter::to(Path::new("full.mcap"), disk, &header()).expect("log");
     room.store(0, Ordering::Relaxed);
@@ -224,7 +224,7 @@ fn a_disk_that_fills_up_in_a_run_is_told_and_the_runtime_goes_on() {
     let mut said = None;
     let report = run_live(live, link, &stop, |told| match told {
         Told::Event(event) if event.reason.starts_with("the log ends here") => said = Some(event.at_us),
-        // The state of things goes on for half a second, and beyond the second in which it only listens; then somebody presses Ctrl-C.
+        // Status reports continue for half a second, past the second in which it only listens; then Ctrl-C is pressed.
         Told::Status(status) if said.is_some_and(|at| status.runtime.at_us > 1_500_000.max(at + 500_000)) => {
             stop.store(true, Ordering::Relaxed);
         }

@@ -19,7 +19,7 @@ fn samples_wait_for_a_reader_that_is_busy_with_a_scan() {
     let (device, computer) = (topics(), topics());
     let writer = device.writer("/livox/imu", IMU).expect("a topic");
     let mut reader = computer.reader("/livox/imu", IMU, false).expect("a topic");
-    // The header, then what nobody looks at.
+    // The header, then fields that are not read.
     let sample = || writer.send(vec![0, 1, 0, 0, 1, 2, 3, 4]).expect("sent");
     let begin = Instant::now();
     while reader.take().expect("well").is_none() {
@@ -29,7 +29,7 @@ fn samples_wait_for_a_reader_that_is_busy_with_a_scan() {
     }
     std::thread::sleep(Duration::from_millis(200));
     while reader.take().expect("well").is_some() {}
-    // A fifth of a second's samples, and nobody reads.
+    // A fifth of a second's samples, without a reader.
     for _ in 0..40 {
         sample();
         std::thread::sleep(Duration::from_millis(5));

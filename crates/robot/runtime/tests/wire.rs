@@ -12,18 +12,18 @@ const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 const PATIENCE: Duration = Duration::from_secs(90);
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// A domain that no test beside this one has. Ports of domains from 101 on are among those that the system hands to others.
+/// A domain that no other test has. Ports of domains from 101 on are among those that the system hands to others.
 fn domain(test: u32) -> u16 {
     20 + ((4 * std::process::id() + test) % 80) as u16
 }
 
 #[test]
-fn commands_of_somebody_else_are_noticed_and_own_ones_are_not_taken_for_theirs() {
+fn commands_of_another_program_are_noticed_and_own_ones_are_not_taken_for_them() {
     let open = |side| DdsLink::open(domain(1), LOOPBACK, side).expect("the loopback");
     let (mut robot, mut own, mut other) = (open(Side::Robot), open(Side::Runtime), open(Side::Runtime));
     let command = |kd| Packet::LowCmd(LowCmd::damping(5, 29, kd).sealed().to_cdr());
     let begin = Instant::now();
-    // First the own commands alone, until the robot and the other program have heard a hundred of them.
+    // First only its own commands, until the robot and the other program have heard a hundred of them.
     let (mut heard, mut taken_for_others, mut noticed_by_other) = (0, 0, 0);
     while heard < 100 || noticed_by_other < 100 {
         assert!(begin.elapsed() < PATIENCE, "{heard} heard by the robot, {noticed_by_other} by the other");
@@ -43,7 +43,7 @@ fn commands_of_somebody_else_are_noticed_and_own_ones_are_not_taken_for_theirs()
     // Then the other program commands, too.
     let mut noticed = false;
     while !noticed {
-        assert!(begin.elapsed() < 2 * PATIENCE, "nobody has noticed");
+        assert!(begin.elapsed() < 2 * PATIENCE, "not noticed");
         other.send(command(8.0)).expect("sent");
         std::thread::sleep(PAUSE);
         while let Some(packet) = own.receive().expect("open") {
@@ -85,7 +85,7 @@ fn the_senses_topic_carries_nothing_but_senses() {
 }
 
 #[test]
-fn a_low_battery_is_told_over_the_wire_and_refused() {
+fn a_low_battery_is_reported_over_the_wire_and_refused() {
     let mut robot = DdsLink::open(domain(3), LOOPBACK, Side::Robot).expect("the loopback");
     let mut link = DdsLink::open(domain(3), LOOPBACK, Side::Runtime).expect("the loopback");
     // A busy machine is no reason to refuse.

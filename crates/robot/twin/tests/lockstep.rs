@@ -115,7 +115,7 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
     assert_eq!(again.difference, None);
     assert!(again.policy_steps > 50 && again.frames > 2000, "{again:?}");
     let picture = draw_course(&again.course).svg();
-    assert!(picture.contains("kicks: 1") && picture.contains("a kick begins"), "the course as a picture");
+    assert!(picture.contains("kicks: 1") && picture.contains("a kick begins"), "the course as a plot");
     assert!(!picture.contains("no odometry"));
 
     // A changed limit is another runtime: the replay finds the first command that differs.
@@ -134,9 +134,8 @@ fn a_ball_within_reach_is_kicked_and_the_log_replays_bit_for_bit() {
 }
 
 #[test]
-fn a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log() {
-    if !crate::common::mujoco("a_match_that_is_told_to_stop_damps_the_robot_and_keeps_its_kicks_and_its_log")
-    {
+fn a_match_that_is_stopped_damps_the_robot_and_keeps_its_kicks_and_its_log() {
+    if !crate::common::mujoco("a_match_that_is_stopped_damps_the_robot_and_keeps_its_kicks_and_its_log") {
         return;
     }
     let player = player();
@@ -240,7 +239,7 @@ fn the_runtime_refuses_a_robot_that_is_not_fit() {
     let cases: [Case<'_>; 5] = [
         (&tilted, &[], "tilted by 0.91 rad"),
         (&locked, &[], "mode_machine: expected 5 (29 free joints), found 6"),
-        (&|_| {}, &[Packet::OthersCommand], "somebody else commands the robot"),
+        (&|_| {}, &[Packet::OthersCommand], "another program commands the robot"),
         (&|_| {}, &[Packet::Battery(12.0)], "battery at 12%"),
         (&|_| {}, &vendor, "the vendor's controller 'ai' is in command"),
     ];
@@ -361,7 +360,7 @@ fn targets_never_jump_when_the_controller_changes() {
 }
 
 #[test]
-fn nothing_is_said_while_it_listens_and_nothing_at_all_beside_another_commander() {
+fn nothing_is_sent_while_it_listens_and_nothing_at_all_next_to_another_commander() {
     let player = player();
     let commands = |others_at: u64| {
         let mut runtime = Runtime::new(Arc::clone(&player), Limits::default());
@@ -382,10 +381,10 @@ fn nothing_is_said_while_it_listens_and_nothing_at_all_beside_another_commander(
 }
 
 #[test]
-fn a_robot_that_it_has_not_moved_is_left_to_whoever_begins_to_command_it() {
+fn a_robot_that_it_has_not_moved_is_left_to_another_program_that_begins_to_command_it() {
     let mut runtime = Runtime::new(player(), Limits::default());
     let mut writer = Writer::new(&Limits::default(), 29);
-    // Period of 2 ms; somebody else commands from the 700th on, the operator stops this program at the 800th.
+    // Period of 2 ms; another program commands from the 700th on, the operator stops this program at the 800th.
     let mut sent = |k: u64| {
         let mut packets = vec![Packet::LowState(healthy(2 * k as u32).sealed().to_cdr())];
         packets.extend((k >= 700).then_some(Packet::OthersCommand));
@@ -394,13 +393,13 @@ fn a_robot_that_it_has_not_moved_is_left_to_whoever_begins_to_command_it() {
     };
     assert!((1..=500).all(|k| sent(k) == (false, State::Passive)), "it listens");
     assert!((501..700).all(|k| sent(k) == (true, State::Passive)), "its own damping");
-    assert!((700..800).all(|k| sent(k) == (false, State::Passive)), "somebody else");
-    assert!((800..1000).all(|k| sent(k) == (false, State::Damping)), "told to stop");
+    assert!((700..800).all(|k| sent(k) == (false, State::Passive)), "another program");
+    assert!((800..1000).all(|k| sent(k) == (false, State::Damping)), "asked to stop");
 }
 
 #[test]
-fn a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop() {
-    if !crate::common::mujoco("a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop") {
+fn a_robot_that_another_program_commands_is_not_damped_by_a_request_to_stop() {
+    if !crate::common::mujoco("a_robot_that_another_program_commands_is_not_damped_by_a_request_to_stop") {
         return;
     }
     let player = player();
@@ -416,9 +415,9 @@ fn a_robot_that_somebody_else_commands_is_not_damped_by_being_told_to_stop() {
 }
 
 #[test]
-fn a_runtime_that_is_told_to_stop_before_it_has_listened_goes_on_listening() {
+fn a_runtime_asked_to_stop_before_it_has_listened_continues_to_listen() {
     let player = player();
-    // Milliseconds to the first command of a runtime that is told to stop from its first step on.
+    // Milliseconds to the first command of a runtime that is asked to stop from its first step on.
     let first = |heard: bool| {
         let mut runtime = Runtime::new(Arc::clone(&player), Limits::default());
         let commands = |k: u64| {
@@ -429,7 +428,7 @@ fn a_runtime_that_is_told_to_stop_before_it_has_listened_goes_on_listening() {
         (1..1000).find_map(commands)
     };
     assert_eq!(first(true), Some(1002));
-    assert_eq!(first(false), None, "nobody knows that there is a robot");
+    assert_eq!(first(false), None, "there is no sign of a robot");
 }
 
 #[test]

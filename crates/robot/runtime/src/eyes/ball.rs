@@ -1,4 +1,4 @@
-//! What is believed of the ball.
+//! The estimate of the ball.
 
 use paid_vision::PictureFault;
 use paid_world::{Arrived, Believed, JointMessage, Message, PictureMessage, Recorder, Sight, SightSetup};
@@ -9,14 +9,14 @@ use crate::message::{BallReport, EyesReport};
 use crate::player::Player;
 use crate::runtime::Phase;
 
-/// Pictures in, beliefs out; poses and joints between.
+/// Images in, beliefs out; poses and joints between.
 #[derive(Debug)]
 pub struct BallEyes {
     sight: Sight,
     frame: u32,
-    /// When the last picture came that could be trusted, local clock `[ns]`.
+    /// When the last trusted image arrived, local clock `[ns]`.
     picture_ns: Option<u64>,
-    /// Number of the own ball, and pictures that have shown it.
+    /// Number of the ball to kick, and images that have shown it.
     own: Option<(u32, u32)>,
     /// See [`Phase::looks_anew`].
     looks_anew: u32,
@@ -67,7 +67,8 @@ impl BallEyes {
         self.take(fix.at_ns, Message::Pose(fix.pose)).map(drop)
     }
 
-    /// A robot that has become ready, or may kick from now on, looks anew: where the floor is, since it stands on it now, and for the next ball.
+    /// A robot that has become ready, or may kick from now on, looks again: where the floor is, since it stands on it now, and for the next
+    /// ball.
     fn follow(&mut self, phase: &Phase) -> f64 {
         if self.looks_anew != phase.looks_anew() {
             self.looks_anew = phase.looks_anew();
@@ -77,7 +78,7 @@ impl BallEyes {
         phase.to_strike_s()
     }
 
-    /// Takes in joint angles of a time `[ns]`, model order `[rad]`: the own legs hide balls, and the feet are where the floor is.
+    /// Takes in joint angles of a time `[ns]`, model order `[rad]`: the robot's legs hide balls, and its feet are where the floor is.
     ///
     /// # Errors
     /// If there are more or fewer than the robot has.
@@ -85,7 +86,7 @@ impl BallEyes {
         self.take(stamp_ns, Message::Joints(JointMessage { stamp_ns, positions })).map(drop)
     }
 
-    /// Looks at a picture that came at `at_ns` `[ns]`; `phase` is the runtime's. Gives what is wrong with it, if anything is.
+    /// Processes an image that arrived at `at_ns` `[ns]`; `phase` is the runtime's. Returns what is wrong with it, if anything.
     ///
     /// # Errors
     /// If the detector fails.
@@ -111,7 +112,7 @@ impl BallEyes {
         Ok(fault)
     }
 
-    /// What is believed at `now_ns` `[ns]`.
+    /// The estimate at `now_ns` `[ns]`.
     ///
     /// # Errors
     /// None today.

@@ -6,7 +6,7 @@ const DRIFT: f64 = 1e-4;
 const SET_NS: i128 = 1_000_000_000;
 
 /// Maps a device's stamps to the local clock by the shortest way that a message has taken so far. What is known of that way's own time is
-/// added by whoever asks.
+/// added by the caller.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeviceClock {
     /// Local time of arrival less stamp `[ns]`, and when it was seen.
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_set_begins_anew() {
+    fn a_clock_that_is_set_starts_again() {
         let mut clock = DeviceClock::default();
         assert_eq!(clock.local_ns(5_000 * MS, 9_000 * MS), 9_000 * MS);
         assert_eq!(clock.local_ns(90_000 * MS, 9_100 * MS), 9_100 * MS);

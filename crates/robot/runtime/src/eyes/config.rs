@@ -1,4 +1,4 @@
-//! Where the eyes' pictures and points come from: a TOML file.
+//! Where the images and points of onboard perception come from: a TOML file.
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ pub struct CameraInput {
     pub color: String,
     /// `sensor_msgs/Image`, `16UC1` in millimeters, aligned to color (`align_depth.enable` of the driver).
     pub depth: String,
-    /// `sensor_msgs/CameraInfo` of the color picture.
+    /// `sensor_msgs/CameraInfo` of the color image.
     pub info: String,
     /// The frame that all three must name; empty: any.
     pub frame: String,
@@ -55,7 +55,7 @@ pub struct CameraInput {
     pub reliable: bool,
     /// Whose clock the stamps are of.
     pub clock: StampClock,
-    /// With `clock = "own"`: from the exposure to the arrival of the fastest picture `[s]`. Default 0.03: one picture at 30 Hz.
+    /// With `clock = "own"`: from the exposure to the arrival of the fastest image `[s]`. Default 0.03: one image at 30 Hz.
     pub latency_s: f64,
     /// The camera's pixels, which its `CameraInfo` must repeat within 2%. Default: 424 x 240, 69 x 42 degrees.
     pub intrinsics: Intrinsics,
@@ -125,7 +125,7 @@ fn torso() -> String {
     "torso_link".to_owned()
 }
 
-/// Everything that the eyes need to be told.
+/// The settings of onboard perception.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EyesConfig {
@@ -135,7 +135,7 @@ pub struct EyesConfig {
     pub interface: Option<IpAddr>,
     /// The goal's center ahead of the torso and to its left when odometry has its first pose `[m]`.
     pub goal_m: Option<[f64; 2]>,
-    /// True: the goal may be told by a virtual robot's order `goal`, over the network, too. Default false: whoever reaches the network could.
+    /// True: a virtual robot's order `goal` may set the goal over the network, too. Default false: anyone who reaches the network could.
     #[serde(default)]
     pub goal_from_senses: bool,
     /// A ball detector (ONNX); without it the project's own.

@@ -6,23 +6,23 @@ use paid_vision::{ColorImage, DepthImage, Intrinsics};
 use paid_world::PictureMessage;
 use paid_world::ros::Stamped;
 
-/// Stamps of a color picture and its depth may differ by so much `[ns]`: half a picture at 30 Hz. Drivers that do not trigger both at once
+/// Stamps of a color image and its depth may differ by this much `[ns]`: half an image at 30 Hz. Drivers that do not trigger both at once
 /// stamp them a few milliseconds apart.
 const APART_NS: u64 = 17_000_000;
-/// A color picture waits so long for its depth `[ns]`.
+/// A color image waits this long for its depth `[ns]`.
 const PATIENCE_NS: u64 = 50_000_000;
-/// Depth pictures that wait for their color.
+/// Depth images that wait for their color.
 const DEPTHS: usize = 4;
 
-/// Puts pictures together. Only the newest counts: one that nobody has taken is replaced by the next.
+/// Puts images together. Only the newest counts: one that was not taken is replaced by the next.
 #[derive(Debug, Default)]
 pub struct PictureJoiner {
     frame: String,
     camera: Option<Intrinsics>,
     color: Option<Stamped<ColorImage>>,
-    /// When the oldest color picture came since the last one was given `[ns]`: a newer one that takes its place does not begin to wait anew.
+    /// When the oldest color image came since the last one was given `[ns]`: a newer one that takes its place does not restart the wait.
     since_ns: Option<u64>,
-    /// Stamp of the last color picture, if it was given alone `[ns]`: the next ones do not wait, until a depth picture comes that fits it.
+    /// Stamp of the last color image, if it was given alone `[ns]`: the next ones do not wait, until a depth image comes that fits it.
     alone_ns: Option<u64>,
     depths: VecDeque<Stamped<DepthImage>>,
 }
@@ -50,12 +50,12 @@ impl PictureJoiner {
         Ok(())
     }
 
-    /// Takes in a depth picture.
+    /// Takes in a depth image.
     ///
     /// # Errors
     /// If it is of another frame: not aligned to color.
     pub fn depth(&mut self, depth: Stamped<DepthImage>) -> Result<(), String> {
-        self.check("depth picture", &depth)?;
+        self.check("depth image", &depth)?;
         if self.alone_ns.is_some_and(|stamp| depth.stamp_ns.abs_diff(stamp) <= APART_NS) {
             self.alone_ns = None;
         }
@@ -66,21 +66,21 @@ impl PictureJoiner {
         Ok(())
     }
 
-    /// Takes in a color picture that came at `at_ns` `[ns]`.
+    /// Takes in a color image that came at `at_ns` `[ns]`.
     ///
     /// # Errors
     /// If it is of another frame, or no camera has come before it.
     pub fn color(&mut self, color: Stamped<ColorImage>, at_ns: u64) -> Result<(), String> {
-        self.check("color picture", &color)?;
+        self.check("color image", &color)?;
         if self.camera.is_none() {
-            return Err("color picture: expected a camera info before it, found none".to_owned());
+            return Err("color image: expected a camera info before it, found none".to_owned());
         }
         self.color = Some(color);
         self.since_ns.get_or_insert(at_ns);
         Ok(())
     }
 
-    /// The newest picture that is whole, or has waited for its depth in vain, at `now_ns` `[ns]`; its time of capture is the stamp.
+    /// The newest image that is whole, or has waited too long for its depth, at `now_ns` `[ns]`; its time of capture is the stamp.
     pub fn take(&mut self, now_ns: u64) -> Option<PictureMessage> {
         let stamp = self.color.as_ref()?.stamp_ns;
         let camera = self.camera?;
@@ -135,7 +135,7 @@ mod tests {
         joiner.color(color(100), 130 * MS).expect("color");
         assert!(joiner.take(131 * MS).is_none(), "the depth is 40 ms older");
         joiner.depth(depth(104)).expect("depth");
-        let picture = joiner.take(135 * MS).expect("a picture");
+        let picture = joiner.take(135 * MS).expect("an image");
         assert_eq!((picture.captured_ns, picture.depth.map(|d| d.data)), (100 * MS, Some(vec![104])));
         assert!(joiner.take(200 * MS).is_none(), "it was taken");
     }
@@ -168,7 +168,7 @@ mod tests {
         joiner.color(color(231), 231 * MS).expect("color");
         assert!(joiner.take(231 * MS).is_none(), "it waits");
         joiner.depth(depth(233)).expect("depth");
-        let picture = joiner.take(240 * MS).expect("a picture");
+        let picture = joiner.take(240 * MS).expect("an image");
         assert_eq!((picture.captured_ns, picture.depth.map(|d| d.data)), (231 * MS, Some(vec![233])));
     }
 
@@ -177,7 +177,7 @@ mod tests {
         let mut joiner = joiner();
         let other = Stamped { frame: "camera_depth_optical_frame".to_owned(), ..depth(1) };
         let error = joiner.depth(other).expect_err("not aligned");
-        assert_eq!(error, "depth picture: expected the frame eye, found 'camera_depth_optical_frame'");
+        assert_eq!(error, "depth image: expected the frame eye, found 'camera_depth_optical_frame'");
         let error = PictureJoiner::new("").color(color(1), 0).expect_err("no camera yet");
         assert!(error.contains("expected a camera info"), "{error}");
     }

@@ -10,9 +10,9 @@ use crate::mailbox::Mailbox;
 use crate::message::{EyesReport, Packet};
 use crate::wire::{LowCmd, LowState};
 
-/// Joint angles are passed to the eyes with every so many states: a hundred times a second.
+/// Joint angles are passed to onboard perception with one state in this many: a hundred times a second.
 const STATES: u32 = 5;
-/// The goal is told once the runtime has had so many poses of the torso: it is placed from there.
+/// The goal is set once the runtime has had this many poses of the torso: it is placed from there.
 const POSES: u32 = 10;
 /// Joint angles that may wait for the eyes: half a second.
 const WAITING: usize = 64;
@@ -25,7 +25,7 @@ pub(crate) struct Joints {
     pub angles: [f32; 35],
 }
 
-/// What travels between the eyes' threads and the runtime's. Nobody waits.
+/// What travels between perception's threads and the runtime's. Neither side waits.
 #[derive(Debug)]
 pub struct Desk {
     begin: Instant,
@@ -34,7 +34,7 @@ pub struct Desk {
     pub(crate) report: Mailbox<(u64, EyesReport)>,
     joints: SyncSender<Joints>,
     goal: Option<[f64; 2]>,
-    /// The goal may be told over the network, too.
+    /// The goal may be set over the network, too.
     hears_goal: bool,
 }
 
@@ -66,7 +66,7 @@ pub enum Sensed {
     Nothing,
     /// From a virtual robot's detector and odometry, which know the truth and err by chance. They say nothing of a camera or a LiDAR.
     Virtual,
-    /// From the robot's own eyes.
+    /// From onboard perception.
     Eyes(Arc<Desk>),
 }
 
@@ -118,7 +118,7 @@ impl Tap {
             }
             // Virtual senses place the goal themselves.
             Packet::GoalAhead(_) => matches!(&self.sensed, Sensed::Eyes(desk) if desk.hears_goal),
-            // Nobody else may speak for the robot's own eyes, the motion switcher, the operator or this program.
+            // Nothing else may stand in for onboard perception, the motion switcher, the operator or this program.
             Packet::Torso(_)
             | Packet::Eyes(_)
             | Packet::Master(_)

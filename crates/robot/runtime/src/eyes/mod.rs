@@ -1,12 +1,12 @@
-//! The robot's own eyes: a camera's pictures and an odometry in, what is believed of torso and ball out.
+//! Onboard perception: a camera's images and an odometry in, estimates of torso and ball out.
 //!
-//! - [`EyesConfig`]: where pictures and points come from.
+//! - [`EyesConfig`]: where images and points come from.
 //! - [`TorsoEyes`]: a Mid-360's points and samples, or another odometry's poses, to poses of the torso.
 //! - [`PictureJoiner`]: color, depth and camera of one moment together.
-//! - [`BallEyes`]: picture to detector to place to ball memory, with the torso's pose of the moment of capture. This is `paid-world`'s pipeline,
-//!   the one of `paid eval shooting --eyes`.
+//! - [`BallEyes`]: image to detector to place to ball memory, with the torso's pose of the moment of capture. This is `paid-world`'s
+//!   pipeline, the one of `paid eval shooting --eyes`.
 //! - `Eyes` (feature `dds`): all of it in two threads, and [`SensedLink`], which brings what they say to the runtime. A thread of its own
-//!   follows the odometry, so that no picture makes it wait. Its poses and the other's reports travel in mailboxes: the control threads
+//!   follows the odometry, so that no image makes it wait. Its poses and the other's reports travel in mailboxes: the control threads
 //!   never wait for either.
 //!
 //! Times are those of this machine since the eyes began, in whole nanoseconds. A device's stamps come there by its [`DeviceClock`].

@@ -8,7 +8,7 @@ use super::DeviceClock;
 use crate::DeployError;
 use crate::message::TorsoPose;
 
-/// Poses come so often `[s]`: ten to a picture, and a fifth of what the runtime calls old.
+/// Poses come at this interval `[s]`: ten to an image, and a fifth of the age that the runtime calls old.
 const PERIOD_S: f64 = 0.01;
 
 /// The torso at a time.
@@ -78,7 +78,7 @@ impl TorsoEyes {
     /// Takes in an inertial sample that came at `at_ns` `[ns]`; gives a pose where one is due.
     pub fn imu(&mut self, sample: ImuSample, at_ns: u64) -> Option<TorsoFix> {
         // Only samples set the clock: scans are longer on their way.
-        // Its times are negative once its own clock has fallen back: it was started anew.
+        // Its times are negative once its own clock has fallen back: it was restarted.
         let device_ns = |s: f64| (s * 1e9).round() as i64;
         let stamp_ns = device_ns(sample.time_s);
         let here_ns = self.clock.local_ns(stamp_ns, at_ns);

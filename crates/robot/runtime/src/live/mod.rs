@@ -1,12 +1,13 @@
-//! The runtime on a real clock: one thread thinks, one writes, one logs, one tells.
+//! The runtime on a real clock: one thread thinks, one writes, one logs, one reports.
 //!
 //! The thinking thread takes in packets, checks, and lets the policy act. The writing thread sends the newest command 500 times a second and
-//! sends damping once the thinking thread is silent, has panicked or has ended. Neither waits for the other, nor for whoever logs or shows:
-//! the command and the status travel in a [`Mailbox`], log and diary in channels that drop rather than wait. Steps of the log lie in places that were
-//! made before, so that the thinking thread allocates nothing between transitions; what the network allocates for a packet is its own.
+//! sends damping once the thinking thread is silent, has panicked or has ended. Neither waits for the other, nor for logging or display:
+//! the command and the status travel in a [`Mailbox`], log and events in channels that drop rather than wait. Steps of the log lie in
+//! buffers that were made before, so that the thinking thread allocates nothing between transitions; what the network allocates for a
+//! packet is its own.
 //!
-//! The thinking thread watches the others, those of eyes and keyboard too ([`LastWords`]): one that has panicked, a link that has failed, and a writer whose last command is too old end the
-//! run by damping, with the reason in diary, log and report.
+//! The thinking thread watches the others, those of perception and keyboard too ([`LastWords`]): one that has panicked, a link that has
+//! failed, and a writer whose last command is too old end the run by damping, with the reason in the events, the log and the report.
 
 mod keys;
 mod panics;
@@ -42,9 +43,9 @@ use write::{Failure, Shared, write_on};
 
 /// Frames that may wait for the disk.
 const WAITING: usize = 500;
-/// Lines of the diary that may wait to be told.
+/// Events that may queue.
 const UNTOLD: usize = 256;
-/// Last words of threads that may wait for the thinking thread: there are fewer threads.
+/// Panic messages that may queue for the thinking thread: there are fewer threads.
 const LAST_WORDS: usize = 8;
 /// Steps from the wish to end, or from a failure, to the end: a tenth of a second of damping that is logged.
 const ENDING: u32 = 50;
@@ -65,7 +66,7 @@ pub struct Live {
     pub switcher: Option<Box<dyn Line>>,
     /// Keys of the remote that the operator has pressed on the keyboard.
     pub keys: Option<Arc<TypedKeys>>,
-    /// Of threads beside this run's own: one that has panicked ends the run by damping.
+    /// Of other threads than this run's own: one that has panicked ends the run by damping.
     pub last_words: LastWords,
     /// Ends after so long.
     pub duration: Option<Duration>,
@@ -106,11 +107,11 @@ fn into(broken: &SyncSender<String>) -> impl Fn(String) + 'static {
     }
 }
 
-/// Runs until `stop` is set, the time is over, or something fails: then the robot is damped, and that is told and logged with its reason. In
-/// the end the robot is told to damp for half a second.
+/// Runs until `stop` is set, the time is over, or something fails: then the robot is damped, and that is reported and logged with its
+/// reason. At the end the robot is commanded to damp for half a second.
 ///
 /// # Errors
-/// If the link has failed, in the end. A thread's panic is in the report. A full disk ends the log and is told at the end.
+/// If the link has failed, at the end. A thread's panic is in the report. A full disk ends the log and is reported at the end.
 pub fn run_live(
     live: Live,
     link: impl Link,
@@ -177,7 +178,8 @@ pub fn run_live(
                     watch_the_switcher(line, &shared.over, masters)
                 });
                 if let Some(Err(error)) = watched {
-                    let _ = last_word.try_send(format!("nobody can be asked who is in command: {error}"));
+                    let _ = last_word
+                        .try_send(format!("cannot ask the motion switcher who is in command: {error}"));
                 }
             });
         }
@@ -284,7 +286,7 @@ pub fn run_live(
     })
 }
 
-/// Writes steps to the log until there are no more, and gives their room back. A disk that fails is told once.
+/// Writes steps to the log until there are no more, and gives their room back. A disk that fails is reported once.
 fn keep_log(
     log: Option<LogWriter>,
     steps: Receiver<Slot>,

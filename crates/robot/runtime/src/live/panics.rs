@@ -1,7 +1,7 @@
-//! What a panicking thread does first: it is told on, before anything is printed.
+//! What a panicking thread does first: it is reported, before anything is printed.
 //!
-//! The usual panic hook prints, and with `RUST_BACKTRACE` it looks up symbols for a second before the thread unwinds. Whoever waits for the end
-//! of the unwinding damps a second late.
+//! The usual panic hook prints, and with `RUST_BACKTRACE` it looks up symbols for a second before the thread unwinds. A thread that waits
+//! for the end of the unwinding damps a second late.
 
 use std::any::Any;
 use std::backtrace::Backtrace;
@@ -19,7 +19,7 @@ struct Watch {
 /// When a watched thread's panic is printed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Prints {
-    /// By the usual hook, once it is told.
+    /// By the usual hook, once it is reported.
     AtOnce,
     /// By [`print_the_rest`]: a control thread has no time to print.
     Later,

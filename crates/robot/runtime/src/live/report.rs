@@ -5,7 +5,7 @@ use serde::Serialize;
 use crate::lateness::Lateness;
 use crate::runtime::{Event, Latency, State, Status};
 
-/// What is told while it runs, from a thread of its own that may take its time.
+/// What is reported while it runs, from a thread of its own that may be slow.
 #[derive(Clone, Copy, Debug)]
 pub enum Told<'a> {
     /// A transition or a note.
@@ -26,7 +26,7 @@ pub struct LiveStatus {
     pub longest_step_us: u64,
     /// See `longest_step_us`.
     pub latest_command_us: u64,
-    /// True if the robot is told nothing.
+    /// True if nothing is sent to the robot.
     pub dry_run: bool,
 }
 
@@ -47,7 +47,7 @@ pub struct LiveReport {
     pub policy_steps: Lateness,
     /// How late commands were.
     pub lateness: Lateness,
-    /// From the capture of a picture of the ball to the first joint targets that it has a part in.
+    /// From the capture of an image of the ball to the first joint targets that it affects.
     pub latency: Latency,
     /// Why the log is not complete, if the disk has failed.
     pub log_failed: Option<String>,

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use super::panics::guarded;
 use crate::mailbox::Mailbox;
 
-/// Where threads beside the control threads (eyes, keyboard) leave their last words. The thinking thread looks at it every step, and damps.
+/// Where threads other than the control threads (perception, keyboard) report a panic. The thinking thread checks it every step, and damps.
 #[derive(Clone, Debug, Default)]
 pub struct LastWords(Arc<Mailbox<String>>);
 
 impl LastWords {
-    /// Runs a thread's work; its panic is told under this name, before anything is printed.
+    /// Runs a thread's work; its panic is reported under this name, before anything is printed.
     ///
     /// ```
     /// let words = paid_runtime::LastWords::default();
@@ -23,7 +23,7 @@ impl LastWords {
         guarded(name, move |words| while !to.put(words.clone()) {}, act)
     }
 
-    /// Last words that were not heard yet. Waits for nobody.
+    /// A panic not yet read. Never waits.
     pub fn heard(&self) -> Option<String> {
         self.0.take()
     }
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_told_once_and_with_its_thread() {
+    fn a_panic_is_reported_once_and_with_its_thread() {
         let words = LastWords::default();
         let from = words.clone();
         let thread = std::thread::spawn(move || from.guard("eyes' ball", || panic!("a mote")));

@@ -14,7 +14,7 @@ use crate::mailbox::Mailbox;
 use crate::wire::{COMMAND_US, LowCmd};
 use crate::writer::Writer;
 
-/// Damping is sent for so many periods once the thinking thread has ended: half a second.
+/// Damping is sent for this many periods once the thinking thread has ended: half a second.
 const REST: u32 = 250;
 /// Commands that may fail before the link is given up. After the first one there is only damping.
 const TRIES: u32 = 10;
@@ -64,7 +64,7 @@ impl Shared {
     }
 }
 
-/// Writes until the thinking thread has ended and the robot was told to damp for half a second after it. A failure is told to `broken` at
+/// Writes until the thinking thread has ended and the robot was commanded to damp for half a second after it. A failure goes to `broken` at
 /// once; from then on nothing but damping is tried.
 pub(super) fn write_on(
     mut writer: Writer,
@@ -74,7 +74,7 @@ pub(super) fn write_on(
     dry_run: bool,
     broken: &SyncSender<String>,
 ) -> (Lateness, Option<Failure>) {
-    // The panic of a link's code is told in the hook: the writer must not print, for it has damping to send.
+    // The panic of a link's code is reported in the hook: the writer must not print, for it has damping to send.
     let told = broken.clone();
     let _watching = Watching::begin("writing", Prints::Later, move |words| {
         let _ = told.try_send(words);
@@ -99,7 +99,7 @@ pub(super) fn write_on(
             Some(command) if !dry_run => out.command(&command).map(|()| 1),
             _ => Ok(0),
         }));
-        // A thinking thread that hung and came back must hear that nobody listens to it any more.
+        // A thinking thread that hung and came back must learn that its commands are no longer used.
         if !damped
             && writer.stopped()
             && let Some(age_us) = writer.age_us(now_us)

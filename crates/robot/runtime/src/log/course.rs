@@ -5,7 +5,7 @@ use crate::runtime::{State, Status};
 /// Time between two points `[us]`.
 const EVERY_US: u64 = 50_000;
 
-/// What a picture needs of a run: the runtime's status, thinned.
+/// What a plot of a run needs: the runtime's status, thinned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Course {
     begin_us: Option<u64>,
@@ -26,9 +26,9 @@ pub struct CoursePoint {
     pub kicks: usize,
     /// The pelvis by odometry (x, y) `[m]`.
     pub at: Option<[f64; 2]>,
-    /// The goal's center as it is believed, in odometry's frame (x, y) `[m]`.
+    /// The estimated center of the goal, in odometry's frame (x, y) `[m]`.
     pub goal: Option<[f64; 2]>,
-    /// Place of the ball as it is believed, ahead of the torso and to its left `[m]`, and the age of what was seen of it `[s]`.
+    /// Estimated place of the ball, ahead of the torso and to its left `[m]`, and the age of what was seen of it `[s]`.
     pub ball: Option<([f64; 2], f64)>,
 }
 
@@ -38,7 +38,7 @@ impl Course {
         &self.points
     }
 
-    /// True if the moment of this time is one of the picture's: to be added.
+    /// True if the moment of this time belongs in the plot.
     pub(super) fn due(&mut self, now_us: u64) -> bool {
         let due = self.begin_us.is_none() || now_us >= self.due_us;
         if due {

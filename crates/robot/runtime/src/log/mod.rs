@@ -5,7 +5,8 @@
 //!
 //! - `paid/step`: a [`Frame`] in postcard, 500 times a second: all that a replay needs;
 //! - `paid/policy`: what the policy got and gave, at each of its steps, as JSON;
-//! - `paid/body`: pelvis and joints as the robot told them, 50 times a second, as JSON; a joint's place is that of [`crate::G1_MOTORS`];
+//! - `paid/body`: pelvis and joints as the robot reported them, 50 times a second, as JSON; a joint's place is that of
+//!   [`crate::G1_MOTORS`];
 //! - `paid/events`: transitions and notes, as JSON.
 //!
 //! Times are the runtime's clock. Frames are handed to the system every twentieth of a second, so that a killed program loses no more; a file
@@ -35,7 +36,7 @@ const VERSION: &str = "2";
 /// The topic that a replay reads.
 const STEP: &str = "paid/step";
 
-/// What a replay needs beside the frames.
+/// What a replay needs besides the frames.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LogHeader {
     /// Policy and motions.

@@ -16,16 +16,16 @@ use crate::motors::G1_MOTORS;
 use crate::runtime::{Output, Runtime};
 use crate::wire::LowState;
 
-/// Frames are handed to the system after so many: a twentieth of a second.
+/// This many frames are handed to the system at once: a twentieth of a second.
 const FLUSH: usize = 25;
-/// The body is written with every so manyth state.
+/// The body is written with one state in this many.
 const BODY_EVERY: usize = 10;
 
 /// Where a log goes: a file, as a rule.
 pub trait Sink: Write + Seek + Send {}
 impl<S: Write + Seek + Send> Sink for S {}
 
-/// Topics beside `paid/step`, with their JSON schemas.
+/// The other topics than `paid/step`, with their JSON schemas.
 const POLICY: [&str; 2] = ["paid/policy", POLICY_SCHEMA];
 const BODY: [&str; 2] = ["paid/body", BODY_SCHEMA];
 const EVENTS: [&str; 2] = ["paid/events", EVENTS_SCHEMA];
@@ -38,7 +38,7 @@ const BODY_SCHEMA: &str = r#"{"type":"object","properties":{"tick":{"type":"inte
 const EVENTS_SCHEMA: &str = r#"{"type":"object","properties":{"at_us":{"type":"integer"},"from":{"type":"string"},
 "to":{"type":"string"},"reason":{"type":"string"}}}"#;
 
-/// Pelvis and joints as the robot told them: w, x, y, z; `[rad/s]`; `[rad]`; `[rad/s]`; `[N m]`; degrees Celsius.
+/// Pelvis and joints as the robot reported them: w, x, y, z; `[rad/s]`; `[rad]`; `[rad/s]`; `[N m]`; degrees Celsius.
 #[derive(Serialize)]
 struct Body {
     tick: u32,

@@ -18,8 +18,8 @@ const TELLING: usize = 20;
 /// A mean below this is in multiples of gravity: half way, as factors, between 1 and 9.81.
 const LARGEST_IN_G: f64 = 3.1;
 
-/// The unit of a topic's accelerations, told by their mean: `sensor_msgs/Imu` has m/s^2 by its definition, the usual driver of a Mid-360
-/// writes multiples of gravity.
+/// The unit of a topic's accelerations, inferred from their mean: `sensor_msgs/Imu` has m/s^2 by its definition, the usual driver of a
+/// Mid-360 writes multiples of gravity.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AccelUnit {
     seen: usize,
@@ -122,7 +122,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn multiples_of_gravity_are_told_from_meters_by_the_first_samples() {
+    fn multiples_of_gravity_are_distinguished_from_meters_by_the_first_samples() {
         for (rest, expected) in [(1.0, 9.81), (9.81, 9.81), (9.6, 9.6)] {
             let mut unit = AccelUnit::default();
             for _ in 0..20 {

@@ -4,10 +4,10 @@
 //! `sensor_msgs::msg::dds_::Image_`. That is all that a subscription needs: nodes, parameters and services of ROS 2 are other topics.
 //!
 //! By `rustdds`, which the robot's own topics use already, and not by `ros2-client` (0.12), which stands on it: that crate adds what a node
-//! needs and these subscriptions do not (graph, services, actions, parameters and an executor), and reads messages field by field, a picture
+//! needs and these subscriptions do not (graph, services, actions, parameters and an executor), and reads messages field by field, an image
 //! byte by byte. Both are maintained by the same people.
 //!
-//! Pictures have a participant of their own, and with it a thread and sockets: half a megabyte does not stand in the way of a command.
+//! Images have a participant of their own, and with it a thread and sockets: half a megabyte does not stand in the way of a command.
 //! A reader takes what a driver offers, reliable or not (`best effort`). The writers are reliable, which serves readers of either kind.
 
 mod lidar;
@@ -128,7 +128,7 @@ impl RosWriter {
         sent(self.writer.write(bytes, None)).map_err(failed)
     }
 
-    /// Whether somebody reads it.
+    /// Whether it has a reader.
     pub fn is_heard(&mut self) -> bool {
         while let Some(status) = self.writer.try_recv_status() {
             if let DataWriterStatus::PublicationMatched { current, .. } = status {

@@ -35,7 +35,7 @@ impl Runtime {
         };
     }
 
-    /// The motion for the ball that is believed, or what is missing.
+    /// The motion for the estimated ball, or what is missing.
     fn next_motion(&self, now_us: u64) -> Result<usize, &'static str> {
         let limits = &self.limits;
         if !self.enabled {
@@ -169,8 +169,8 @@ impl Runtime {
         }
     }
 
-    /// Ball and goal to show. A kick whose odometry fails before its strike goes on with what was shown last; one that no longer sees the
-    /// ball, with where it is believed in odometry's frame.
+    /// Ball and goal to show. A kick whose odometry fails before its strike continues with what was shown last; one that no longer sees the
+    /// ball, with its estimated place in odometry's frame.
     fn scene(&mut self, now_us: u64) -> Option<SceneView<f64>> {
         let to_strike = self.to_strike();
         let playing = self.playing.as_ref()?;
@@ -204,7 +204,7 @@ impl Runtime {
         }
     }
 
-    /// Odometry has begun a new frame, in which neither goal nor ball have a place: a motion that is played goes on with what was shown last,
+    /// Odometry has begun a new frame, in which neither goal nor ball have a place: a running motion continues with what was shown last,
     /// and so does a policy that holds its last pose.
     pub(super) fn lose_sight(&mut self, now_us: u64) {
         let before_strike = self.state == State::Kick && self.to_strike() > 0.0;
@@ -236,7 +236,7 @@ impl Runtime {
             }
             let joint = &player.model.joints[j];
             let (q, dq) = (self.body.joint_pos[j], self.body.joint_vel[j]);
-            // The whole torque within the motor's: what training and judge do at every physics step.
+            // The whole torque within the motor's: as training and evaluation do at every physics step.
             let effort = joint.effort_limit;
             let torque = (kp * (self.limited[j] - q) - kd * dq).clamp(-effort, effort);
             let target = q + (torque + kd * dq) / kp;
@@ -301,7 +301,7 @@ mod tests {
         hear(&mut runtime, 4_000, 1);
         assert_eq!(shown(&mut runtime, 4_000), frozen);
         hear(&mut runtime, 6_000, 1);
-        assert_eq!(shown(&mut runtime, 6_000), frozen, "the new frame goes on");
+        assert_eq!(shown(&mut runtime, 6_000), frozen, "the new frame continues");
         assert!(runtime.events.is_empty(), "{:?}", runtime.events);
         // The next kick looks again, and says so if it no longer can.
         runtime.begin_kick(8_000, 0);

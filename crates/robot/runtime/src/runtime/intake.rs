@@ -1,4 +1,4 @@
-//! What comes from the robot, and whether it can be believed.
+//! What comes from the robot, and whether it can be trusted.
 
 use super::{Reason, Runtime};
 use crate::eyes::DeviceClock;
@@ -7,7 +7,7 @@ use crate::message::{BallDetection, OdometryPose, Packet};
 use crate::pause::Silence;
 use crate::wire::{LowState, Remote};
 
-/// What the last packets said beside the body.
+/// What the last packets said besides the body.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Intake {
     pub mode_machine: u8,
@@ -31,7 +31,7 @@ pub(super) struct Intake {
     pub battery: Option<f64>,
     /// The vendor's controller in command, where the motion switcher was asked; empty: released.
     pub master: Option<String>,
-    /// When the last picture came, with or without a ball.
+    /// When the last image came, with or without a ball.
     pub picture_us: Option<u64>,
     /// What virtual senses stamp with: over the network the clock of another program.
     pub senses: DeviceClock,
@@ -112,7 +112,7 @@ impl Runtime {
         }
         intake.crc_errors = 0;
         intake.mode_machine = state.mode_machine;
-        // A state that is sent again is no news of the robot.
+        // A state that is sent again says nothing new of the robot.
         if intake.tick != Some(state.tick) {
             intake.tick = Some(state.tick);
             intake.states += 1;
@@ -126,9 +126,9 @@ impl Runtime {
         intake.not_finite = !self.body.take(state, &self.player);
     }
 
-    /// True while it only listens: for a time, until the robot has spoken, and for good once somebody else commands a robot that this
-    /// runtime has not moved yet. Neither its own damping nor a wish to stop makes the robot its own: it would fight the program that
-    /// balances it.
+    /// True while it only listens: for a time, until the robot has sent a state, and for good once another program commands a robot that
+    /// this runtime has not moved yet. Neither its own damping nor a request to stop lets it take over the robot: it would fight the
+    /// program that balances it.
     pub(super) fn listens(&self, now_us: u64) -> bool {
         let begun_us = self.begun_us.unwrap_or(now_us);
         let young = now_us.saturating_sub(begun_us) as f64 * 1e-6 < self.limits.listen_s;
@@ -153,7 +153,7 @@ impl Runtime {
             out.push(Reason::ModeMachine(intake.mode_machine).to_string());
         }
         if self.listens(now_us) && !intake.others {
-            out.push("listens whether somebody else commands the robot".to_owned());
+            out.push("still listening for commands of another program".to_owned());
         }
         if intake.others {
             out.push(Reason::OthersCommand.to_string());

@@ -55,7 +55,7 @@ impl Clone for PolicyTrace {
 /// What a step of the runtime gives.
 #[derive(Clone, Debug)]
 pub struct Output {
-    /// The command, with its checksum; nothing while the runtime listens whether somebody else commands the robot.
+    /// The command, with its checksum; nothing while the runtime listens for another program's commands.
     pub command: Option<LowCmd>,
     /// The state after the step.
     pub state: State,
@@ -81,7 +81,7 @@ struct Playing {
     step: usize,
     /// Ball and goal as last shown.
     shown: Option<SceneView<f64>>,
-    /// True once it goes on without odometry, or that has begun a new frame: what was shown last is shown until the next kick.
+    /// True once it continues without odometry, or once odometry has begun a new frame: what was shown last is shown until the next kick.
     blind: bool,
     /// True once the ball was not seen for too long: it was said.
     unseen: bool,
@@ -176,7 +176,7 @@ impl Runtime {
     pub fn phase(&self) -> Arc<Phase> {
         Arc::clone(&self.phase)
     }
-    /// From the capture of each picture of the ball to the first joint targets that it has a part in.
+    /// From the capture of each image of the ball to the first joint targets that it affects.
     pub fn latency(&self) -> &Latency {
         &self.latency
     }
@@ -213,7 +213,7 @@ impl Runtime {
     pub fn motion(&self) -> Option<usize> {
         self.playing.as_ref().map(|playing| playing.motion)
     }
-    /// Where the ball is believed to be (x, y), odometry's frame `[m]`.
+    /// Where the ball is estimated to be (x, y), odometry's frame `[m]`.
     pub fn ball(&self) -> Option<[f64; 2]> {
         let belief = self.world.belief(f64::INFINITY);
         belief.known.then_some(belief.ball.position)
@@ -294,7 +294,7 @@ impl Runtime {
         self.events.push(Event { at_us: now_us, from: self.state, to: state, reason: reason.into() });
         self.state = state;
         if state == State::Ready {
-            self.phase.look_anew();
+            self.phase.look_again();
         }
         self.entered_us = now_us;
         self.still_since_us = None;
@@ -346,7 +346,7 @@ impl Runtime {
             if missing.is_empty() {
                 // It may have become ready in the air, and stands on the floor by now.
                 if !self.enabled {
-                    self.phase.look_anew();
+                    self.phase.look_again();
                 }
                 self.enabled = true;
                 self.note(now_us, "keys R1 and X: kicks are allowed");

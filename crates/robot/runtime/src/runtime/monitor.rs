@@ -1,4 +1,4 @@
-//! Conditions under which the robot must not go on.
+//! Conditions under which the robot must not continue.
 
 use super::{Reason, Runtime, State};
 use crate::limits::Envelope;
@@ -51,7 +51,7 @@ impl Runtime {
     }
 
     /// The wide limits hold from a kick's begin until the robot has settled: the policy's own movement does not end with the clip, and the
-    /// peaks that the limits were taken from were measured over both states. A robot that waits has the strict ones, whoever holds its
+    /// peaks that the limits were taken from were measured over both states. A robot that waits has the strict ones, whatever holds its
     /// joints.
     fn envelope(&self) -> &Envelope {
         match self.state {

@@ -1,8 +1,8 @@
-//! What the eyes need to know of the runtime.
+//! What perception needs to know of the runtime.
 
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
-/// What the robot is about, from the thinking thread to whoever looks at the ball. Neither waits.
+/// The robot's phase, from the thinking thread to the ball's perception. Neither side waits.
 #[derive(Debug)]
 pub struct Phase {
     to_strike: AtomicU64,
@@ -21,7 +21,7 @@ impl Phase {
         self.to_strike.store(to_strike_s.to_bits(), Ordering::Relaxed);
     }
 
-    pub(super) fn look_anew(&self) {
+    pub(super) fn look_again(&self) {
         self.looks.fetch_add(1, Ordering::Relaxed);
     }
 
@@ -30,7 +30,7 @@ impl Phase {
         f64::from_bits(self.to_strike.load(Ordering::Relaxed))
     }
 
-    /// How often the eyes had to look anew where the floor is and for a ball: the robot has become ready, and the ball of its last kick is no
+    /// How often perception had to look again for the floor and a ball: the robot has become ready, and the ball of its last kick is no
     /// longer its own, or kicks are allowed, and it stands on the floor.
     pub fn looks_anew(&self) -> u32 {
         self.looks.load(Ordering::Relaxed)

@@ -56,23 +56,23 @@ pub enum Reason {
     Casing(String, i16),
     /// A number of the state is not finite.
     StateNotFinite,
-    /// No new state for so long `[s]`.
+    /// No new state for this long `[s]`.
     StateGap(f64),
-    /// So many wrong checksums in a row.
+    /// This many wrong checksums in a row.
     Checksum(u32),
     /// `mode_machine` that is not the G1's with 29 joints.
     ModeMachine(u8),
-    /// The remote has been silent for so long `[s]`.
+    /// The remote has been silent for this long `[s]`.
     RemoteLost(f64),
     /// L2 and B.
     StopKey,
     /// Ctrl-C or SIGTERM.
     StopSignal,
-    /// A policy step that came so late for so many times in a row `[s]`.
+    /// Policy steps were late several times in a row, the last one by this much `[s]`.
     Late(f64),
     /// An action that is not finite or beyond the limit.
     Action(f64),
-    /// Somebody else commands the robot.
+    /// Another program commands the robot.
     OthersCommand,
     /// This controller of the vendor's is in command.
     Vendor(String),
@@ -105,7 +105,7 @@ impl fmt::Display for Reason {
             Self::Late(x) => write!(f, "policy steps late, the last one by {:.0} ms", 1e3 * x),
             Self::Action(x) if x.is_nan() => f.write_str("an action that is not a number"),
             Self::Action(x) => write!(f, "an action of {x}"),
-            Self::OthersCommand => f.write_str("somebody else commands the robot"),
+            Self::OthersCommand => f.write_str("another program commands the robot"),
             Self::Vendor(name) => write!(f, "the vendor's controller '{name}' is in command"),
             Self::Battery(x) => write!(f, "battery at {x:.0}%"),
             Self::Broken(message) => f.write_str(message),
@@ -113,7 +113,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// A line of the runtime's diary.
+/// A transition or refusal of the runtime.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Event {
     /// When `[us]`.

@@ -10,7 +10,7 @@ use crate::motors::G1_MOTORS;
 pub struct JointStatus {
     /// Angle `[rad]`.
     pub pos_rad: f32,
-    /// The target of whoever moves it `[rad]`; the last one while nobody does.
+    /// The target of the program that moves it `[rad]`; the last one while none does.
     pub target_rad: f32,
     /// Speed `[rad/s]`.
     pub vel_rad_s: f32,
@@ -35,13 +35,13 @@ pub struct Status {
     pub waiting: &'static str,
     /// States of the robot so far.
     pub states: u64,
-    /// Age of the last state, pose and picture of the ball `[s]`.
+    /// Age of the last state, pose and image of the ball `[s]`.
     pub ages_s: [f64; 3],
     /// Pelvis from upright `[rad]`.
     pub tilt_rad: f64,
     /// Highest temperatures of winding and casing in degrees Celsius, each with its joint (model order).
     pub hottest: [(i16, usize); 2],
-    /// Charge in percent, where it is told.
+    /// Charge in percent, where it is known.
     pub battery: Option<f64>,
     /// The ball ahead of the torso and to its left `[m]`.
     pub ball_m: Option<[f64; 2]>,
@@ -51,7 +51,7 @@ pub struct Status {
     pub goal_rad: Option<f64>,
     /// What the robot calls itself; 5 is a G1 with 29 free joints.
     pub mode_machine: u8,
-    /// True if somebody else has commanded the robot.
+    /// True if another program has commanded the robot.
     pub others_command: bool,
     /// True while the vendor's controller is in command; null where the motion switcher was not asked.
     pub vendor_commands: Option<bool>,

@@ -1,4 +1,4 @@
-//! The runtime's side: asks who is in command, and releases the vendor's controller if told to.
+//! The runtime's side: asks who is in command, and releases the vendor's controller on request.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -36,7 +36,7 @@ impl<L: Line> SwitcherClient<L> {
         Self { line, next: now.as_nanos() as i64 & (i64::MAX >> 1), open: Vec::new() }
     }
 
-    /// The line, for whoever goes on asking.
+    /// The line, to keep asking on it.
     pub fn into_line(self) -> L {
         self.line
     }
@@ -110,7 +110,8 @@ impl Default for Patience {
 /// Asks until the vendor's controller is released. If it is in command, `release` has it released; otherwise that is the end.
 ///
 /// # Errors
-/// If `stop` is set, nobody answers, the vendor's controller is in command and is not to be released or stays in command, or the network is broken.
+/// If `stop` is set, the motion switcher does not answer, the vendor's controller is in command and is not to be released or stays in
+/// command, or the network is broken.
 pub fn await_release<L: Line>(
     client: &mut SwitcherClient<L>,
     release: bool,
@@ -157,7 +158,7 @@ pub fn await_release<L: Line>(
             return refused(match last {
                 Some(last) => format!("the vendor's controller was not released: {last}"),
                 None => format!(
-                    "nobody answers on {} within {:.0} s: is the robot on, is this its interface and domain? A simulator without motion \
+                    "no answer on {} within {:.0} s: is the robot on, is this its interface and domain? A simulator without motion \
                      switcher needs --no-switcher",
                     super::SWITCHER_TOPICS[0],
                     patience.answer.as_secs_f64()
@@ -215,7 +216,7 @@ mod tests {
         }
     }
 
-    /// Nobody stops it.
+    /// It is not stopped.
     static ON: AtomicBool = AtomicBool::new(false);
 
     const SHORT: Patience = Patience {
@@ -270,15 +271,15 @@ mod tests {
     }
 
     #[test]
-    fn nobody_who_answers_is_no_released_robot() {
+    fn no_answer_is_no_released_robot() {
         let mut robot = Robot { deaf: true, ..Robot::new("") };
         let error = await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, &ON, |_| {});
         let error = error.expect_err("silence").to_string();
-        assert!(error.contains("nobody answers on rt/api/motion_switcher/request"), "{error}");
+        assert!(error.contains("no answer on rt/api/motion_switcher/request"), "{error}");
     }
 
     #[test]
-    fn who_is_stopped_while_nobody_answers_says_so_and_releases_nothing() {
+    fn stopped_without_an_answer_it_says_so_and_releases_nothing() {
         let mut robot = Robot { deaf: true, ..Robot::new("ai") };
         let patience = Patience { answer: Duration::from_secs(600), ..SHORT };
         let stop = AtomicBool::new(true);

@@ -74,7 +74,7 @@ fn state(status: &LiveStatus) -> String {
 fn in_command(status: &LiveStatus) -> (String, bool) {
     let s = &status.runtime;
     let (who, bad) = match (s.others_command, s.vendor_commands) {
-        (true, _) => ("somebody else, too", true),
+        (true, _) => ("another program, too", true),
         (false, Some(true)) => ("the vendor's controller", true),
         (false, Some(false)) => ("this program (vendor released)", false),
         (false, None) => ("this program (vendor unknown)", false),
@@ -100,7 +100,7 @@ fn age(seconds: f64) -> String {
     }
 }
 
-/// A number with so many digits, and no minus before a zero.
+/// A number with this many decimals, and no minus before a zero.
 fn number(x: f64, digits: usize) -> String {
     let text = format!("{x:.digits$}");
     match text.strip_prefix('-') {

@@ -7,7 +7,7 @@ pub use screen::{Pressed, Screen};
 
 use crate::live::{LiveStatus, Told};
 
-/// What is shown: the newest status and the last line of the diary.
+/// What is shown: the newest status and the last event.
 #[derive(Clone, Debug, Default)]
 pub struct View {
     status: Option<LiveStatus>,
@@ -15,7 +15,7 @@ pub struct View {
 }
 
 impl View {
-    /// Takes in what is told.
+    /// Takes in what is reported.
     pub fn take(&mut self, told: Told<'_>) {
         match told {
             Told::Event(event) => {

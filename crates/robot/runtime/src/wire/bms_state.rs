@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn another_length_and_a_charge_that_is_none_are_no_news() {
+    fn another_length_and_a_charge_that_is_none_are_ignored() {
         assert!(BmsState::from_cdr(&[0; 160]).is_err());
         assert_eq!(BmsState { soc: 101, ..BmsState::default() }.percent(), None);
         assert_eq!(BmsState::charged(19.6).percent(), Some(20.0));

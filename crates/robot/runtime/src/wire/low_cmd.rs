@@ -1,4 +1,4 @@
-//! What the robot is told: `unitree_hg::msg::dds_::LowCmd_`.
+//! The command to the robot: `unitree_hg::msg::dds_::LowCmd_`.
 
 use super::MOTORS;
 use super::walk::{Message, Walk, forms};
@@ -12,7 +12,7 @@ pub struct MotorCmd {
     pub q: f32,
     /// Speed `[rad/s]`.
     pub dq: f32,
-    /// Torque beside the controller's `[N m]`.
+    /// Torque in addition to the controller's `[N m]`.
     pub tau: f32,
     /// Stiffness `[N m/rad]`.
     pub kp: f32,

@@ -57,7 +57,7 @@ impl Camera {
         first
     }
 
-    /// Local time of a picture's stamp.
+    /// Local time of an image's stamp.
     pub fn captured_ns(&mut self, stamp_ns: u64, now_ns: u64) -> u64 {
         match self.clock {
             StampClock::System => of_system(stamp_ns, now_ns),

@@ -14,7 +14,7 @@ use crate::DeployError;
 use crate::eyes::{Desk, DeviceClock, OdometryInput, StampClock, TorsoEyes, TorsoFix};
 use crate::ros::{LidarTopics, ODOMETRY, RosReader, RosTopics};
 
-/// Wrong packets of the LiDAR are told so often `[ns]`.
+/// Wrong packets of the LiDAR are reported at this interval `[ns]`.
 const COUNT_NS: u64 = 5_000_000_000;
 
 /// Where a thread that follows the torso puts what it knows.
@@ -38,7 +38,7 @@ impl Follow {
 
     fn state(&mut self, eyes: &TorsoEyes) {
         let state = eyes.state().to_string();
-        // The same fault with other figures is told once.
+        // The same fault with other figures is reported once.
         let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit(), "");
         if kind(&state) != kind(&self.state) {
             self.teller.tell(format!("odometry: {state}"));

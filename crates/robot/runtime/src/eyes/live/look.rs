@@ -12,7 +12,7 @@ use crate::eyes::link::Joints;
 use crate::eyes::{BallEyes, Desk, TorsoFix};
 use crate::runtime::Phase;
 
-/// Time between two reports without a picture `[ns]`.
+/// Time between two reports without an image `[ns]`.
 const REPORT_NS: u64 = 20_000_000;
 
 /// The thread that looks for the ball.
@@ -56,7 +56,7 @@ impl Look {
             if looked {
                 looked_ns = now_ns;
             } else if now_ns > looked_ns + SILENT_NS {
-                self.teller.tell("camera: no picture for a second".to_owned());
+                self.teller.tell("camera: no image for a second".to_owned());
                 looked_ns = now_ns;
             }
             if looked || now_ns > reported_ns + REPORT_NS {
@@ -78,12 +78,12 @@ impl Look {
         }
     }
 
-    /// Looks at the newest picture, if there is one.
+    /// Looks at the newest image, if there is one.
     fn look(&mut self, now_ns: u64) -> bool {
         let Some(mut picture) = self.camera.joiner.take(now_ns) else { return false };
         picture.captured_ns = self.camera.captured_ns(picture.captured_ns, now_ns);
         match self.eyes.picture(picture, now_ns, &self.phase) {
-            Ok(None) => self.teller.tell("camera: pictures are well".to_owned()),
+            Ok(None) => self.teller.tell("camera: images arriving".to_owned()),
             Ok(Some(fault)) => self.teller.tell(format!("camera: {fault}")),
             Err(error) => self.teller.tell(error.to_string()),
         }

@@ -28,9 +28,9 @@ use teller::Teller;
 
 /// Poses that may wait for the thread that looks for the ball: over a second.
 const WAITING: usize = 256;
-/// Lines that may wait to be told.
+/// Lines that may queue.
 const UNTOLD: usize = 64;
-/// A topic is silent that has said nothing for so long `[ns]`.
+/// A topic without a message for this long is silent `[ns]`.
 const SILENT_NS: u64 = 1_000_000_000;
 
 /// Where the topics of ROS 2 are, unless the configuration says otherwise.
@@ -60,8 +60,8 @@ impl Eyes {
         Torso::check(&config.odometry)
     }
 
-    /// Opens the eyes. `phase` is the runtime's. The other end gives what they have to say: a line for each fault of a sensor, and one
-    /// when it is well again. A line that nobody takes is lost. A thread of theirs that panics leaves its words in `last_words`.
+    /// Starts onboard perception. `phase` is the runtime's. The receiver gives its messages: a line for each fault of a sensor, and one
+    /// when it works again. A line that is not taken is lost. A thread that panics leaves its message in `last_words`.
     ///
     /// # Errors
     /// If a network, an address or a detector cannot be had.
@@ -114,7 +114,7 @@ impl Drop for Eyes {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Release);
         for thread in self.threads.drain(..) {
-            // The last words of one that panicked were heard.
+            // The panic of one that panicked was reported.
             let _ = thread.join();
         }
     }
@@ -137,7 +137,7 @@ fn setup(config: &EyesConfig, player: &Player) -> Result<SightSetup, DeployError
     Ok(setup)
 }
 
-/// A thread whose panic is told.
+/// A thread whose panic is reported.
 fn spawn(last_words: &LastWords, name: &'static str, act: impl FnOnce() + Send + 'static) -> JoinHandle<()> {
     let words = last_words.clone();
     std::thread::spawn(move || {

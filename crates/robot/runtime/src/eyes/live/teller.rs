@@ -16,7 +16,7 @@ impl Teller {
     /// Says a line unless it was the last one.
     pub fn tell(&mut self, line: String) {
         if line != self.last {
-            // Nobody listens, or too slowly: that must not stop the eyes.
+            // No receiver, or a slow one: that must not stop perception.
             let _ = self.to.try_send(line.clone());
             self.last = line;
         }

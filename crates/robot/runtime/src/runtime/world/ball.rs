@@ -1,4 +1,4 @@
-//! Where the ball is: by the own eyes' word, or by the tracker here from virtual senses' pictures.
+//! Where the ball is: from onboard perception, or from the tracker here on virtual senses' images.
 
 use paid_play::RollingBall;
 use paid_track::{BallEstimate, BallTracker, Belief, Measurement, Rolling, TrackerPreset};
@@ -7,11 +7,11 @@ use super::place::Place;
 use crate::message::{BallDetection, EyesReport};
 use crate::player::Player;
 
-/// A picture that shows the ball farther from where it is believed to be shows another ball, or the same one after somebody has moved it `[m]`.
+/// An image that shows the ball farther from its estimate shows another ball, or the same one after it was moved `[m]`.
 const SAME_M: f64 = 0.25;
-/// The tracker stays so far behind the present `[s]`: pictures that are later are not used.
+/// The tracker stays this far behind the present `[s]`: later images are not used.
 const HORIZON_S: f64 = 0.15;
-/// Pictures that may wait for the next policy step.
+/// Images that may wait for the next policy step.
 const WAITING: usize = 64;
 
 /// The ball as the robot believes it, in odometry's frame.
@@ -29,7 +29,7 @@ pub(super) struct Ball {
     /// What the eyes believe, and when it held `[us]`.
     report: Option<(u64, EyesReport)>,
     pictures: Vec<BallDetection>,
-    /// Pictures in a row that showed the ball where it was believed to be.
+    /// Images in a row that showed the ball at its estimate.
     looks: u32,
 }
 
@@ -65,7 +65,7 @@ impl Ball {
             numbers.chain([&ball.rest, &ball.age_s]).all(|x| x.is_finite())
         });
         if finite && frame == Some(report.frame) {
-            // Without the floor nobody knows how far below the robot the ball is.
+            // Without the floor it is unknown how far below the robot the ball is.
             let floor = report.floor_m.filter(|floor| floor.is_finite());
             self.floor = floor.unwrap_or(self.floor);
             let report = &EyesReport { ball: report.ball.filter(|_| floor.is_some()), ..*report };
@@ -73,12 +73,12 @@ impl Ball {
         }
     }
 
-    /// Forgets what the eyes believed.
+    /// Forgets the estimates of onboard perception.
     pub fn forget_report(&mut self) {
         self.report = None;
     }
 
-    /// Takes in a picture, to be fused at the next policy step.
+    /// Takes in an image, to be fused at the next policy step.
     pub fn sighting(&mut self, sighting: BallDetection) {
         let finite = sighting.ball.is_none_or(|ball| ball.iter().all(|x| x.is_finite()));
         if finite && sighting.deviation_m > 0.0 && self.pictures.len() < WAITING {
@@ -110,12 +110,12 @@ impl Ball {
         }
     }
 
-    /// Pictures in a row that showed the ball where it was believed to be.
+    /// Images in a row that showed the ball at its estimate.
     pub fn looks(&self) -> u32 {
         self.report.map_or(self.looks, |(_, report)| report.ball.map_or(0, |ball| ball.looks))
     }
 
-    /// What is believed: by the eyes, as it goes on since they said so, or by the tracker here.
+    /// The estimate: of onboard perception, continued since its report, or of the tracker here.
     pub fn belief(&self, to_strike_s: f64) -> Belief<f64> {
         let ball = self.report.and_then(|(at_us, report)| report.ball.map(|ball| (at_us, ball)));
         let Some((at_us, ball)) = ball else {

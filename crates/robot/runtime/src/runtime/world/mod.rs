@@ -1,7 +1,7 @@
 //! Where ball and goal are: what the senses say in, the policy's view out.
 //!
-//! The robot's own eyes ([`crate::eyes`]) give the torso's pose and what they believe of the ball. Virtual senses give the pelvis's pose and
-//! single pictures, which the shared tracker fuses here.
+//! Onboard perception ([`crate::eyes`]) gives the torso's pose and its estimate of the ball. Virtual senses give the pelvis's pose and
+//! single images, which the shared tracker fuses here.
 
 mod ball;
 mod place;
@@ -72,7 +72,7 @@ impl WorldBelief {
         self.goal = Some([torso.pos.x() + c * ahead - s * left, torso.pos.y() + s * ahead + c * left]);
     }
 
-    /// Takes in a picture, to be fused at the next policy step.
+    /// Takes in an image, to be fused at the next policy step.
     pub fn sighting(&mut self, sighting: BallDetection) {
         self.ball.sighting(sighting);
     }
@@ -87,7 +87,7 @@ impl WorldBelief {
         self.place.base(now_us, body)
     }
 
-    /// Remembers where the torso is now: pictures of now come later.
+    /// Remembers where the torso is now: images of this instant arrive later.
     pub fn remember(&mut self, now_us: u64, body: &Body, player: &Player) {
         self.ball.now(now_us);
         self.place.remember(now_us, body, player);
@@ -103,12 +103,12 @@ impl WorldBelief {
         self.ball.advance(now_us, dt_s, to_strike_s, &self.place);
     }
 
-    /// Pictures in a row that showed the ball where it was believed to be.
+    /// Images in a row that showed the ball at its estimate.
     pub fn looks(&self) -> u32 {
         self.ball.looks()
     }
 
-    /// What is believed: by the eyes, as it goes on since they said so, or by the tracker here.
+    /// The estimate: of onboard perception, continued since its report, or of the tracker here.
     pub fn belief(&self, to_strike_s: f64) -> Belief<f64> {
         self.ball.belief(to_strike_s)
     }
@@ -131,7 +131,7 @@ impl WorldBelief {
         Some(angle.sin().atan2(angle.cos()))
     }
 
-    /// A kick begins: the ball lies where it is believed to.
+    /// A kick begins: the ball lies at its estimate.
     pub fn begin_kick(&mut self) {
         let ball = self.ball_center(&self.belief(f64::INFINITY));
         self.memory.reset_lane(0, ball.0);

@@ -8,7 +8,7 @@ use crate::message::{OdometryPose, TorsoPose, quaternion};
 use crate::player::{Player, about_z};
 use crate::runtime::body::Body;
 
-/// Poses are kept for so long `[s]`: pictures may be that late.
+/// Poses are kept for this long `[s]`: images may be that late.
 const KEPT_S: f64 = 0.4;
 /// Poses of that time at 500 Hz, and a few: the thread that fills the buffer must not allocate.
 const ROOM: usize = 256;
@@ -115,7 +115,7 @@ impl Place {
         Some(Pose { pos: self.velocity.scale_add(age, placed.position), rot })
     }
 
-    /// Remembers where the torso is now: pictures of now come later.
+    /// Remembers where the torso is now: images of this instant arrive later.
     pub fn remember(&mut self, now_us: u64, body: &Body, player: &Player) {
         let torso = player.anchor_in_base(&body.joint_pos);
         let stamped = |pos: Vec3<f64>, rot: &Mat3<f64>| StampedPose {

@@ -22,7 +22,7 @@ fn a_late_picture_counts_from_where_the_robot_was() {
     let mut body = Body::new(player.joints());
     let torso = player.anchor_in_base(&body.joint_pos);
     let ball = Vec3([2.0, 0.5, 0.11]);
-    // The robot slides along x at 1 m/s and turns at 1 rad/s. The inertial sensor's heading is 0.3 rad beside odometry's.
+    // The robot slides along x at 1 m/s and turns at 1 rad/s. The inertial sensor's heading is 0.3 rad off odometry's.
     let at = |us: u64| Pose { pos: Vec3([us as f64 * 1e-6, 0.0, 0.76]), rot: about_z(us as f64 * 1e-6) };
     let mut pictures = Vec::new();
     for k in 0..300_u64 {
@@ -53,7 +53,7 @@ fn a_late_picture_counts_from_where_the_robot_was() {
 }
 
 #[test]
-fn a_ball_that_was_put_elsewhere_must_be_looked_at_anew() {
+fn a_ball_that_was_put_elsewhere_must_be_looked_at_again() {
     let player = player();
     let mut world = WorldBelief::new(&player);
     let body = Body::new(player.joints());
@@ -79,9 +79,9 @@ fn a_ball_that_was_put_elsewhere_must_be_looked_at_anew() {
         world.advance(now_us, 0.02, f64::INFINITY);
         looks.push(world.looks());
     }
-    // The first picture makes it known, the next ones agree.
+    // The first image makes it known, the next ones agree.
     assert_eq!((looks[0], looks[39]), (0, 39));
-    // The tracker believes the third picture of the new place.
+    // The tracker accepts the third image of the new place.
     assert_eq!(looks[40..44], [0, 0, 0, 1]);
     assert_eq!((looks[69], looks[70], looks[71]), (27, 0, 1));
     let [x, y] = world.belief(f64::INFINITY).ball.position;
@@ -93,7 +93,7 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
     let player = player();
     let mut world = WorldBelief::new(&player);
     let mut body = Body::new(player.joints());
-    // The waist turns at 2 rad/s while the pelvis stands at (1, 0, 0.76), its inertial sensor's heading 0.3 rad beside odometry's.
+    // The waist turns at 2 rad/s while the pelvis stands at (1, 0, 0.76), its inertial sensor's heading 0.3 rad off odometry's.
     let yaw = player.model.joint_index("waist_yaw_joint").expect("a waist");
     body.base_rot = about_z(-0.3);
     let base = Pose { pos: Vec3([1.0, 0.0, 0.76]), rot: about_z(0.0) };
@@ -140,7 +140,7 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
     assert!((scene.ball.z() + 1.2 - world.ball.radius + 0.76).abs() < 1e-9, "{scene:?}");
     world.goal_ahead([5.0, 0.0]);
     assert!(world.goal.is_some() && world.goal_bearing().expect("a goal").abs() < 1e-9);
-    // The ball rolls, the pelvis goes on and turns.
+    // The ball rolls, the pelvis moves on and turns.
     world.begin_kick();
     let mut shown = Vec::new();
     for k in 0..20_u64 {
@@ -151,7 +151,7 @@ fn what_the_eyes_say_counts_from_the_joints_and_the_time_at_which_it_held() {
         shown.push(base.point_in_world(scene.ball));
     }
     assert!(shown[19].x() - shown[0].x() > 0.3, "{shown:?}");
-    // Odometry begins anew: ball and goal are gone, and a report of the old frame is not taken.
+    // Odometry restarts: ball and goal are gone, and a report of the old frame is not taken.
     body.joint_pos[yaw] = 0.0;
     world.remember(122_000, &body, &player);
     let pose = TorsoPose { age_us: 0, frame: 1, position: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
