@@ -1,4 +1,4 @@
-//! Reads the robot's states for a while and says what they are like: rate, clock, checksums, who commands, heat, and which joint moved when and
+//! Reads the robot's states for a while and reports on them: rate, clock, checksums, who commands, heat, and which joint moved when and
 //! how. Commands nothing.
 
 use std::fmt::Write as _;
@@ -10,11 +10,11 @@ use crate::message::Packet;
 use crate::motors::{G1_MOTORS, motors_of};
 use crate::wire::{LowState, MODE_MACHINE_G1_29, MotorState, machine};
 
-/// A joint that is so far from where it was first has been moved `[rad]`: more than what moves along when its neighbor is.
+/// A joint this far from its first angle has been moved `[rad]`: more than what moves along when its neighbor is.
 const MOVED_RAD: f64 = 0.15;
 /// Joints that begin to move within this time of each other were not moved one at a time `[us]`.
 const APART_US: u64 = 200_000;
-/// An angle may be so far beyond the joint's range: more is an offset `[rad]`.
+/// An angle may be this far beyond the joint's range: more is an offset `[rad]`.
 const OFFSET_RAD: f64 = 0.1;
 
 /// The robot's clock over this machine's.
@@ -250,7 +250,7 @@ impl Checker {
         CheckReport { text, good, unchecked }
     }
 
-    /// Whether the joints that moved did so in the table's order, and what to say of it. Without movement there is nothing against it.
+    /// Whether the joints that moved did so in the table's order, and the text about it. Without movement nothing contradicts it.
     fn order(&self) -> (bool, String) {
         let mut moved: Vec<(u64, usize)> =
             self.moved.iter().enumerate().filter_map(|(j, m)| m.begun.map(|(at, _)| (at, j))).collect();
@@ -348,7 +348,7 @@ mod tests {
         checker.take(200_000, &Packet::LowState(state.to_cdr()));
         assert!(!checker.report().good);
     }
-    /// A robot whose joints are moved: half a second after the begin the first by so much, a second later the next.
+    /// A robot whose joints are moved: half a second after the start the first by this much, a second later the next.
     fn moved(joints: &[(usize, f32)], change: impl Fn(&mut LowState)) -> CheckReport {
         let mut checker = Checker::without_switcher();
         for k in 0..250 * (joints.len() as u32 + 1) {

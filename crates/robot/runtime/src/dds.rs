@@ -36,9 +36,9 @@ const STUCK: u32 = 25;
 /// Which side this is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
-    /// The robot: says states, hears commands.
+    /// The robot: sends states, receives commands.
     Robot,
-    /// The runtime: says commands, hears states.
+    /// The runtime: sends commands, receives states.
     Runtime,
 }
 
@@ -57,7 +57,7 @@ impl SerializerAdapter<LowCmd> for Raw<0> {
 struct Senses(Packet);
 
 impl Senses {
-    /// What a virtual robot's senses may say. Commands, states, keys and the like have topics of their own, or none.
+    /// What a virtual robot's senses may send. Commands, states, keys and the like have topics of their own, or none.
     fn heard(self) -> Option<Packet> {
         let senses = matches!(
             self.0,

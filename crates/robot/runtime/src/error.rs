@@ -9,7 +9,7 @@ use crate::LinkError;
 /// Something does not fit, or is missing.
 #[derive(Debug, Error)]
 pub enum DeployError {
-    /// A file of limits or of the eyes.
+    /// A file of limits or of onboard perception.
     #[error("{file}: {message}")]
     Limits {
         /// The file.
@@ -34,10 +34,10 @@ pub enum DeployError {
         /// What is wrong with it.
         message: String,
     },
-    /// The operator wished to end before the start.
+    /// The operator stopped it before the start.
     #[error("stopped before the start: the vendor's controller was not yet reported released")]
     Stopped,
-    /// The robot or the network says no.
+    /// Refused by the robot or the network.
     #[error("refused to start: {0}")]
     Refused(String),
 }

@@ -13,7 +13,7 @@ use crate::link::LinkError;
 pub(crate) fn check(interface: IpAddr) -> Result<(), LinkError> {
     match addresses() {
         Ok(here) if !here.contains(&interface) => Err(LinkError::Interface { found: interface, here }),
-        // A system that does not tell its addresses may have this one.
+        // A system that does not list its addresses may have this one.
         Ok(_) | Err(_) => Ok(()),
     }
 }

@@ -8,7 +8,7 @@
 //! - [`eyes`]: the robot's camera and LiDAR; `ros` (feature `dds`): their topics.
 //! - `view` (feature `view`): the runtime on a terminal.
 //!
-//! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_track`]: the code of training and judge.
+//! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_track`]: the code of training and evaluation.
 //!
 //! ```
 //! use paid_runtime::wire::LowCmd;

@@ -29,7 +29,7 @@ pub struct Limits {
     /// During a kick, and until the robot has settled after it. Default: the highest values of some 300 kicks in simulation that ended on both feet, 0.74 rad, 10.1
     /// rad/s and 1.48 of a joint's limit (an earlier policy, matches of 11), with a margin of a third, a half and a quarter.
     pub kicking: Envelope,
-    /// A joint may be so far beyond its range `[rad]`. Default 0.3: in simulated kicks ankles go 0.1 to 0.2 beyond their stops.
+    /// A joint may be this far beyond its range `[rad]`. Default 0.3: in simulated kicks ankles go 0.1 to 0.2 beyond their stops.
     pub range_margin_rad: f64,
     /// Estimated torque as a share of the joint's limit. Default 1.3: estimates are noisy; a share of 1 is everyday use.
     pub torque_share: f64,
@@ -45,15 +45,16 @@ pub struct Limits {
     pub crc_errors: u32,
     /// False: states need no checksum, for the vendor's simulator, which sets none. Weakens nothing else.
     pub check_crc: bool,
-    /// A policy step that comes so much late counts as missed `[s]`. Default 0.01: half a control period.
+    /// A policy step that comes this late counts as missed `[s]`. Default 0.01: half a control period.
     pub late_s: f64,
     /// Missed policy steps in a row that damp. Default 2.
     pub late_steps: u32,
     /// The writer damps if the runtime has given no command for this long `[s]`. Default 0.02: it then hangs or is dead.
     pub command_age_s: f64,
-    /// While the computer does not run the writer or the thinking thread for a moment, that thread hears nothing. Up to this long such a pause
-    /// is not taken for silence of the other thread or of the robot `[s]`; 0: it is. Default 0.05: the robot holds its last targets meanwhile,
-    /// and with such a pause every 1.3 s no match of 50 kicks in lockstep is stopped (`paid robot sim --pause-ms 50`; with 100 ms all are).
+    /// While the computer does not run the writer or the thinking thread for a moment, that thread receives nothing. Up to this long such a
+    /// pause is not taken for silence of the other thread or of the robot `[s]`; 0: it is. Default 0.05: the robot holds its last targets
+    /// meanwhile, and with such a pause every 1.3 s no match of 50 kicks in lockstep is stopped (`paid robot sim --pause-ms 50`; with 100
+    /// ms all are).
     pub forgiven_pause_s: f64,
     /// Damps if the writer has sent nothing for this long while the joints are under control `[s]`: it hangs or is dead. Default 0.05: a
     /// command was 26 ms late once in an hour without real-time priority.
@@ -78,18 +79,18 @@ pub struct Limits {
     pub reach_ahead_m: [f64; 2],
     /// The same to the left `[m]`. Default -1.1 to 1.1.
     pub reach_left_m: [f64; 2],
-    /// The goal may be so far off straight ahead `[rad]`. Default 0.6.
+    /// The goal may be this far off straight ahead `[rad]`. Default 0.6.
     pub goal_bearing_rad: f64,
     /// An action beyond this damps. Default 30: trained policies stay below 10.
     pub action: f64,
-    /// A target of the policy may lie so far beyond the joint's soft range, as a share of the angle at which the motor gives all its torque
-    /// (effort over stiffness); what is farther out is brought back. Default 2: training clamps nothing, its joints are soft, and a policy
-    /// presses the ground with targets far outside of an ankle's range, where torque and the stop limit what comes of it. In 8 matches of 11
-    /// in lockstep (`policies/demo` seeds 0 to 4, an earlier policy 0 to 2) targets lay 1.46 beyond at most (ankles; up to 2.6 rad), 1.71
-    /// in a kick that failed.
+    /// A target of the policy may lie this far beyond the joint's soft range, as a share of the angle at which the motor gives all its
+    /// torque (effort over stiffness); what is farther out is brought back. Default 2: training clamps nothing, its joints are soft, and a
+    /// policy presses the ground with targets far outside of an ankle's range, where torque and the stop limit what comes of it. In 8
+    /// matches of 11 in lockstep (`policies/demo` seeds 0 to 4, an earlier policy 0 to 2) targets lay 1.46 beyond at most (ankles; up to
+    /// 2.6 rad), 1.71 in a kick that failed.
     pub target_beyond: f64,
-    /// A target of the policy may move so much from one policy step to the next, in the same unit. Default 2.5: in these matches they moved
-    /// by 1.82 at most; 2 is from all the torque one way to all of it the other way.
+    /// A target of the policy may move this much from one policy step to the next, in the same unit. Default 2.5: in these matches they
+    /// moved by 1.82 at most; 2 is from all the torque one way to all of it the other way.
     pub target_step: f64,
     /// After a change of state targets move from the measured pose at most so fast `[rad/s]` ... Default 12: a step of 0.2 rad takes a
     /// policy step.
@@ -115,7 +116,7 @@ pub struct Limits {
     pub still_joint_rad_s: f64,
     /// ... for this long `[s]`. Default 0.5.
     pub still_s: f64,
-    /// After the clip's end the robot is ready after so long at the latest `[s]`. Default 3.
+    /// After the clip's end the robot is ready after this long at the latest `[s]`. Default 3.
     pub settle_s: f64,
     /// True: after a kick the policy keeps holding the clip's last pose until the next one. False: the robot is brought to the standing
     /// pose by a ramp.

@@ -30,7 +30,7 @@ pub enum LinkError {
     Network {
         /// What was attempted.
         what: &'static str,
-        /// What the system says.
+        /// The system's error.
         message: String,
     },
 }

@@ -38,7 +38,7 @@ pub struct TorsoPose {
     pub quaternion: [f64; 4],
 }
 
-/// A ball that the eyes know.
+/// A ball that perception knows.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BallReport {
     /// Center (x, y), odometry's frame `[m]`.
@@ -59,7 +59,7 @@ pub struct BallReport {
     pub lost: bool,
 }
 
-/// What the eyes believe, some fifty times a second.
+/// Perception's estimate, some fifty times a second.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EyesReport {
     /// How long ago this held when it is handed over `[us]`.
@@ -70,7 +70,7 @@ pub struct EyesReport {
     pub frame: u32,
     /// Height of the floor in that frame `[m]`: where the soles were when the robot became ready, or when kicks were allowed.
     pub floor_m: Option<f64>,
-    /// The robot's own ball.
+    /// The ball to kick.
     pub ball: Option<BallReport>,
 }
 
@@ -95,9 +95,9 @@ pub enum Packet {
     Torso(TorsoPose),
     /// The estimates of onboard perception.
     Eyes(EyesReport),
-    /// Center of the goal ahead of the torso and to its left, by the operator's word `[m]`.
+    /// Center of the goal ahead of the torso and to its left, as the operator gives it `[m]`.
     GoalAhead([f64; 2]),
-    /// The vendor's controller that is in command, by the motion switcher's word; empty: it is released.
+    /// The vendor's controller that is in command, as the motion switcher reports it; empty: it is released.
     Master(String),
     /// Keys of the remote that the operator has pressed on the keyboard, a bit each as in [`crate::wire::Remote`].
     Keys(u16),

@@ -6,8 +6,8 @@ use crate::wire::COMMAND_US;
 /// Lateness from which a thread was not run, rather than scheduled a little late `[us]`: two periods.
 const PAUSE_US: u64 = 2 * COMMAND_US;
 
-/// Counts the silence of a peer. While this thread is not run, it hears nothing, so a short pause of its own says nothing about the peer.
-/// The default forgives none.
+/// Counts the silence of a peer. While this thread is not run, it receives nothing, so a short pause of its own says nothing about the
+/// peer. The default forgives none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Silence {
     /// Pauses between two messages of the peer that are forgiven in total `[us]`.
@@ -17,7 +17,7 @@ pub(crate) struct Silence {
 }
 
 impl Silence {
-    /// Nothing was heard yet.
+    /// Nothing was received yet.
     pub fn new(limits: &Limits) -> Self {
         Self { limit_us: (limits.forgiven_pause_s * 1e6) as u64, step_us: None, forgiven_us: 0 }
     }
@@ -46,7 +46,7 @@ impl Silence {
 mod tests {
     use super::*;
 
-    /// Periods at these times `[ms]` after the peer's last word at 0, and what silence was counted at each `[ms]`.
+    /// Periods at these times `[ms]` after the peer's last message at 0, and the silence counted at each `[ms]`.
     fn counted(at_ms: &[u64]) -> Vec<u64> {
         let mut silence = Silence::new(&Limits { forgiven_pause_s: 0.05, ..Limits::default() });
         silence.step(0);

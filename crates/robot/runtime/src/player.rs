@@ -97,8 +97,8 @@ impl Player {
         let contract = file.contract("").map_err(DeployError::policy)?;
         let PolicyFile { path, play, sets, model: theirs, policy, .. } = file;
         let terms = &play.observations.policy;
-        // The robot as this program knows it, not as the policy's file tells it: a robot file of the policy's own may have the same gains, and
-        // ranges, speeds and torques that limit nothing.
+        // The robot as this program knows it, not as the policy's file has it: a robot file of the policy's own may have the same gains,
+        // and ranges, speeds and torques that limit nothing.
         let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
         let robot = robot_contract(&model, &spec, 0.02, terms).map_err(DeployError::policy)?;
         let robot = paid_policy::Contract { recurrent: contract.recurrent, ..robot };

@@ -1,5 +1,5 @@
-//! A thread's panic is heard before it is printed: printing takes a second where `RUST_BACKTRACE` is set. A program of its own, since the
-//! panic hook is one for the whole program.
+//! A thread's panic is reported before it is printed: printing takes a second where `RUST_BACKTRACE` is set. A program of its own, since
+//! the panic hook is one for the whole program.
 
 use std::sync::{Arc, Mutex};
 
@@ -10,7 +10,7 @@ fn last_words_are_heard_before_the_panic_is_printed() {
     let words = LastWords::default();
     let heard = Arc::new(Mutex::new(None));
     let (listener, kept) = (words.clone(), Arc::clone(&heard));
-    // In the place of the hook that prints: what was heard by then?
+    // In place of the hook that prints: what was reported by then?
     std::panic::set_hook(Box::new(move |_| *kept.lock().expect("whole") = Some(listener.heard())));
     let done = words.guard("eyes' ball", || panic!("a mote"));
     assert_eq!(done, None::<()>);

@@ -9,7 +9,7 @@ use paid_runtime::{Limits, Packet, Player, Runtime, State};
 /// The state in which something happens for the first time: the robot has stood since the 20th.
 const BEGIN: u64 = 50;
 
-/// What the robot says in state `k`; none: nothing comes.
+/// The robot's message in state `k`; none: nothing comes.
 type Course<'a> = &'a dyn Fn(u64, LowState) -> Option<LowState>;
 
 /// A robot that stands, in a hundred steps at these times `[us]`: its last state, and why it damps.
@@ -39,7 +39,7 @@ fn with(player: &Arc<Player>, change: impl Fn(&mut LowState)) -> (State, String)
     })
 }
 
-/// A change that is harmless, one that is not, and the words for it.
+/// A change that is harmless, one that is not, and the text for it.
 type Pair<'a> = (&'a dyn Fn(&mut LowState), &'a dyn Fn(&mut LowState), &'a str);
 
 #[test]

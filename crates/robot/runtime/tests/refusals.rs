@@ -48,7 +48,7 @@ fn a_state_older_than_20_ms_refuses_to_stand_up() {
     assert_eq!(at(20_000).0, State::StandUp);
     let (state, told) = at(20_001);
     assert_eq!((state, told.as_str()), (State::Passive, "refused to stand up: no new state for 20 ms"));
-    // A robot that was never heard, too.
+    // A robot that never sent a state, too.
     let mut runtime = Runtime::new(Arc::clone(&player), Limits { listen_s: 0.0, ..Limits::default() });
     let output = runtime.step(2000, &[up()], false);
     assert_eq!(output.state, State::Passive);

@@ -7,7 +7,7 @@ use paid_runtime::ros::{IMU, RosTopics};
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// A domain that no test next to this one has.
+/// A domain that no other test has.
 fn domain() -> u16 {
     20 + (std::process::id() % 80) as u16
 }

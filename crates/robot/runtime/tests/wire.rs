@@ -23,7 +23,7 @@ fn commands_of_another_program_are_noticed_and_own_ones_are_not_taken_for_them()
     let (mut robot, mut own, mut other) = (open(Side::Robot), open(Side::Runtime), open(Side::Runtime));
     let command = |kd| Packet::LowCmd(LowCmd::damping(5, 29, kd).sealed().to_cdr());
     let begin = Instant::now();
-    // First only its own commands, until the robot and the other program have heard a hundred of them.
+    // First only its own commands, until the robot and the other program have received a hundred of them.
     let (mut heard, mut taken_for_others, mut noticed_by_other) = (0, 0, 0);
     while heard < 100 || noticed_by_other < 100 {
         assert!(begin.elapsed() < PATIENCE, "{heard} heard by the robot, {noticed_by_other} by the other");

@@ -9,7 +9,7 @@ use crate::message::{BallReport, EyesReport};
 use crate::player::Player;
 use crate::runtime::Phase;
 
-/// Images in, beliefs out; poses and joints between.
+/// Images in, estimates out; poses and joints between.
 #[derive(Debug)]
 pub struct BallEyes {
     sight: Sight,

@@ -2,10 +2,10 @@
 
 /// How fast two clocks may drift apart `[s/s]`: 100 ppm, twice what cheap quartz does.
 const DRIFT: f64 = 1e-4;
-/// A stamp that is so far from where it is expected is of a clock that was set `[ns]`.
+/// A stamp this far from the expected one is of a clock that was set `[ns]`.
 const SET_NS: i128 = 1_000_000_000;
 
-/// Maps a device's stamps to the local clock by the shortest way that a message has taken so far. What is known of that way's own time is
+/// Maps a device's stamps to the local clock by the shortest delay of a message so far. What is known of that way's own time is
 /// added by the caller.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeviceClock {

@@ -18,7 +18,7 @@ pub enum StampClock {
     /// This machine's, or one that is synchronized with it.
     #[default]
     System,
-    /// One of its own: the message that comes fastest says how far off it is.
+    /// One of its own: the fastest message shows its offset.
     Own,
 }
 
@@ -33,7 +33,7 @@ pub struct CameraMount {
 }
 
 impl CameraMount {
-    /// As the eyes use it.
+    /// As perception uses it.
     pub fn pose(&self) -> Pose {
         Pose { rot: Quat(self.quat).normalize().to_mat(), pos: Vec3(self.position_m) }
     }
@@ -59,7 +59,7 @@ pub struct CameraInput {
     pub latency_s: f64,
     /// The camera's pixels, which its `CameraInfo` must repeat within 2%. Default: 424 x 240, 69 x 42 degrees.
     pub intrinsics: Intrinsics,
-    /// Where it sits, as `paid perceive calibrate` finds it. Default: the robot's description.
+    /// Where it sits, as `paid perceive calibrate` measures it. Default: the robot's description.
     pub mount: Option<CameraMount>,
 }
 
@@ -79,7 +79,7 @@ impl Default for CameraInput {
     }
 }
 
-/// What says where the torso is.
+/// Where the torso's pose comes from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", tag = "source", deny_unknown_fields)]
 pub enum OdometryInput {
@@ -142,7 +142,7 @@ pub struct EyesConfig {
     pub detector: Option<PathBuf>,
     /// Number of the ball's class in its file; without it the class that the file names so.
     pub class: Option<usize>,
-    /// Least score of a find, 0 to 1; without it the detector's own.
+    /// Lowest score of a detection, 0 to 1; without it the detector's own.
     pub confidence: Option<f64>,
     /// The camera.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! What the senses say, on its way to the runtime.
+//! The senses' reports, on their way to the runtime.
 
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -14,10 +14,10 @@ use crate::wire::{LowCmd, LowState};
 const STATES: u32 = 5;
 /// The goal is set once the runtime has had this many poses of the torso: it is placed from there.
 const POSES: u32 = 10;
-/// Joint angles that may wait for the eyes: half a second.
+/// Joint angles that may queue for perception: half a second.
 const WAITING: usize = 64;
 
-/// Motor angles of a state that came at a time of the eyes' clock.
+/// Motor angles of a state that came at a time of perception's clock.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Joints {
     pub at_ns: u64,
@@ -53,7 +53,7 @@ impl Desk {
         (Arc::new(desk), from)
     }
 
-    /// Time since the eyes began `[ns]`.
+    /// Time since perception began `[ns]`.
     pub(crate) fn now_ns(&self) -> u64 {
         self.begin.elapsed().as_nanos() as u64
     }
@@ -64,7 +64,7 @@ impl Desk {
 pub enum Sensed {
     /// From nowhere: no kick is allowed.
     Nothing,
-    /// From a virtual robot's detector and odometry, which know the truth and err by chance. They say nothing of a camera or a LiDAR.
+    /// From a virtual robot's detector and odometry: the ground truth plus random errors. They do not test a camera or a LiDAR.
     Virtual,
     /// From onboard perception.
     Eyes(Arc<Desk>),
@@ -128,7 +128,7 @@ impl Tap {
         }
     }
 
-    /// What the eyes have to say.
+    /// Messages of perception.
     fn own(&mut self) -> Option<Packet> {
         let Sensed::Eyes(desk) = &self.sensed else { return None };
         let now_ns = desk.now_ns();

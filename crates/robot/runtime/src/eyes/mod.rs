@@ -5,11 +5,11 @@
 //! - [`PictureJoiner`]: color, depth and camera of one moment together.
 //! - [`BallEyes`]: image to detector to place to ball memory, with the torso's pose of the moment of capture. This is `paid-world`'s
 //!   pipeline, the one of `paid eval shooting --eyes`.
-//! - `Eyes` (feature `dds`): all of it in two threads, and [`SensedLink`], which brings what they say to the runtime. A thread of its own
+//! - `Eyes` (feature `dds`): all of it in two threads, and [`SensedLink`], which brings their reports to the runtime. A thread of its own
 //!   follows the odometry, so that no image makes it wait. Its poses and the other's reports travel in mailboxes: the control threads
 //!   never wait for either.
 //!
-//! Times are those of this machine since the eyes began, in whole nanoseconds. A device's stamps come there by its [`DeviceClock`].
+//! Times are those of this machine since perception began, in whole nanoseconds. A device's stamps come there by its [`DeviceClock`].
 
 mod ball;
 mod clock;

@@ -48,7 +48,7 @@ pub struct TorsoEyes {
 }
 
 impl TorsoEyes {
-    /// By a Mid-360 that is mounted as this says, whose fastest sample takes `latency_s` to come `[s]`.
+    /// By a Mid-360 that is mounted as given, whose fastest sample takes `latency_s` to come `[s]`.
     ///
     /// # Errors
     /// If a setting makes no sense.

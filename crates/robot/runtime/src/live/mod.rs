@@ -47,7 +47,7 @@ const WAITING: usize = 500;
 const UNTOLD: usize = 256;
 /// Panic messages that may queue for the thinking thread: there are fewer threads.
 const LAST_WORDS: usize = 8;
-/// Steps from the wish to end, or from a failure, to the end: a tenth of a second of damping that is logged.
+/// Steps from the request to end, or from a failure, to the end: a tenth of a second of damping that is logged.
 const ENDING: u32 = 50;
 /// Time between two statuses.
 const STATUS_EVERY: Duration = Duration::from_millis(100);
@@ -68,7 +68,7 @@ pub struct Live {
     pub keys: Option<Arc<TypedKeys>>,
     /// Of other threads than this run's own: one that has panicked ends the run by damping.
     pub last_words: LastWords,
-    /// Ends after so long.
+    /// Ends after this long.
     pub duration: Option<Duration>,
 }
 
@@ -132,7 +132,7 @@ pub fn run_live(
     for _ in 0..if logs { WAITING } else { 0 } {
         let _ = emptied.try_send(Slot::new(&runtime));
     }
-    let (to_tell, diary) = sync_channel::<Event>(UNTOLD);
+    let (to_tell, queued) = sync_channel::<Event>(UNTOLD);
     let (broken, last_words) = sync_channel::<String>(LAST_WORDS);
 
     std::thread::scope(|scope| {
@@ -149,7 +149,7 @@ pub fn run_live(
                 let mut rates = Rates::default();
                 let mut due = Instant::now();
                 loop {
-                    match diary.recv_timeout(due.saturating_duration_since(Instant::now())) {
+                    match queued.recv_timeout(due.saturating_duration_since(Instant::now())) {
                         Ok(event) => told(Told::Event(&event)),
                         Err(RecvTimeoutError::Disconnected) => return,
                         Err(RecvTimeoutError::Timeout) => {
@@ -186,7 +186,7 @@ pub fn run_live(
         let mut events = Vec::new();
         let (mut steps, mut longest_step_us, mut dropped_frames) = (0, 0, 0);
         let mut policy_steps = Lateness::default();
-        // What has failed, and the link's word for it.
+        // What has failed, and the link's error.
         let (mut failed, mut deaf): (Option<String>, Option<LinkError>) = (None, None);
         // Told below, as soon as it is caught; printed in the end.
         let watching = Watching::begin("thinking", Prints::Later, |_| {});
@@ -258,7 +258,7 @@ pub fn run_live(
         drop((to_log, to_tell));
         let (lateness, unsent) =
             writing.join().unwrap_or_else(|panic| (Lateness::default(), Some(Failure::Panic(said(&*panic)))));
-        // Their last words were heard.
+        // Their panics were reported.
         let logged = logging.join().ok().flatten();
         let _ = telling.join();
         print_the_rest();
@@ -310,7 +310,7 @@ fn keep_log(
     log.finish()
 }
 
-/// What to say of a writer whose last period is too long ago, while the joints are under control.
+/// The message about a writer whose last period is too long ago, while the joints are under control.
 fn silent_writer(shared: &Shared, runtime: &Runtime, now_us: u64) -> Option<String> {
     let silent_s = shared.silent_s(now_us);
     let moves = !matches!(runtime.state(), State::Passive | State::Damping);

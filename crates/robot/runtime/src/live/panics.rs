@@ -38,7 +38,7 @@ pub(super) fn said(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_else(|| "a panic without words".to_owned())
 }
 
-/// Watches the calling thread until dropped. `tell` hears of a panic as `the ... thread has panicked: ...`, before anything is printed.
+/// Watches the calling thread until dropped. `tell` gets a panic as `the ... thread has panicked: ...`, before anything is printed.
 pub(super) struct Watching(Option<Watch>);
 
 impl Watching {
@@ -86,7 +86,7 @@ pub(super) fn print_the_rest() {
     }
 }
 
-/// Runs a thread's work. `None`: it has panicked, and `tell` has heard of it.
+/// Runs a thread's work. `None`: it has panicked, and `tell` was called.
 pub(super) fn guarded<R>(name: &str, tell: impl Fn(String) + 'static, act: impl FnOnce() -> R) -> Option<R> {
     let _watching = Watching::begin(name, Prints::AtOnce, tell);
     match catch_unwind(AssertUnwindSafe(act)) {

@@ -1,4 +1,4 @@
-//! What a run tells, and what it leaves.
+//! What a run reports, and its result.
 
 use serde::Serialize;
 

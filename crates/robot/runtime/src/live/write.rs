@@ -22,7 +22,7 @@ const TRIES: u32 = 10;
 /// Why a command was not sent.
 #[derive(Clone, Debug)]
 pub(super) enum Failure {
-    /// The link has said so.
+    /// The link has reported it.
     Link(LinkError),
     /// The link's code has panicked.
     Panic(String),
@@ -40,7 +40,7 @@ impl fmt::Display for Failure {
 /// What the writing thread shares with the others.
 #[derive(Default)]
 pub(super) struct Shared {
-    /// What the runtime wants sent, if anything, and the time at which it said so `[us]`.
+    /// The command of the runtime to send, if any, and its time `[us]`.
     pub commands: Mailbox<(Option<LowCmd>, u64)>,
     /// The thinking thread has ended.
     pub over: AtomicBool,
@@ -118,7 +118,7 @@ pub(super) fn write_on(
         writer.stop();
         tries -= 1;
         if first.is_none() {
-            // The channel has room for everybody's last words.
+            // The channel has room for the messages of all threads.
             if let Failure::Link(_) = failure {
                 let _ = broken.try_send(failure.to_string());
             }

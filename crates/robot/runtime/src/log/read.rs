@@ -114,7 +114,7 @@ impl LogReader {
                                 let frame = frame.map_err(|e| format!("step {}: {e}", header.sequence));
                                 frame.map(|frame| Some(Found::Frame(Box::new(frame))))
                             }
-                            // From here on the file says again what it has said.
+                            // From here on the file repeats itself.
                             Record::DataEnd(_) => {
                                 self.ended = true;
                                 Ok(None)

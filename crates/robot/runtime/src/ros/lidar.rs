@@ -13,7 +13,7 @@ use crate::link::LinkError;
 
 /// Gravity `[m/s^2]`.
 const GRAVITY: f64 = 9.81;
-/// Samples whose mean tells the unit of acceleration: a tenth of a second.
+/// Samples whose mean gives the unit of acceleration: a tenth of a second.
 const TELLING: usize = 20;
 /// A mean below this is in multiples of gravity: half way, as factors, between 1 and 9.81.
 const LARGEST_IN_G: f64 = 3.1;

@@ -67,7 +67,7 @@ impl RosTopics {
         Ok(Self { participant: participant(domain, interface).map_err(failed)? })
     }
 
-    /// Reads `name`, such as `/camera/color/image_raw`. `reliable` asks for what was lost, and hears only writers that offer that.
+    /// Reads `name`, such as `/camera/color/image_raw`. `reliable` asks for what was lost, and receives only from writers that offer that.
     ///
     /// # Errors
     /// If the topic cannot be had.

@@ -303,7 +303,7 @@ mod tests {
         hear(&mut runtime, 6_000, 1);
         assert_eq!(shown(&mut runtime, 6_000), frozen, "the new frame continues");
         assert!(runtime.events.is_empty(), "{:?}", runtime.events);
-        // The next kick looks again, and says so if it no longer can.
+        // The next kick looks again, and reports it if it no longer can.
         runtime.begin_kick(8_000, 0);
         hear(&mut runtime, 8_000, 1);
         assert_eq!(runtime.playing.as_ref().map(|playing| playing.blind), Some(false));

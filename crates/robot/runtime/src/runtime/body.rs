@@ -1,4 +1,4 @@
-//! What a robot's message says of its body.
+//! The robot's body from its messages.
 
 use paid_lanes::{Mat3, Quat, Vec3};
 

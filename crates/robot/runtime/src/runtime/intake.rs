@@ -38,7 +38,7 @@ pub(super) struct Intake {
 }
 
 impl Intake {
-    /// Nothing was heard yet.
+    /// Nothing was received yet.
     pub fn new(limits: &Limits) -> Self {
         Self { silence: Silence::new(limits), ..Self::default() }
     }

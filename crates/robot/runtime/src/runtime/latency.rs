@@ -83,7 +83,7 @@ mod tests {
         {
             latency.acted(now_us, age_s);
         }
-        let figures = latency.figures().expect("two pictures");
+        let figures = latency.figures().expect("two images");
         assert_eq!(latency.histogram(), [(80, 2)]);
         assert_eq!((figures.pictures, figures.within_ms), (2, [80.0; 7]));
     }

@@ -83,7 +83,7 @@ struct Playing {
     shown: Option<SceneView<f64>>,
     /// True once it continues without odometry, or once odometry has begun a new frame: what was shown last is shown until the next kick.
     blind: bool,
-    /// True once the ball was not seen for too long: it was said.
+    /// True once it was reported that the ball was not seen for too long.
     unseen: bool,
 }
 

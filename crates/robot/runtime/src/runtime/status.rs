@@ -63,7 +63,7 @@ pub struct Status {
     pub base_quat: [f64; 4],
     /// The joints, model order, which is the motors'.
     pub joints: [JointStatus; G1_MOTORS.len()],
-    /// True while the remote is heard.
+    /// True while the remote is received.
     pub remote: bool,
 }
 

@@ -94,7 +94,7 @@ impl<L: Line> SwitcherClient<L> {
 pub struct Patience {
     /// Until the first answer. Programs find each other after some seconds.
     pub answer: Duration,
-    /// From the first release to a robot that says it is released.
+    /// From the first release to a robot that reports it is released.
     pub release: Duration,
     /// Between two requests.
     pub every: Duration,
@@ -256,7 +256,7 @@ mod tests {
             fn send(&mut self, bytes: Vec<u8>) -> Result<(), LinkError> {
                 let request = ApiRequest::from_cdr(&bytes).expect("a request");
                 let mut answer = self.0.answer(&request).expect("an answer");
-                // As a service on the vendor's C++ SDK says it.
+                // As a service on the vendor's C++ SDK sends it.
                 answer.data = r#"{"name":""}"#.to_owned();
                 self.1.push_back(answer.to_cdr());
                 Ok(())

@@ -1,7 +1,8 @@
 //! Who is in command of the robot: the vendor's motion switcher, asked over its request and response topics.
 //!
 //! The vendor's own controller ("ai" and others) must be released before anybody else commands the joints. The robot answers requests by
-//! number: 1001 says who is in command, 1002 chooses a controller, 1003 releases it (the vendor's documentation of its motion switcher service).
+//! number: 1001 asks who is in command, 1002 chooses a controller, 1003 releases it (the vendor's documentation of its motion switcher
+//! service).
 
 mod client;
 mod message;

@@ -14,10 +14,10 @@ const NOT_IMPLEMENTED: i32 = 3203;
 /// The vendor's controllers that the virtual robot knows.
 const MODES: [&str; 3] = ["ai", "normal", "advanced"];
 
-/// Who is in command, as the vendor's service says it.
+/// Who is in command, as the vendor's service reports it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Master {
-    /// Form of the robot; "0" is the usual one. Not everybody says it.
+    /// Form of the robot; "0" is the usual one. Not every service sends it.
     #[serde(default)]
     pub form: String,
     /// The vendor's controller; empty: it is released.

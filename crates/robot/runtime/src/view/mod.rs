@@ -29,7 +29,7 @@ impl View {
         }
     }
 
-    /// Takes in a line that is no transition, such as one of the eyes'.
+    /// Takes in a line that is no transition, such as one of perception.
     pub fn note(&mut self, line: &str) {
         line.clone_into(&mut self.last);
     }

@@ -1,4 +1,4 @@
-//! What the battery says: `unitree_hg::msg::dds_::BmsState_`. It has no checksum.
+//! The battery's message: `unitree_hg::msg::dds_::BmsState_`. It has no checksum.
 
 use super::WireError;
 use super::walk::{Layout, Message, Walk};

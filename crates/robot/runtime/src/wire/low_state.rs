@@ -1,4 +1,4 @@
-//! What the robot says: `unitree_hg::msg::dds_::LowState_`.
+//! The robot's state message: `unitree_hg::msg::dds_::LowState_`.
 
 use super::MOTORS;
 use super::walk::{Message, Walk, forms};

@@ -68,7 +68,7 @@ impl FromStr for Key {
     }
 }
 
-/// What the remote says: two bytes of head, two of keys, then the sticks `lx`, `rx`, `ry`, the left trigger and `ly` as floats.
+/// The remote's message: two bytes of head, two of keys, then the sticks `lx`, `rx`, `ry`, the left trigger and `ly` as floats.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Remote {
     /// One bit a key.

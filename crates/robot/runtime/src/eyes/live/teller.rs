@@ -1,4 +1,4 @@
-//! What the eyes have to say to the operator.
+//! Messages of perception to the operator.
 
 use std::sync::mpsc::SyncSender;
 

@@ -26,7 +26,7 @@ pub(super) struct Ball {
     now_us: u64,
     /// Height of the floor in odometry's frame `[m]`: 0 for virtual senses, whose frame begins on it.
     floor: f64,
-    /// What the eyes believe, and when it held `[us]`.
+    /// Perception's estimate, and when it held `[us]`.
     report: Option<(u64, EyesReport)>,
     pictures: Vec<BallDetection>,
     /// Images in a row that showed the ball at its estimate.
@@ -58,7 +58,7 @@ impl Ball {
         self.floor + self.radius
     }
 
-    /// Takes in what the eyes believe in their odometry frame `frame`.
+    /// Takes in perception's estimate in its odometry frame `frame`.
     pub fn report(&mut self, now_us: u64, report: &EyesReport, frame: Option<u32>) {
         let finite = report.ball.is_none_or(|ball| {
             let numbers = ball.position.iter().chain(&ball.velocity).chain(&ball.covariance);

@@ -1,4 +1,4 @@
-//! Where ball and goal are: what the senses say in, the policy's view out.
+//! Where ball and goal are: the senses' reports in, the policy's view out.
 //!
 //! Onboard perception ([`crate::eyes`]) gives the torso's pose and its estimate of the ball. Virtual senses give the pelvis's pose and
 //! single images, which the shared tracker fuses here.
@@ -48,24 +48,24 @@ impl WorldBelief {
         self.place.odometry(pose);
     }
 
-    /// Takes in a pose of the torso: the joints of its time say where the pelvis was. True if it is of a new frame.
+    /// Takes in a pose of the torso: the joints of its time give the pelvis's place. True if it is of a new frame.
     pub fn torso_pose(&mut self, now_us: u64, pose: &TorsoPose) -> bool {
-        let anew = self.place.torso_pose(now_us, pose);
-        if anew {
+        let new_frame = self.place.torso_pose(now_us, pose);
+        if new_frame {
             // What was known in the old frame means nothing in the new one.
             self.goal = None;
             self.ball.forget_report();
             self.memory.reset_lane(0, [0.0; 3]);
         }
-        anew
+        new_frame
     }
 
-    /// Takes in what the eyes believe.
+    /// Takes in perception's estimate.
     pub fn report(&mut self, now_us: u64, report: &EyesReport) {
         self.ball.report(now_us, report, self.place.frame());
     }
 
-    /// Takes the operator's word for the goal: ahead of the torso and to its left `[m]`.
+    /// Takes the operator's goal: ahead of the torso and to its left `[m]`.
     pub fn goal_ahead(&mut self, [ahead, left]: [f64; 2]) {
         let Some(torso) = self.torso() else { return };
         let (s, c) = torso.rot.yaw().sin_cos();

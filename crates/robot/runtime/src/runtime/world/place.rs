@@ -32,7 +32,7 @@ pub(super) struct Place {
     torsos: PoseBuffer,
     torso: Option<Pose<f64>>,
     odometry: Option<Placed>,
-    /// Number of the eyes' odometry frame.
+    /// Number of perception's odometry frame.
     frame: Option<u32>,
     /// Velocity between the last two poses `[m/s]`.
     velocity: Vec3<f64>,
@@ -68,7 +68,7 @@ impl Place {
         self.place(Placed { stamp_us: pose.stamp_us, position: Vec3(pose.position) });
     }
 
-    /// Takes in a pose of the torso: the joints of its time say where the pelvis was. True if it is of a new frame, in which nothing of the
+    /// Takes in a pose of the torso: the joints of its time give the pelvis's place. True if it is of a new frame, in which nothing of the
     /// old one holds.
     pub fn torso_pose(&mut self, now_us: u64, pose: &TorsoPose) -> bool {
         let finite = pose.position.iter().chain(&pose.quaternion).all(|x| x.is_finite());
@@ -77,8 +77,8 @@ impl Place {
             return false;
         }
         let Some(carried) = nearest(&self.carried, stamp_us) else { return false };
-        let anew = self.frame.replace(pose.frame).is_some_and(|old| old != pose.frame);
-        if anew {
+        let new_frame = self.frame.replace(pose.frame).is_some_and(|old| old != pose.frame);
+        if new_frame {
             self.odometry = None;
             self.velocity = Vec3::zero();
         }
@@ -86,7 +86,7 @@ impl Place {
         self.turn = rot.yaw() - carried.rot.yaw();
         let position = Vec3(pose.position) - about_z(self.turn).mul_vec(carried.pos);
         self.place(Placed { stamp_us, position });
-        anew
+        new_frame
     }
 
     fn place(&mut self, placed: Placed) {
@@ -97,7 +97,7 @@ impl Place {
         self.odometry = Some(placed);
     }
 
-    /// Number of the eyes' odometry frame, once there is one.
+    /// Number of perception's odometry frame, once there is one.
     pub fn frame(&self) -> Option<u32> {
         self.frame
     }
