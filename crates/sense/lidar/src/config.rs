@@ -17,7 +17,7 @@ pub struct Config {
     /// Noise of the IMU. Accelerometer and biases as published for a Mid-360; of the gyroscope a hundredth: a walk on bare ground is
     /// then held by it (measured; a resting Mid-360 shows 4e-6).
     pub imu_noise: ImuNoise,
-    /// Largest acceleration that the IMU can show `[m/s^2]`. Mid-360: 4 g. A sample there says only "more".
+    /// Largest acceleration that the IMU can show `[m/s^2]`. Mid-360: 4 g. A sample there means only "more".
     pub accel_range: f64,
     /// Variance of an axis of a sample at the end of its range `[m^2/s^4]`: an impact of 60 m/s^2 is 20 more than 4 g.
     pub saturated_variance: f64,

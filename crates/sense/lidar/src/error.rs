@@ -40,7 +40,7 @@ pub enum LidarError {
     Socket {
         /// Local address.
         address: String,
-        /// What the system said.
+        /// The system's error.
         error: std::io::Error,
     },
     /// A simulated run in which the odometry never began to track.

@@ -173,7 +173,7 @@ mod tests {
         at_rest_with(9.81)
     }
 
-    /// At rest with an accelerometer that says this of gravity `[m/s^2]`.
+    /// At rest with an accelerometer that measures this of gravity `[m/s^2]`.
     fn at_rest_with(gravity: f64) -> Filter {
         let mut initializer = Initializer::default();
         let config = Config::default();
@@ -219,7 +219,7 @@ mod tests {
         assert!((deviation(39.24) - 0.01).abs() < 1e-4, "{}", deviation(39.24));
         // A quarter of the difference of 20.19 m/s^2 from sample to sample, squared: 25.5, and 0.1.
         assert!((deviation(30.0) - 25.6 * 2.5e-5).abs() < 5e-5, "{}", deviation(30.0));
-        // An accelerometer that says too much of gravity, and so of everything, ends its range where the others do.
+        // An accelerometer that measures too much of gravity, and so of everything, ends its range where the others do.
         let scaled = of_sensor(1.05 * 9.81, 39.24);
         assert!((scaled - 0.01).abs() < 1e-4, "{scaled}");
     }

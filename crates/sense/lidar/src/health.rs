@@ -1,4 +1,4 @@
-//! How far the odometry can be trusted, in words.
+//! How far the odometry can be trusted, as text.
 
 use core::fmt;
 

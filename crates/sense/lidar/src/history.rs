@@ -6,7 +6,7 @@ use paid_track::{PoseBuffer, StampedPose};
 
 use crate::undistort::Motion;
 
-/// Poses are kept for so long `[s]`: pictures are at most some 0.2 s old.
+/// Poses are kept for this long `[s]`: images are at most some 0.2 s old.
 const KEPT_S: f64 = 1.0;
 /// Poses come with the samples of the IMU, 5 ms apart; a longer silence `[s]` is a hole: a scan that did not fit, a lost sensor.
 const HOLE_S: f64 = 0.06;

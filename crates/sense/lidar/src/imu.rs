@@ -1,4 +1,4 @@
-//! What the IMU says.
+//! The IMU's samples.
 
 use nalgebra::Vector3;
 
@@ -28,7 +28,7 @@ impl ImuSample {
         Self { time_s, gyro: self.gyro.lerp(&next.gyro, share), accel: self.accel.lerp(&next.accel, share) }
     }
 
-    /// The largest acceleration of an axis, either way `[m/s^2]`: at the end of the range it says nothing more.
+    /// The largest acceleration of an axis, either way `[m/s^2]`: at the end of the range it saturates.
     #[must_use]
     pub fn peak_accel(&self) -> f64 {
         self.accel.amax()

@@ -2,7 +2,7 @@
 //!
 //! The method is that of FAST-LIO2's papers (Xu and others, 2022): an iterated error-state Kalman filter on the manifold of 23 degrees of
 //! freedom, points freed of the sensor's own motion, planes through the five nearest points of a voxel map that moves with the sensor.
-//! Beside the pose it says how far the pose can be trusted ([`Health`]): it starts only from standing still, names the direction that
+//! With the pose it reports how far the pose can be trusted ([`Health`]): it starts only from standing still, names the direction that
 //! a corridor hides, and reports a covered, carried off or late sensor within three scans.
 //!
 //! - [`Odometry`]: samples and scans in, [`Estimate`]s out.

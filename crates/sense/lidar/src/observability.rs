@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// A normal within 60 degrees of a direction says something of motion along it; with more the noise of the normals would count.
+/// A normal within 60 degrees of a direction constrains motion along it; with more the noise of the normals would count.
 const FACING: f64 = 0.5;
 
 /// What one scan sees of translation.

@@ -124,7 +124,7 @@ impl Odometry {
         })
     }
 
-    /// Begins anew: empty map, new odometry frame, waits for the sensor to stand still.
+    /// Starts again: empty map, new odometry frame, waits for the sensor to stand still.
     pub fn restart(&mut self) {
         self.map =
             VoxelMap::new(self.config.map_voxel_m, self.config.map_half_width_m, self.config.map_capacity);
@@ -233,7 +233,7 @@ impl Odometry {
     }
 
     /// The next estimate, if there is one at `now_s` `[s]`, by the clock of the arrivals. Call it until it returns `None`. If the sensor
-    /// falls silent it says so, some four times a second.
+    /// falls silent it reports that, some four times a second.
     pub fn poll(&mut self, now_s: f64) -> Option<Estimate> {
         self.now_s = now_s;
         let newest = self.samples.back().map(|s| s.time_s);
@@ -250,7 +250,7 @@ impl Odometry {
             return Some(self.process(scan));
         }
         let last = *self.last_output_s.get_or_insert(now_s);
-        // A fault is said when the next scan is overdue, plain silence later.
+        // A fault is reported when the next scan is overdue, plain silence later.
         let patience_s = if self.fault.is_some() { OVERDUE_S } else { self.config.silence_s };
         if now_s - last <= patience_s {
             return None;

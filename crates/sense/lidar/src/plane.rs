@@ -13,7 +13,7 @@ pub struct Plane {
 
 impl Plane {
     /// The plane with the least sum of squared distances to `points`. `None` if a point is farther from it than `thickness_m`, or if
-    /// the points lie on a line, so that they do not say how the plane is turned about it.
+    /// the points lie on a line, so that they do not determine how the plane is turned about it.
     #[must_use]
     pub fn fit(points: &[Vector3<f64>], thickness_m: f64) -> Option<Self> {
         let mean = points.iter().sum::<Vector3<f64>>() / points.len() as f64;

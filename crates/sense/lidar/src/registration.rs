@@ -14,7 +14,7 @@ const HYSTERESIS: f64 = 1.5;
 /// A plane whose normal is within 45 degrees of the vertical is level.
 const LEVEL: f64 = 0.7;
 /// How fast the unobservable direction follows that of the scans, and the cosine (2.5 degrees) from which it does. One scan's is off by
-/// a degree, each in its own way; taken as it is, the walls would seem to say something of motion along the corridor.
+/// a degree, each in its own way; taken as it is, the walls would seem to constrain motion along the corridor.
 const DIRECTION_GAIN: f64 = 0.05;
 const DIRECTION_HELD: f64 = 0.999;
 

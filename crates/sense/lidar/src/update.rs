@@ -41,8 +41,8 @@ pub struct Posterior {
     pub correction: Tangent,
 }
 
-/// Corrects `prior` by measurements of variance `noise` `[m^2]`, linearized anew `iterations` times. `None` if the covariance cannot
-/// be inverted: then nothing is known of the state and the caller must say so.
+/// Corrects `prior` by measurements of variance `noise` `[m^2]`, linearized again `iterations` times. `None` if the covariance cannot
+/// be inverted: then nothing is known of the state and the caller must report it.
 pub fn iterate(
     prior: &State,
     covariance: &Covariance,

@@ -37,7 +37,7 @@ fn a_walk_with_a_kick_in_a_hall_is_followed_to_3_cm() {
     assert!(report.rotation_rms_deg < 0.5, "{}", report.rotation_rms_deg);
 }
 
-/// A minute of walking with eight kicks and all of the sensor's points, as the requirement says it.
+/// A minute of walking with eight kicks and all of the sensor's points, as the requirement states.
 fn minute(scene: SceneKind, rms_m: f64, rms_deg: f64) {
     let report = run(&MeasureOptions::new(scene, 60.0, 1));
     println!("{:.1} cm, {:.2} deg", 100.0 * report.position_rms_m, report.rotation_rms_deg);
@@ -251,7 +251,7 @@ fn a_refused_odometry_starts_in_a_new_frame() {
         }
     }
     assert!(frames.contains(&(0, true)) && frames.contains(&(1, true)), "{frames:?}");
-    assert!(frames.contains(&(1, false)), "it stands still anew");
+    assert!(frames.contains(&(1, false)), "it stands still again");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What becomes of a corrected state: taken, refused or the end of a loss; and what is said of it.
+//! What becomes of a corrected state: taken, refused or the end of a loss; and its report.
 
 use nalgebra::{Isometry3, SMatrix, Vector3};
 
@@ -10,7 +10,7 @@ use crate::scan::Scan;
 use crate::state::{POSITION, ROTATION};
 use crate::update::Posterior;
 
-/// Below this usual share of points off the ground that fit, as on a pitch of nets and posts, its changes say nothing.
+/// Below this usual share of points off the ground that fit, as on a pitch of nets and posts, its changes mean nothing.
 const USEFUL_OFF_GROUND: f64 = 0.4;
 /// How fast the usual share of matches follows: a tenth in five scans.
 const USUAL_GAIN: f64 = 0.02;
@@ -29,7 +29,7 @@ impl Odometry {
         // Along an unobservable direction nothing is corrected but by what is learned of the IMU.
         let distance_m = direction.map_or(moved, |d| moved - d * d.dot(&moved)).norm();
         let angle_rad = posterior.correction.fixed_rows::<3>(ROTATION).norm();
-        // The way back has to fit better than what is still believed on the way.
+        // The way back has to fit better than what is still accepted on the way.
         let least = if lost { self.config.recovery_share } else { self.config.lost_share };
         if share < least * usual {
             self.note(LostReason::Mismatch { share, usual });
@@ -62,7 +62,7 @@ impl Odometry {
         let correction = filter.state.odometry_from_imu() * predicted.inverse();
         self.history.push(&self.motion, scan.end_s, &correction);
         self.unobservable = direction;
-        // The scan fits, so the state is right at its stamps. But data that come late or torn say so until they are sound again.
+        // The scan fits, so the state is right at its stamps. But late or torn data are reported until they are sound again.
         let mut recovered = None;
         if self.fault.is_some() {
             let mut estimate = self.lose(share);

@@ -9,7 +9,7 @@ use crate::scan::{Point, Scan};
 
 /// Duration of a scan `[ns]`.
 const SCAN_NS: u64 = 100_000_000;
-/// A time stamp farther from the last one `[ns]` is another time base, not a lost packet: the scan begins anew.
+/// A time stamp farther from the last one `[ns]` is another time base, not a lost packet: the scan starts again.
 const REBASE_NS: u64 = 1_000_000_000;
 /// Most points of a scan, ten times what a Mid-360 sends: a sender that never lets time pass does not fill the memory.
 const MOST_POINTS: usize = 200_000;
@@ -72,7 +72,7 @@ impl Sequence {
         if here == (number, time_ns) {
             return Order::Doubled;
         }
-        // The device was started anew, or its clock was set.
+        // The device was restarted, or its clock was set.
         if here.1.abs_diff(time_ns) > REBASE_NS {
             self.last = Some(here);
             return Order::Next { lost: 0 };
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn doubled_and_late_packets_are_told_apart() {
+    fn doubled_and_late_packets_are_distinguished() {
         let mut assembler = Assembler::default();
         let found = scans(&mut assembler, [0, 1, 1, 3, 2, 2, 4, 5, 6, 7, 8, 9, 10]);
         assert_eq!(found[0].points.len(), 100, "each packet once, the late one too");
@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_wrap_or_begin_anew_are_no_loss() {
+    fn numbers_that_wrap_or_restart_are_no_loss() {
         let mut assembler = Assembler::default();
         for (i, number) in [65_534, 65_535, 0, 1, 0, 1].into_iter().enumerate() {
             assembler.push(&packet_at(number, 1_000_000 + i as u64 * 480_000), DEVICE);

@@ -102,7 +102,7 @@ impl DataType {
     }
 }
 
-/// What the header says.
+/// The header's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
     /// Time from the first to the last point `[0.1 us]`.

@@ -14,7 +14,7 @@ pub const IMU_PORT: u16 = 56401;
 /// Longest datagram.
 const DATAGRAM: usize = 65_536;
 
-/// Scans and IMU samples from a Mid-360 in the network. The device must have been told to send here (its own tools do it).
+/// Scans and IMU samples from a Mid-360 in the network. The device must be configured to send here (with its own tools).
 #[derive(Debug)]
 pub struct UdpSource {
     sockets: [UdpSocket; 2],
@@ -48,7 +48,7 @@ impl UdpSource {
     ///
     /// # Errors
     ///
-    /// The system does not tell.
+    /// The system does not report it.
     pub fn addresses(&self) -> Result<[SocketAddr; 2], LidarError> {
         let [imu, points] = &self.sockets;
         let address = |socket: &UdpSocket| {
@@ -81,7 +81,7 @@ impl UdpSource {
                             return Ok(Some((data, self.begin.elapsed().as_secs_f64())));
                         }
                     }
-                    // A port that nobody listens on anymore answers earlier packets so; it says nothing of the next ones.
+                    // A port without a listener answers earlier packets so; it means nothing for the next ones.
                     Err(error)
                         if matches!(
                             error.kind(),

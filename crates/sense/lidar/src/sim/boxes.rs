@@ -1,4 +1,4 @@
-//! Boxes on endless ground, drawn by chance, without a list of them.
+//! Random boxes on endless ground, without a list of them.
 
 use nalgebra::Vector3;
 use paid_lanes::rng::Rng;
@@ -7,7 +7,7 @@ use super::scene::Shape;
 
 /// Every square of this size holds one box `[m]`.
 const SQUARE_M: f64 = 8.0;
-/// A box's middle is off the middle of its square by so much at most, along x and y `[m]`.
+/// A box's middle is off the middle of its square by this much at most, along x and y `[m]`.
 const OFF_M: f64 = 1.6;
 /// Half of a box's length and width, least and most `[m]`.
 const HALF_M: [(f64, f64); 2] = [(0.8, 1.5), (0.3, 0.8)];

@@ -12,7 +12,7 @@ use crate::sim::sensor::Frame;
 pub enum Fault {
     /// No returns for this long `[s]`.
     Covered(f64),
-    /// The sensor is carried by this vector `[m]` and the IMU says nothing of it.
+    /// The sensor is carried by this vector `[m]` and the IMU does not measure it.
     Kidnapped(Vector3<f64>),
     /// Data come this much later than before `[s]`, for this long `[s]`.
     Late(f64, f64),
@@ -63,7 +63,7 @@ impl FromStr for FaultKind {
     }
 }
 
-/// What a fault does beside changing a frame's data.
+/// What a fault does besides changing a frame's data.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Effect {
     /// Delay on the way `[s]`.

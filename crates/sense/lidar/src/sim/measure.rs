@@ -86,7 +86,7 @@ pub struct Report {
     pub map_mb: f64,
     /// The last state.
     pub last_state: String,
-    /// First states that were not tracking, with their times: what was said, and when `[s]`.
+    /// First states that were not tracking, with their times: the message, and when `[s]`.
     pub said: Vec<(f64, String)>,
     /// Time from the fault to the first lost state `[s]`.
     pub fault_said_after_s: Option<f64>,

@@ -37,7 +37,7 @@ impl PoseList {
         Ok(Self { poses })
     }
 
-    /// Adds a pose while the motion goes on. Returns whether it was taken: its time `[s]` must be later than the last one's.
+    /// Adds a pose while the motion continues. Returns whether it was taken: its time `[s]` must be later than the last one's.
     pub fn push(&mut self, time_s: f64, pose: Isometry3<f64>) -> bool {
         let later = self.poses.last().is_none_or(|(last, _)| time_s > *last);
         if later {

@@ -90,7 +90,7 @@ const STROLL_S: f64 = 8.0;
 const GRAZING: f64 = 0.05;
 
 impl Scene {
-    /// The scene of that kind. People walk as `seed` says.
+    /// The scene of that kind. People walk as `seed` draws.
     #[must_use]
     pub fn new(kind: SceneKind, seed: u64) -> Self {
         let things = match kind {

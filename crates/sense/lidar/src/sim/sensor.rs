@@ -107,7 +107,7 @@ fn isometry(pose: &Pose) -> Isometry3<f64> {
 }
 
 impl SimulatedMid360<PoseList> {
-    /// The sensor in the head of a G1 whose torso has stood at `torso`; how it goes on is told by [`Self::torso_at`].
+    /// The sensor in the head of a G1 whose torso has stood at `torso`; [`Self::torso_at`] gives its motion from there.
     ///
     /// # Errors
     /// If the pose is none.
