@@ -1,8 +1,8 @@
-//! What a ball tracker is given, and what it says.
+//! What a ball tracker is given, and its estimate.
 
 use paid_lanes::Real;
 
-/// A detection of the ball in a picture.
+/// A detection of the ball in an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Measurement<V: Real> {
     /// Center of the ball (x, y), odometry frame at capture time `[m]`.
@@ -24,7 +24,7 @@ pub struct Rolling<V> {
     pub to_strike_s: V,
 }
 
-/// Position and velocity with their covariance on each axis: what the Kalman filter says.
+/// Position and velocity with their covariance on each axis: the Kalman filter's state.
 #[derive(Clone, Copy, Debug)]
 pub struct BallEstimate<V> {
     /// Center of the ball (x, y), odometry frame `[m]`.
@@ -43,7 +43,7 @@ pub struct Belief<V: Real> {
     pub ball: BallEstimate<V>,
     /// Probability that the ball lies still.
     pub rest: V,
-    /// Time since the capture of the last picture that was believed `[s]`.
+    /// Time since the capture of the last image that was accepted `[s]`.
     pub age_s: V,
     /// Where the ball was ever seen.
     pub known: V::Mask,

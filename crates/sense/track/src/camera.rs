@@ -1,4 +1,4 @@
-//! What a camera has in its picture.
+//! What is in a camera's image.
 
 use paid_lanes::{Mask, Real, Vec3};
 use serde::{Deserialize, Serialize};
@@ -14,9 +14,9 @@ pub struct CameraPreset {
     pub mount_m: [f64; 3],
     /// Angle of the optical axis below the body's x axis `[degrees]`.
     pub down_deg: f64,
-    /// Full angle of the picture across `[degrees]`.
+    /// Full angle of the image across `[degrees]`.
     pub across_deg: f64,
-    /// Full angle of the picture from top to bottom `[degrees]`.
+    /// Full angle of the image from top to bottom `[degrees]`.
     pub upright_deg: f64,
 }
 
@@ -28,12 +28,12 @@ impl Default for CameraPreset {
 }
 
 impl CameraPreset {
-    /// The color picture of the same camera, 69 x 42 degrees: a ball is told from other things by its color.
+    /// The color image of the same camera, 69 x 42 degrees: color tells a ball from other things.
     pub fn color() -> Self {
         Self { across_deg: 69.0, upright_deg: 42.0, ..Self::default() }
     }
 
-    /// What the camera has in its picture, in the body's frame.
+    /// What is in the camera's image, in the body's frame.
     pub fn geometry(&self) -> Camera {
         Camera::new(self.mount_m, self.down_deg, self.across_deg, self.upright_deg)
     }
@@ -65,7 +65,7 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// A camera at `mount_m` in the body frame `[m]`. Its axis points `down_deg` below the body's x axis; the picture opens by
+    /// A camera at `mount_m` in the body frame `[m]`. Its axis points `down_deg` below the body's x axis; the image opens by
     /// `across_deg` from left to right and by `upright_deg` from top to bottom (full angles, degrees).
     pub fn new(mount_m: [f64; 3], down_deg: f64, across_deg: f64, upright_deg: f64) -> Self {
         let (sin, cos) = down_deg.to_radians().sin_cos();
@@ -73,7 +73,7 @@ impl Camera {
         Self { mount: mount_m, down: [sin, cos], half: [half(across_deg), half(upright_deg)] }
     }
 
-    /// Where a point of the body frame `[m]` is inside the picture.
+    /// Where a point of the body frame `[m]` is inside the image.
     #[inline(always)]
     pub fn sees<V: Real>(&self, point: Vec3<V>) -> V::Mask {
         let from_mount = point - Vec3::c(self.mount);
@@ -92,7 +92,7 @@ impl Camera {
         Vec3::c(self.mount)
     }
 
-    /// The ray through a point of the picture, body frame, of depth 1: `left` is -1 at the right edge and 1 at the left one, `up` -1 at
+    /// The ray through a point of the image, body frame, of depth 1: `left` is -1 at the right edge and 1 at the left one, `up` -1 at
     /// the lower edge and 1 at the upper one.
     #[inline(always)]
     pub fn ray<V: Real>(&self, left: V, up: V) -> Vec3<V> {

@@ -34,11 +34,11 @@ pub struct TrueScene<V> {
 pub struct EyesNumbers<V> {
     /// Standard normal: noise of x and y, then jitter of x, y and heading.
     pub normal: [V; 5],
-    /// Uniform in (-1, 1): drop-out, false detection, and its place in the picture.
+    /// Uniform in (-1, 1): drop-out, false detection, and its place in the image.
     pub symmetric: [V; 4],
 }
 
-/// A picture on its way to the tracker.
+/// An image on its way to the tracker.
 #[derive(Clone, Copy, Debug)]
 struct DelayedMeasurement<V> {
     position: [V; 2],
@@ -52,11 +52,11 @@ struct DelayedMeasurement<V> {
 pub struct Eyes<V> {
     odometry: OdometryDrift<V>,
     tracker: BallTracker<V>,
-    /// Pictures on their way; entry `k` is `k` control steps old.
+    /// Images on their way; entry `k` is `k` control steps old.
     on_the_way: Vec<DelayedMeasurement<V>>,
-    /// Age of a picture when it arrives [control steps], a whole number.
+    /// Age of an image when it arrives [control steps], a whole number.
     latency: V,
-    /// Control steps between two pictures, and until the next one.
+    /// Control steps between two images, and until the next one.
     period: V,
     next: V,
     dropout: V,
@@ -127,7 +127,7 @@ impl<V: Real> Eyes<V> {
         fields
     }
 
-    /// Begins an episode in one lane: the robot has looked at the ball, and the next picture comes at a random time.
+    /// Begins an episode in one lane: the robot has looked at the ball, and the next image comes at a random time.
     pub fn begin_lane(&mut self, lane: usize, start: &EyesStart, preset: &EyesPreset, rng: &mut Rng) {
         let EyesStart { draw, ball, heading, base, elapsed_s, radius_m } = *start;
         let tracker = draw.first_look(preset, &ball, rng);
@@ -156,7 +156,7 @@ impl<V: Real> Eyes<V> {
         self.decay
     }
 
-    /// A control step: odometry moves on, a picture may be taken, and one may arrive. `to_strike_s` is the time until the reference
+    /// A control step: odometry moves on, an image may be taken, and one may arrive. `to_strike_s` is the time until the reference
     /// strikes `[s]`.
     #[inline(always)]
     pub fn look(
@@ -195,7 +195,7 @@ impl<V: Real> Eyes<V> {
         self.tracker.fuse(&picture, &rolling, &preset.tracker);
     }
 
-    /// What the camera finds in this control step.
+    /// What the camera detects in this control step.
     #[inline(always)]
     fn picture(
         &mut self,
@@ -204,7 +204,7 @@ impl<V: Real> Eyes<V> {
         symmetric: &[V; 4],
         preset: &EyesPreset,
     ) -> DelayedMeasurement<V> {
-        // Half a control step of play: a picture is taken at the control step nearest to its time.
+        // Half a control step of play: an image is taken at the control step nearest to its time.
         let wait = self.next - V::one();
         let due = wait.lt(V::c(0.5));
         self.next = V::select(due, wait + self.period, wait);
@@ -222,7 +222,7 @@ impl<V: Real> Eyes<V> {
         let expected = noise.deviation(speed, (*ball - base.pos).norm());
         let sigma = expected * self.noise_scale;
         let at = [normal[0].mul_add(sigma, ball.x()), normal[1].mul_add(sigma, ball.y())];
-        // Something on the ground anywhere in the picture.
+        // Something on the ground anywhere in the image.
         let eye = carrier.rot.mul_vec(camera.mount()) + carrier.pos;
         let ray = carrier.rot.mul_vec(camera.ray(symmetric[2], symmetric[3]));
         let depth = (eye.z() - self.radius) / (-ray.z()).max(V::c(1e-6));

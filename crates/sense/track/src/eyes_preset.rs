@@ -11,17 +11,17 @@ use crate::{BodyPose, CameraPreset, OdometryPreset, PositionNoise, TrackerPreset
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EyesPreset {
-    /// The camera, on the torso. Default: the G1's color picture.
+    /// The camera, on the torso. Default: the G1's color image.
     pub camera: CameraPreset,
-    /// Pictures a second. Default 30.
+    /// Images a second. Default 30.
     pub rate_hz: [f64; 2],
-    /// Age of a picture when it arrives `[s]`, in whole control steps; the robot knows it. Default 0.06: exposure, transfer, detection.
+    /// Age of an image when it arrives `[s]`, in whole control steps; the robot knows it. Default 0.06: exposure, transfer, detection.
     pub latency_s: [f64; 2],
     /// Nearest and farthest ball from the camera that is found `[m]`. Default 0.2 to 6.
     pub range_m: [f64; 2],
-    /// Share of the pictures of a visible ball in which it is not found. Default 0.05.
+    /// Share of the images of a visible ball in which it is missed. Default 0.05.
     pub dropout: [f64; 2],
-    /// Share of the pictures in which something else is taken for the ball, anywhere in the picture. Default 0.01.
+    /// Share of the images in which something else is taken for the ball, anywhere in the image. Default 0.01.
     pub false_share: f64,
     /// Constant part of the noise `[m]`, see [`PositionNoise`]. Default 0.01, as for the paper's noise.
     pub c_min: f64,
@@ -32,9 +32,9 @@ pub struct EyesPreset {
     /// Factor of the noise that the tracker does not know of. Default 1.
     pub noise_scale: [f64; 2],
     /// What the robot takes for the rate at which rolling balls slow down, as a factor of the true one. Default 0.8 to 1.2: as well as an
-    /// identification finds it.
+    /// identification gives it.
     pub decay_scale: [f64; 2],
-    /// Pictures of the ball before the start: the robot stands and looks at it, wherever it lies. Default 20.
+    /// Images of the ball before the start: the robot stands and looks at it, wherever it lies. Default 20.
     pub first_look: usize,
     /// Errors of odometry.
     pub odometry: OdometryPreset,
@@ -66,11 +66,11 @@ impl Default for EyesPreset {
 /// What is drawn for an episode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EyesDraw {
-    /// Time between two pictures `[s]`.
+    /// Time between two images `[s]`.
     pub period_s: f64,
-    /// Age of a picture when it arrives `[s]`.
+    /// Age of an image when it arrives `[s]`.
     pub latency_s: f64,
-    /// Share of the pictures without the ball.
+    /// Share of the images without the ball.
     pub dropout: f64,
     /// Factor of the noise.
     pub noise_scale: f64,
@@ -82,7 +82,7 @@ impl EyesPreset {
     /// Longest latency `[s]`.
     pub const LATEST_S: f64 = 0.5;
 
-    /// Where a ball at `ball` is in the picture of a camera on `carrier`, and neither too near nor too far to be found; both in the world
+    /// Where a ball at `ball` is in the image of a camera on `carrier`, and neither too near nor too far to be found; both in the world
     /// `[m]`.
     #[inline(always)]
     pub fn in_picture<V: Real>(&self, carrier: &BodyPose<V>, ball: Vec3<V>) -> V::Mask {
@@ -104,11 +104,13 @@ impl EyesPreset {
         if lower_edge <= 0.0 {
             let expected =
                 "an axis so far down that the camera sees the ground: its lower edge below the horizontal";
-            let found =
-                format!("{} with a picture of {} degrees", self.camera.down_deg, self.camera.upright_deg);
+            let found = format!(
+                "{} with a vertical field of view of {} degrees",
+                self.camera.down_deg, self.camera.upright_deg
+            );
             return Err(ValueError::new("camera.down_deg", expected, found));
         }
-        range_within("rate_hz", self.rate_hz, [1.0, 1000.0], "1 to 1000 pictures a second")?;
+        range_within("rate_hz", self.rate_hz, [1.0, 1000.0], "1 to 1000 images a second")?;
         let latest = format!("0 to {} s", Self::LATEST_S);
         range_within("latency_s", self.latency_s, [0.0, Self::LATEST_S], &latest)?;
         range_within("range_m", self.range_m, [0.0, 100.0], "0 to 100 m")?;
@@ -120,7 +122,7 @@ impl EyesPreset {
         range_within("noise_scale", self.noise_scale, [0.0, 100.0], "0 to 100")?;
         range_within("decay_scale", self.decay_scale, [0.0, 10.0], "0 to 10")?;
         if !(1..=200).contains(&self.first_look) {
-            return Err(ValueError::new("first_look", "1 to 200 pictures", self.first_look));
+            return Err(ValueError::new("first_look", "1 to 200 images", self.first_look));
         }
         self.odometry.check().map_err(|error| error.below("odometry"))?;
         self.tracker.check().map_err(|error| error.below("tracker"))
@@ -167,7 +169,8 @@ mod tests {
     fn values_that_make_no_sense_are_refused_by_key() {
         assert!(refused(|p| p.latency_s = [-0.02, 0.06]).starts_with("latency_s is [-0.02, 0.06], expected"));
         assert!(
-            refused(|p| p.camera.down_deg = -30.0).contains("camera.down_deg is -30 with a picture of 42")
+            refused(|p| p.camera.down_deg = -30.0)
+                .contains("camera.down_deg is -30 with a vertical field of view of 42")
         );
         assert!(refused(|p| p.c_min = 0.0).starts_with("c_min is 0, expected a positive number: a filter"));
         assert!(refused(|p| p.tracker.rolling_noise = 0.0).starts_with("tracker.rolling_noise is 0"));
@@ -175,7 +178,7 @@ mod tests {
             refused(|p| p.tracker.reacquire = 1).starts_with("tracker.reacquire is 1, expected at least 2")
         );
         assert!(refused(|p| p.odometry.drift_m_s = [0.02, 0.01]).starts_with("odometry.drift_m_s is"));
-        assert!(refused(|p| p.rate_hz = [0.0, 30.0]).contains("pictures a second"));
+        assert!(refused(|p| p.rate_hz = [0.0, 30.0]).contains("images a second"));
         assert!(refused(|p| p.first_look = 0).starts_with("first_look is 0"));
         assert!(refused(|p| p.dropout = [0.0, 1.5]).starts_with("dropout is"));
     }

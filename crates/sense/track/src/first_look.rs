@@ -28,7 +28,7 @@ impl EyesDraw {
         Rolling { decay: self.decay(ball), to_strike_s: f64::INFINITY }
     }
 
-    /// Looks at the ball until the robot begins: [`EyesPreset::first_look`] pictures, the last of which has just arrived. The robot stands
+    /// Looks at the ball until the robot begins: [`EyesPreset::first_look`] images, the last of which has just arrived. The robot stands
     /// and turns to the ball, so that all of them show it; nothing else is taken for it. In the axes of `ball`.
     pub fn first_look(&self, preset: &EyesPreset, ball: &BallAtStart, rng: &mut Rng) -> BallTracker<f64> {
         let ([x, y], [vx, vy]) = (ball.place, ball.velocity);
@@ -48,7 +48,7 @@ impl EyesDraw {
             let expected: f64 = preset.noise().deviation(speed, distance);
             let sigma = self.noise_scale * expected;
             let position = place.map(|p| p + sigma * rng.normal());
-            // The age is counted from the picture's arrival; the clock moves on with the next picture.
+            // The age is counted from the image's arrival; the clock moves on with the next image.
             let picture =
                 Measurement { position, variance: expected * expected, age_s: self.latency_s, seen: true };
             tracker.advance(self.period_s, self.latency_s, &rolling, &preset.tracker);

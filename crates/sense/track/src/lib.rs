@@ -1,7 +1,7 @@
 //! What it takes to know where ball and goal are: camera, odometry, ball tracker, prediction of a rolling ball.
 //!
 //! Everything is written over [`paid_lanes::Real`]: one environment per SIMD lane in training, plain `f64` on a robot. A robot uses
-//! [`BallTracker`] with its own pictures and its own odometry; [`Eyes`] stand in for both in simulation.
+//! [`BallTracker`] with its own images and its own odometry; [`Eyes`] stand in for both in simulation.
 //!
 //! ```
 //! use paid_lanes::Vec3;
@@ -14,7 +14,7 @@
 //! assert!((moved.x() - 0.27).abs() < 0.01);
 //! ```
 //!
-//! Pictures of a ball that lies 1 m ahead, 60 ms late, ten in a second:
+//! Images of a ball that lies 1 m ahead, 60 ms late, ten in a second:
 //!
 //! ```
 //! use paid_track::{BallTracker, Measurement, Rolling, TrackerPreset};
@@ -23,9 +23,9 @@
 //! let rolling = Rolling { decay: 0.0, to_strike_s: 5.0 };
 //! for k in 0..20 {
 //!     let error = if k % 2 == 0 { 0.02 } else { -0.02 };
-//!     let picture = Measurement { position: [1.0 + error, 0.0], variance: 4e-4, age_s: 0.06, seen: true };
+//!     let image = Measurement { position: [1.0 + error, 0.0], variance: 4e-4, age_s: 0.06, seen: true };
 //!     tracker.advance(0.1, 0.06, &rolling, &preset);
-//!     tracker.fuse(&picture, &rolling, &preset);
+//!     tracker.fuse(&image, &rolling, &preset);
 //! }
 //! let belief = tracker.belief(&rolling, &preset);
 //! assert!((belief.ball.position[0] - 1.0).abs() < 0.01 && belief.rest > 0.9);

@@ -1,25 +1,25 @@
 //! What the robot remembers of the balls around it, and which of them is its own.
 //!
-//! Every ball has a [`BallTracker`] of its own. A find in a picture goes to the ball that explains it best (the smallest negative log
-//! likelihood within the tracker's gate); what fits none begins another one. Odds that a ball is there grow with every find and fall with
-//! every picture that should have shown it and did not: a ball behind the own leg or outside the picture keeps them. The robot keeps to
-//! the ball that it has chosen until that one is lost.
+//! Every ball has a [`BallTracker`] of its own. A detection in an image goes to the ball that explains it best (the smallest negative log
+//! likelihood within the tracker's gate); what fits none begins another one. Odds that a ball is there grow with every detection and fall
+//! with every image that should have shown it and did not: a ball behind the robot's leg or outside the image keeps them. The robot keeps
+//! to the ball that it has chosen until that one is lost.
 
 use crate::{BallTracker, Belief, Measurement, MemoryPreset, Rolling, TrackerPreset};
 
 /// How well a ball's place is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BallState {
-    /// It is in the pictures.
+    /// It is in the images.
     Seen,
-    /// It was, and nothing speaks against its being where it should be.
+    /// It was, and nothing contradicts its being where it should be.
     Remembered,
     /// It is not where it should be, was not seen for long, or could be anywhere.
     Lost,
 }
 
 impl BallState {
-    /// One word.
+    /// As one word.
     pub fn name(self) -> &'static str {
         match self {
             Self::Seen => "seen",
@@ -29,7 +29,7 @@ impl BallState {
     }
 }
 
-/// A find in a picture.
+/// A detection in an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
     /// Its place and age.
@@ -38,17 +38,17 @@ pub struct Candidate {
     pub score: f64,
 }
 
-/// One picture, as far as balls go.
+/// One image, as far as balls go.
 pub struct Glance<'a> {
     /// Time since its capture `[s]`.
     pub age_s: f64,
     /// What was found in it.
     pub finds: &'a [Candidate],
-    /// Whether it would show a ball at a place (x, y) of the odometry frame `[m]`: inside the picture and not behind the own body.
+    /// Whether it would show a ball at a place (x, y) of the odometry frame `[m]`: inside the image and not behind the robot's body.
     pub shows: &'a dyn Fn([f64; 2]) -> bool,
 }
 
-/// The robot's own ball.
+/// The ball to kick.
 #[derive(Clone, Copy, Debug)]
 pub struct TrackedBall {
     /// Position, velocity, covariance, probability of rest and age.
@@ -81,7 +81,7 @@ struct Ball {
 ///     let finds = [Candidate { measurement, score: 0.9 }];
 ///     memory.look(&Glance { age_s: 0.06, finds: &finds, shows: &|_| true }, &rolling);
 /// }
-/// let ball = memory.own(&rolling).expect("five pictures of it");
+/// let ball = memory.own(&rolling).expect("five images of it");
 /// assert!(ball.state == BallState::Seen && (ball.belief.ball.position[0] - 1.0).abs() < 1e-6);
 /// ```
 #[derive(Clone, Debug)]
@@ -105,7 +105,7 @@ impl BallMemory {
         self.own = None;
     }
 
-    /// Time passes, as for [`BallTracker::advance`]. Only the own ball is struck.
+    /// Time passes, as for [`BallTracker::advance`]. Only the ball to kick is struck.
     pub fn advance(&mut self, dt_s: f64, horizon_s: f64, rolling: &Rolling<f64>) {
         let own = self.own;
         for ball in &mut self.balls {
@@ -114,7 +114,7 @@ impl BallMemory {
         }
     }
 
-    /// Takes in a picture. Returns the index of the find that was taken for the own ball.
+    /// Takes in an image. Returns the index of the detection that was taken for the ball to kick.
     pub fn look(&mut self, glance: &Glance<'_>, rolling: &Rolling<f64>) -> Option<usize> {
         let pairs = self.pairs(glance, rolling);
         let mut taken = vec![false; glance.finds.len()];
@@ -153,13 +153,13 @@ impl BallMemory {
         of_own
     }
 
-    /// The own ball; `None` until one was found.
+    /// The ball to kick; `None` until one was found.
     pub fn own(&self, rolling: &Rolling<f64>) -> Option<TrackedBall> {
         let ball = self.balls.iter().find(|ball| Some(ball.id) == self.own)?;
         Some(self.known(ball, rolling))
     }
 
-    /// Every ball that is believed, the own one among them.
+    /// Every confirmed ball, the one to kick among them.
     pub fn all(&self, rolling: &Rolling<f64>) -> Vec<TrackedBall> {
         self.balls
             .iter()
@@ -171,7 +171,7 @@ impl BallMemory {
     fn known(&self, ball: &Ball, rolling: &Rolling<f64>) -> TrackedBall {
         let mut belief = ball.tracker.belief(rolling, &self.tracker);
         let deviation = belief.ball.covariance[0].max(0.0).sqrt();
-        // Between two pictures of a ball that is in them, a strike makes its place uncertain, not its presence.
+        // Between two images of a ball that is in them, a strike makes its place uncertain, not its presence.
         let state = if self.is_gone(ball, belief.age_s) {
             BallState::Lost
         } else if belief.age_s <= self.preset.seen_s {
@@ -193,7 +193,7 @@ impl BallMemory {
         ball.finds >= self.preset.confirm
     }
 
-    /// Finds that a ball explains: negative log likelihood, ball, find; the likeliest first.
+    /// Detections that a ball explains: negative log likelihood, ball, detection; the likeliest first.
     fn pairs(&self, glance: &Glance<'_>, rolling: &Rolling<f64>) -> Vec<(f64, usize, usize)> {
         let mut pairs = Vec::new();
         for (b, ball) in self.balls.iter().enumerate() {
@@ -215,7 +215,7 @@ impl BallMemory {
         pairs
     }
 
-    /// A ball that nobody knew; the least likely one makes room for it.
+    /// A new ball; the least likely one makes room for it.
     fn begin(&mut self, find: &Candidate, rolling: &Rolling<f64>) {
         if self.balls.len() >= self.preset.most_balls {
             let own = self.own;
@@ -235,7 +235,7 @@ impl BallMemory {
         self.next_id += 1;
     }
 
-    /// Keeps to the own ball; if there is none or it is gone, takes the surest.
+    /// Keeps to the ball to kick; if there is none or it is gone, takes the surest.
     fn choose(&mut self, rolling: &Rolling<f64>) {
         let age = |ball: &Ball| {
             let rolling = of_ball(self.own, ball.id, rolling);
@@ -257,7 +257,7 @@ impl BallMemory {
     }
 }
 
-/// A ball that is not the own one is not struck.
+/// Another ball than the one to kick is not struck.
 fn of_ball(own: Option<u32>, id: u32, rolling: &Rolling<f64>) -> Rolling<f64> {
     if own == Some(id) { *rolling } else { Rolling { to_strike_s: f64::INFINITY, ..*rolling } }
 }

@@ -9,20 +9,20 @@ use crate::error::within;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MemoryPreset {
-    /// Pictures that must show a ball at one place before it is believed. Default 3: false detections are scattered.
+    /// Images that must show a ball at one place before it is confirmed. Default 3: false detections are scattered.
     pub confirm: usize,
-    /// A find multiplies the odds that the ball is there by this. Default 4: a detector that finds four balls in five and a false one in
-    /// seven pictures would allow 5.
+    /// A detection multiplies the odds that the ball is there by this. Default 4: a detector that finds four balls in five and a false one
+    /// in seven images would allow 5.
     pub found_factor: f64,
-    /// A picture that should show the ball and does not multiplies them by this. Default 0.6: pictures in a row miss a ball together.
+    /// An image that should show the ball and does not multiplies them by this. Default 0.6: images in a row miss a ball together.
     pub missed_factor: f64,
-    /// They grow no further. Default 100: then ten pictures in a row without the ball lose it.
+    /// They grow no further. Default 100: then ten images in a row without the ball lose it.
     pub most_odds: f64,
     /// Below these odds a ball is lost. Default 0.5.
     pub lost_odds: f64,
-    /// A ball whose last picture is not older counts as seen `[s]`. Default 0.2: latency and three pictures.
+    /// A ball whose last image is not older counts as seen `[s]`. Default 0.2: latency and three images.
     pub seen_s: f64,
-    /// After so long without a picture a ball is lost `[s]`. Default 20.
+    /// After this long without an image a ball is lost `[s]`. Default 20.
     pub forget_s: f64,
     /// A ball is lost if its place has this standard deviation `[m]`. Default 0.5: no kick is chosen by such a place.
     pub lost_deviation_m: f64,
@@ -60,7 +60,7 @@ impl MemoryPreset {
         within("forget_s", self.forget_s, [0.0, 1e4], "0 or more")?;
         within("lost_deviation_m", self.lost_deviation_m, [1e-3, 100.0], "a positive number")?;
         if self.confirm == 0 {
-            return Err(ValueError::new("confirm", "at least 1 picture", self.confirm));
+            return Err(ValueError::new("confirm", "at least 1 image", self.confirm));
         }
         if self.most_balls == 0 {
             return Err(ValueError::new("most_balls", "at least 1", self.most_balls));

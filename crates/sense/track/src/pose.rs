@@ -1,4 +1,4 @@
-//! Rigid poses and their history: one buffer for whoever asks where a body was at a time.
+//! Rigid poses and their history: one buffer to look up where a body was at a time.
 
 use std::collections::VecDeque;
 
@@ -46,7 +46,7 @@ impl Pose {
     /// The optical frame of a camera in the frame of the body that carries it.
     pub fn of_camera(camera: &CameraPreset) -> Self {
         let (sin, cos) = camera.down_deg.to_radians().sin_cos();
-        // Columns: right, down and ahead of the picture in the body's axes.
+        // Columns: right, down and ahead of the image in the body's axes.
         let rot = Mat3([[0.0, -sin, cos], [-1.0, 0.0, 0.0], [0.0, -cos, -sin]]);
         Self { rot, pos: Vec3(camera.mount_m) }
     }
@@ -93,10 +93,10 @@ pub enum PoseGap {
     Empty,
 }
 
-/// The last poses of a body, to ask where it was when a picture was taken.
+/// The last poses of a body, to ask where it was when an image was taken.
 ///
 /// Between two poses the place is interpolated linearly and the orientation along the shorter great circle. Up to `ahead_s` after the last
-/// one, the motion of the last two goes on.
+/// one, the motion of the last two continues.
 #[derive(Clone, Debug)]
 pub struct PoseBuffer {
     poses: VecDeque<StampedPose>,
@@ -106,14 +106,14 @@ pub struct PoseBuffer {
 }
 
 impl Default for PoseBuffer {
-    /// One second of history: pictures are at most some 0.2 s old. 0.05 s ahead: odometry at 10 Hz or more with its own prediction.
+    /// One second of history: images are at most some 0.2 s old. 0.05 s ahead: odometry at 10 Hz or more with its own prediction.
     fn default() -> Self {
         Self::new(1.0, 0.05)
     }
 }
 
 impl PoseBuffer {
-    /// A buffer of `keep_s` seconds that goes on for `ahead_s` seconds after the last pose.
+    /// A buffer of `keep_s` seconds that continues for `ahead_s` seconds after the last pose.
     pub fn new(keep_s: f64, ahead_s: f64) -> Self {
         Self { poses: VecDeque::new(), keep_s, ahead_s, longest_gap_s: f64::INFINITY }
     }
@@ -125,7 +125,7 @@ impl PoseBuffer {
         self
     }
 
-    /// Has room for so many poses from the beginning: a thread that keeps no more of them allocates nothing.
+    /// Has room for this many poses from the beginning: a thread that keeps no more of them allocates nothing.
     #[must_use]
     pub fn with_room(mut self, poses: usize) -> Self {
         self.poses.reserve(poses);
@@ -194,7 +194,7 @@ impl PoseBuffer {
     }
 }
 
-/// `share` of the way from one orientation to another along the shorter great circle; beyond 1 it goes on.
+/// `share` of the way from one orientation to another along the shorter great circle; beyond 1 it continues.
 pub fn turned(from: Quat<f64>, to: Quat<f64>, share: f64) -> Quat<f64> {
     let mut dot: f64 = (0..4).map(|k| from.0[k] * to.0[k]).sum();
     let sign = if dot < 0.0 { -1.0 } else { 1.0 };
@@ -222,7 +222,7 @@ mod tests {
         let camera = Pose::g1_camera();
         let axis = camera.rot.mul_vec(Vec3([0.0, 0.0, 1.0])).0;
         assert!((axis[0] - 0.83078_f64.cos()).abs() < 1e-9 && (axis[2] + 0.83078_f64.sin()).abs() < 1e-9);
-        // Right of the picture is right of the robot; the frame is right-handed.
+        // Right of the image is right of the robot; the frame is right-handed.
         let [right, down, ahead] = [0, 1, 2].map(|k| camera.rot.col(k));
         assert_eq!(right.0, [0.0, -1.0, 0.0]);
         let cross = right.cross(down);
@@ -239,7 +239,7 @@ mod tests {
         assert!(buffer.push(stamped(10.0, 1.0, 0.2)) && buffer.push(stamped(10.1, 1.2, 0.6)));
         let middle = buffer.at(10.025).expect("known");
         assert!((middle.pos.x() - 1.05).abs() < 1e-12 && (middle.rot.yaw() - 0.3).abs() < 1e-12);
-        // A little ahead the motion goes on; further it is unknown, and so is the past.
+        // A little ahead the motion continues; further it is unknown, and so is the past.
         let ahead = buffer.at(10.14).expect("within the horizon");
         assert!((ahead.pos.x() - 1.28).abs() < 1e-9 && (ahead.rot.yaw() - 0.76).abs() < 1e-9);
         assert_eq!(buffer.at(10.2).err(), Some(PoseGap::TooNew));
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn late_doubled_and_broken_poses_are_refused_and_a_set_clock_begins_anew() {
+    fn late_doubled_and_broken_poses_are_refused_and_a_set_clock_starts_again() {
         let mut buffer = PoseBuffer::default();
         assert!(buffer.push(stamped(10.0, 1.0, 0.0)));
         assert!(!buffer.push(stamped(10.0, 2.0, 0.0)) && !buffer.push(stamped(9.9, 2.0, 0.0)));

@@ -1,18 +1,18 @@
-//! Where the ball is, from pictures that come late and not always.
+//! Where the ball is, from images that come late and not always.
 //!
 //! A Kalman filter over the ball's horizontal position and velocity in the odometry frame. The ball rolls straight on and slows down
 //! with the identified decay; what else may happen to it is process noise. Noise, prior and motion are the same on both axes, so one
 //! 2 x 2 covariance serves both.
 //!
-//! **Late pictures are fused exactly.** A picture says where the ball was when it was taken. The filter's own state stays in the past,
-//! `horizon` seconds behind, where such a picture is news of the present; [`BallTracker::belief`] predicts from there. Pictures in the
+//! **Late images are fused exactly.** An image says where the ball was when it was taken. The filter's own state stays in the past,
+//! `horizon` seconds behind, where such an image adds information; [`BallTracker::belief`] predicts from there. Images in the
 //! order of their capture with ages up to the horizon then give the same estimate as without any delay.
 //!
 //! **Resting or rolling** is decided by the evidence. A ball at rest is a rolling ball with velocity zero, so the odds of the two are the
 //! posterior density of zero velocity over its prior density (the Savage-Dickey ratio). They weigh the process noise, and the belief.
 //!
-//! **Around the strike** any velocity is possible. That noise is kept apart until a picture comes: a ball that nobody has seen since is
-//! believed to lie where it lay. It is no part of the prior either, so a ball that was struck rests only once that is well known.
+//! **Around the strike** any velocity is possible. That noise is kept apart until an image comes: a ball not seen since is
+//! estimated to lie where it lay. It is no part of the prior either, so a ball that was struck rests only once that is well known.
 
 use paid_lanes::{Mask, Real};
 
@@ -20,7 +20,7 @@ use crate::{BallEstimate, Belief, Measurement, Rolling, TrackerPreset, effective
 
 /// Covariances grow to this variance and no further: far more than any place `[m^2]`.
 const LOST: f64 = 1e4;
-/// A refused picture is forgotten after this time `[s]`.
+/// A refused image is dropped after this time `[s]`.
 const STALE_S: f64 = 0.5;
 
 /// The tracker, one ball a lane.
@@ -28,17 +28,17 @@ const STALE_S: f64 = 0.5;
 pub struct BallTracker<V> {
     /// The ball `lag_s` ago.
     state: BallEstimate<V>,
-    /// Variance that the velocity would have without any picture and without a strike `[m^2/s^2]`.
+    /// Variance that the velocity would have without any image and without a strike `[m^2/s^2]`.
     prior: V,
-    /// What a strike since the last believed picture may have added to the state's covariance; the next one takes it in.
+    /// What a strike since the last accepted image may have added to the state's covariance; the next one takes it in.
     strike: [V; 3],
     /// The state's distance to the present `[s]`.
     lag_s: V,
-    /// Time since the capture of the last believed picture `[s]`.
+    /// Time since the capture of the last accepted image `[s]`.
     age_s: V,
     /// 1 where the ball was ever seen.
     known: V,
-    /// The last refused picture `[m]`, the time since its capture `[s]`, and how many in a row fit each other.
+    /// The last refused image `[m]`, the time since its capture `[s]`, and how many in a row fit each other.
     refused: [V; 2],
     refused_age_s: V,
     refused_count: V,
@@ -123,7 +123,7 @@ impl<V: Real> BallTracker<V> {
         Self { state, refused: placed(self.refused), ..self.clone() }
     }
 
-    /// Probability that the ball lies still: the odds of zero velocity after and before the pictures.
+    /// Probability that the ball lies still: the odds of zero velocity after and before the images.
     #[inline(always)]
     fn rest(estimate: &BallEstimate<V>, prior: V, preset: &TrackerPreset) -> V {
         let ([vx, vy], vv) = (estimate.velocity, estimate.covariance[2].max(V::c(1e-12)));
@@ -156,7 +156,7 @@ impl<V: Real> BallTracker<V> {
         Then { state, strike, prior: (kept * kept).mul_add(self.prior, q * time).min(most) }
     }
 
-    /// Time passes, `dt_s` `[s]`. The state follows, `horizon_s` `[s]` behind: pictures that are older will not be used.
+    /// Time passes, `dt_s` `[s]`. The state follows, `horizon_s` `[s]` behind: images that are older will not be used.
     #[inline(always)]
     pub fn advance(&mut self, dt_s: V, horizon_s: V, rolling: &Rolling<V>, preset: &TrackerPreset) {
         self.age_s += dt_s;
@@ -174,7 +174,7 @@ impl<V: Real> BallTracker<V> {
         Rolling { to_strike_s: rolling.to_strike_s + self.lag_s, ..*rolling }
     }
 
-    /// Takes in a picture. One that is older than the state is not used.
+    /// Takes in an image. One that is older than the state is not used.
     #[inline(always)]
     pub fn fuse(&mut self, picture: &Measurement<V>, rolling: &Rolling<V>, preset: &TrackerPreset) {
         let (zero, one) = (V::zero(), V::one());
@@ -194,7 +194,7 @@ impl<V: Real> BallTracker<V> {
         let fits = distance2.le(V::c(preset.gate * preset.gate));
         let fused = seen.and(known).and(fits);
 
-        // Refused pictures that fit each other.
+        // Refused images that fit each other.
         let refused = seen.and(known).and(fits.not());
         let gap = (self.refused_age_s - picture.age_s).max(V::c(1e-3));
         let apart = [0, 1].map(|k| picture.position[k] - self.refused[k]);
@@ -210,7 +210,7 @@ impl<V: Real> BallTracker<V> {
             self.refused[k] = V::select(refused, picture.position[k], self.refused[k]);
         }
 
-        // A ball that is new, or was found again, begins at the picture; the latter with the velocity between the last two.
+        // A ball that is new, or was found again, begins at the image; the latter with the velocity between the last two.
         let new = seen.and(known.not());
         let begins = new.or(again);
         let taken = fused.or(begins);
@@ -242,14 +242,14 @@ impl<V: Real> BallTracker<V> {
         self.known = V::select(new, one, self.known);
     }
 
-    /// What the filter says of the ball now, whether it rests or rolls left open.
+    /// The filter's estimate of the ball now, whether it rests or rolls.
     #[inline(always)]
     pub fn estimate(&self, rolling: &Rolling<V>, preset: &TrackerPreset) -> BallEstimate<V> {
         let then = self.predicted(self.lag_s, &self.back_then(rolling), preset);
         BallEstimate { covariance: sum(then.state.covariance, then.strike), ..then.state }
     }
 
-    /// What the tracker believes now. A ball at rest lies where the filter's position would be if its velocity were known to be zero.
+    /// The tracker's estimate now. A ball at rest lies where the filter's position would be if its velocity were known to be zero.
     #[inline(always)]
     pub fn belief(&self, rolling: &Rolling<V>, preset: &TrackerPreset) -> Belief<V> {
         let then = self.predicted(self.lag_s, &self.back_then(rolling), preset);

@@ -21,15 +21,15 @@ pub struct TrackerPreset {
     pub resting_noise: f64,
     /// The same around the strike. Default 8: within 0.25 s any velocity up to 4 m/s.
     pub strike_noise: f64,
-    /// Where that holds, from and to so long after the strike of the reference `[s]`. Default -0.1 to 0.3: policies strike a tenth of a
-    /// second early or late, and two pictures later the new velocity is known.
+    /// Where that holds, from and to this long after the strike of the reference `[s]`. Default -0.1 to 0.3: policies strike a tenth of a
+    /// second early or late, and two images later the new velocity is known.
     pub strike_window_s: [f64; 2],
-    /// Mahalanobis distance (standard deviations) beyond which a picture is not the ball. Default 4: a good picture is refused once in
+    /// Mahalanobis distance (standard deviations) beyond which an image is not the ball. Default 4: a good image is refused once in
     /// 3000, with twice the noise once in 7.
     pub gate: f64,
-    /// So many refused pictures in a row that fit each other are the ball after all. Default 3: false detections are scattered.
+    /// This many refused images in a row that fit each other are the ball after all. Default 3: false detections are scattered.
     pub reacquire: usize,
-    /// Two pictures are not of one ball if it had to be faster `[m/s]`; the covariance of the velocity grows no further. Default 8: twice
+    /// Two images are not of one ball if it had to be faster `[m/s]`; the covariance of the velocity grows no further. Default 8: twice
     /// the fastest kick.
     pub fastest_m_s: f64,
 }
@@ -70,7 +70,7 @@ impl TrackerPreset {
         }
         range_within("strike_window_s", self.strike_window_s, [-10.0, 10.0], "within 10 s")?;
         if self.reacquire < 2 {
-            return Err(ValueError::new("reacquire", "at least 2 pictures", self.reacquire));
+            return Err(ValueError::new("reacquire", "at least 2 images", self.reacquire));
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Hand-made sequences of pictures: what the memory makes of them.
+//! Hand-made sequences of images: what the memory returns.
 
 use paid_track::{
     BallMemory, BallState, Candidate, Glance, Measurement, MemoryPreset, Rolling, TrackedBall, TrackerPreset,
@@ -21,7 +21,7 @@ impl Story {
         Self { memory, rolling: Rolling { decay: 0.0, to_strike_s: f64::INFINITY }, time_s: 0.0, pictures: 0 }
     }
 
-    /// One picture with finds at these places, each off by a centimeter to a side that alternates; `shows` as in [`Glance`].
+    /// One image with detections at these places, each off by a centimeter to a side that alternates; `shows` as in [`Glance`].
     fn look_with(&mut self, places: &[[f64; 2]], shows: &dyn Fn([f64; 2]) -> bool) -> Option<usize> {
         self.time_s += STEP_S;
         self.rolling.to_strike_s -= STEP_S;
@@ -58,7 +58,7 @@ impl Story {
 }
 
 #[test]
-fn a_ball_is_believed_with_its_third_picture_and_a_single_flash_never() {
+fn a_ball_is_confirmed_by_its_third_image_and_a_single_flash_never() {
     let mut story = Story::new();
     story.look(&[[1.0, 0.0]]);
     story.look(&[[1.0, 0.0]]);
@@ -67,7 +67,7 @@ fn a_ball_is_believed_with_its_third_picture_and_a_single_flash_never() {
     assert_eq!(story.own().state, BallState::Seen);
     let mut story = Story::new();
     for k in 0..40 {
-        // Something else flashes at another place in every fourth picture.
+        // Something else flashes at another place in every fourth image.
         let place = [0.5 + 0.05 * f64::from(k), 0.8];
         story.look(if k % 4 == 0 { std::slice::from_ref(&place) } else { &[] });
     }
@@ -85,12 +85,12 @@ fn out_of_the_picture_it_is_remembered_for_seconds_and_in_it_without_a_ball_it_i
     }
     let own = story.own();
     assert_eq!(own.state, BallState::Remembered);
-    // 100 steps of 0.04 s after a picture that was 0.06 s old.
+    // 100 steps of 0.04 s after an image that was 0.06 s old.
     assert!((own.belief.age_s - 4.06).abs() < 1e-9 && story.is_near([1.0, 0.3], 0.03), "{own:?}");
     // Odds of 100 times 0.6^10 are 0.6, times 0.6^11 below the half.
     for k in 1..=12 {
         story.look(&[]);
-        assert_eq!(story.own().state == BallState::Lost, k >= 11, "picture {k}");
+        assert_eq!(story.own().state == BallState::Lost, k >= 11, "image {k}");
     }
 }
 
@@ -121,7 +121,7 @@ fn it_keeps_to_its_own_of_two_balls_also_while_only_the_other_is_seen() {
         assert_eq!(story.look(&[[1.5, 0.6], [1.0, 0.0]]), Some(1));
     }
     for _ in 0..50 {
-        // The own one is hidden, the other one is not.
+        // The ball to kick is hidden, the other one is not.
         assert_eq!(story.look_with(&[[1.5, 0.6]], &|[x, _]| x > 1.2), None);
     }
     let own = story.own();
@@ -142,7 +142,7 @@ fn false_detections_do_not_move_it() {
     }
     for k in 0..30 {
         let wrong = [0.4 + 0.11 * f64::from(k % 7), 0.5];
-        // The ball is missed in every third picture, and something else is found in every second one.
+        // The ball is missed in every third image, and something else is found in every second one.
         let mut finds = Vec::new();
         if k % 2 == 0 {
             finds.push(wrong);
@@ -156,7 +156,7 @@ fn false_detections_do_not_move_it() {
 }
 
 #[test]
-fn a_rolling_ball_is_where_it_has_rolled_to_while_nobody_looks() {
+fn a_rolling_ball_is_where_it_has_rolled_to_while_unseen() {
     let mut story = Story::new();
     let at = |time_s: f64| [1.5 - 0.3 * (time_s - AGE_S), 0.4];
     for _ in 0..40 {
@@ -180,7 +180,7 @@ fn a_kicked_ball_is_followed_and_is_the_same_ball() {
         story.look(&[[0.7, 0.0]]);
     }
     let id = story.own().id;
-    // It is struck now and goes off at 4 m/s. Pictures are 0.06 s old.
+    // It is struck now and goes off at 4 m/s. Images are 0.06 s old.
     let struck_s = story.time_s;
     for _ in 0..10 {
         let flown = (story.time_s + STEP_S - AGE_S - struck_s).max(0.0);

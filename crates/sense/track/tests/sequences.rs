@@ -1,4 +1,4 @@
-//! Hand-made sequences of pictures.
+//! Hand-made sequences of images.
 
 use paid_track::{BallTracker, Belief, Measurement, Rolling, TrackerPreset};
 
@@ -24,7 +24,7 @@ impl Watched {
         Rolling { decay: self.decay, to_strike_s: self.to_strike }
     }
 
-    /// A picture with a deviation of 2 cm, or none, and a thirtieth of a second.
+    /// An image with a deviation of 2 cm, or none, and a thirtieth of a second.
     fn picture(&mut self, seen: Option<[f64; 2]>) -> Belief<f64> {
         self.to_strike -= DT;
         let rolling = self.rolling();
@@ -56,11 +56,12 @@ fn a_ball_at_rest_becomes_steady() {
     for k in 0..60 {
         last = Some(ball.picture(Some([1.0 + error(k), -0.4])));
     }
-    let belief = last.expect("pictures");
+    let belief = last.expect("images");
     assert!(belief.rest > 0.99, "{belief:?}");
     assert!((belief.ball.position[0] - 1.0).abs() < 0.002, "{belief:?}");
     assert!(belief.ball.velocity[0].abs() < 1e-4, "{belief:?}");
-    // Twenty pictures in 0.63 s know the velocity to 0.02 sqrt(12 / 20) / 0.63 = 2.5 cm/s, eighty in 2.6 s to 6 mm/s beside the noise of a ball at rest.
+    // Twenty images in 0.63 s know the velocity to 0.02 sqrt(12 / 20) / 0.63 = 2.5 cm/s, eighty in 2.6 s to 6 mm/s plus the noise of a
+    // ball at rest.
     assert!((early.covariance[2].sqrt() - 0.025).abs() < 0.005, "{early:?}");
     assert!(belief.ball.covariance[2].sqrt() < 0.007, "{belief:?}");
     assert!((belief.age_s - LATE).abs() < 1e-12);
@@ -71,36 +72,36 @@ fn a_rolling_ball_is_known_now_and_not_when_its_picture_was_taken() {
     let mut ball = Watched::new(0.0);
     let mut belief = None;
     for k in 0..40 {
-        // The picture shows where it was 60 ms ago.
+        // The image shows where it was 60 ms ago.
         belief = Some(ball.picture(Some([0.3 * (k as f64 * DT - LATE) + error(k), 0.0])));
     }
-    let belief = belief.expect("pictures");
+    let belief = belief.expect("images");
     assert!((belief.ball.position[0] - 0.3 * 39.0 * DT).abs() < 0.01, "{belief:?}");
     assert!((belief.ball.velocity[0] - 0.3).abs() < 0.02 && belief.rest < 1e-3, "{belief:?}");
 }
 
 #[test]
 fn a_ball_out_of_view_rolls_on_and_becomes_uncertain() {
-    // Velocity exp(-2 t) after the last picture: 0.3 (1 - exp(-2)) / 2 = 0.13 m in a second.
+    // Velocity exp(-2 t) after the last image: 0.3 (1 - exp(-2)) / 2 = 0.13 m in a second.
     let mut ball = Watched::new(2.0);
     let start = |t: f64| 0.3 * (1.0 - (-2.0 * t).exp()) / 2.0;
     let mut belief = None;
     for k in 0..15 {
         belief = Some(ball.picture(Some([start(k as f64 * DT - LATE), 0.0])));
     }
-    let before = belief.take().expect("pictures");
+    let before = belief.take().expect("images");
     for _ in 0..30 {
         belief = Some(ball.picture(None));
     }
-    let after = belief.expect("pictures");
+    let after = belief.expect("images");
     assert!((after.ball.position[0] - start(44.0 * DT)).abs() < 0.015, "{after:?}");
     assert!((after.age_s - LATE - 1.0).abs() < 1e-9, "{after:?}");
     assert!(after.ball.covariance[0] > 1.5 * before.ball.covariance[0], "{before:?} {after:?}");
-    // Its pictures come back and it is certain again.
+    // Its images come back and it is certain again.
     for k in 45..60 {
         belief = Some(ball.picture(Some([start(k as f64 * DT - LATE), 0.0])));
     }
-    let again = belief.expect("pictures");
+    let again = belief.expect("images");
     assert!(again.ball.covariance[0] < before.ball.covariance[0] && (again.age_s - LATE).abs() < 1e-9);
 }
 
@@ -123,7 +124,7 @@ fn one_false_detection_changes_nothing() {
 }
 
 #[test]
-fn a_ball_that_was_moved_is_found_again_after_three_pictures() {
+fn a_ball_that_was_moved_is_found_again_after_three_images() {
     let mut ball = Watched::new(0.0);
     for k in 0..20 {
         ball.picture(Some([1.0 + error(k), 0.0]));
@@ -138,7 +139,7 @@ fn a_ball_that_was_moved_is_found_again_after_three_pictures() {
     for k in 0..30 {
         belief = Some(ball.picture(Some([1.8 + error(k), 0.5])));
     }
-    let belief = belief.expect("pictures");
+    let belief = belief.expect("images");
     assert!((belief.ball.position[0] - 1.8).abs() < 0.01 && belief.rest > 0.9, "{belief:?}");
 }
 
@@ -150,17 +151,17 @@ fn a_kicked_ball_is_followed_at_once_where_the_strike_was_expected() {
         for k in 0..40 {
             ball.picture(Some([0.5 + error(k), 0.0]));
         }
-        // It leaves with 4 m/s; the pictures are 60 ms late.
+        // It leaves with 4 m/s; the images are 60 ms late.
         let mut belief = None;
         for k in 0..5 {
             let flown = 4.0 * (k as f64 * DT).max(0.0);
             belief = Some(ball.picture(Some([0.5 + flown, 0.0])));
         }
-        belief.expect("pictures")
+        belief.expect("images")
     };
     let (expected, surprised) = (run(0.0), run(50.0));
     assert!((expected.ball.velocity[0] - 4.0).abs() < 0.4, "{expected:?}");
-    // Where nobody expected it, it was lost for two pictures, and found again.
+    // Where it was not expected, it was lost for two images, and found again.
     assert!((surprised.ball.velocity[0] - 4.0).abs() < 1.0, "{surprised:?}");
 }
 

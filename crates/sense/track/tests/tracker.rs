@@ -74,7 +74,7 @@ impl Plain {
     }
 }
 
-/// One process noise at all times but the strike, so that a linear filter can say the same.
+/// One process noise at all times but the strike, so that a linear filter can give the same.
 fn linear() -> TrackerPreset {
     TrackerPreset { rolling_noise: 0.05, resting_noise: 0.05, ..TrackerPreset::default() }
 }
@@ -96,12 +96,12 @@ fn late_pictures_give_what_a_plain_filter_makes_of_punctual_ones() {
             let mut way = Vec::new();
             for step in 0..120_i32 {
                 let now = f64::from(step) * DT;
-                // A ball on a curve; some pictures do not show it.
+                // A ball on a curve; some images do not show it.
                 let at = [1.0 + 0.3 * now + 0.02 * rng.normal(), 0.5 - 0.1 * now * now + 0.02 * rng.normal()];
                 way.push((at, rng.unit() < 0.6));
                 let rolling = Rolling { decay, to_strike_s: strike_s - now };
                 tracker.advance(DT, age_s, &rolling, &preset);
-                // The plain filter lives at the time of the pictures.
+                // The plain filter lives at the time of the images.
                 let then = now - age_s;
                 let q = noise(then - strike_s, &preset);
                 if step < late {
@@ -147,8 +147,8 @@ fn noise(after: f64, preset: &TrackerPreset) -> f64 {
     if after >= from && after <= to { rolling + preset.strike_noise.powi(2) } else { rolling }
 }
 
-/// A sequence of true places with white acceleration, and its pictures every 33 ms, 60 ms late; returns the squared error normalized by the
-/// covariance (NEES), and the squared errors of the believed and of the filter's place half a second ahead.
+/// A sequence of true places with white acceleration, and its images every 33 ms, 60 ms late; returns the squared error normalized by the
+/// covariance (NEES), and the squared errors of the estimated and of the filter's place half a second ahead.
 fn run(number: u32, rests: bool, preset: &TrackerPreset) -> (f64, [f64; 2]) {
     let mut rng = Rng::new(2026, number, 0);
     let decay = rng.uniform(0.0, 2.0);

@@ -322,7 +322,10 @@ fn an_environment_sees_the_same_in_any_lane_type() {
 fn values_that_make_no_sense_are_refused_by_key() {
     for (set, hint) in [
         ("eyes.latency_s=[-0.02, 0.06]", "preset: eyes.latency_s is [-0.02, 0.06], expected [lo, hi]"),
-        ("eyes.camera.down_deg=-40", "eyes.camera.down_deg is -40 with a picture of 42 degrees"),
+        (
+            "eyes.camera.down_deg=-40",
+            "eyes.camera.down_deg is -40 with a vertical field of view of 42 degrees",
+        ),
         ("eyes.c_min=0", "eyes.c_min is 0, expected a positive number"),
         ("eyes.tracker.strike_noise=0", "eyes.tracker.strike_noise is 0"),
         ("eyes.odometry.jitter_m=-1", "eyes.odometry.jitter_m is -1"),
