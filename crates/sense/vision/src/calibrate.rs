@@ -7,7 +7,7 @@ use crate::{Pose, VisionError};
 /// A view of a ball that lies still.
 #[derive(Clone, Copy, Debug)]
 pub struct BallView {
-    /// Torso in the odometry frame when the picture was taken.
+    /// Torso in the odometry frame when the image was taken.
     pub torso: Pose,
     /// The ball's center as [`crate::locate::locate`] gave it, camera frame `[m]`.
     pub in_camera: [f64; 3],
@@ -131,7 +131,7 @@ pub fn calibrate(views: &[BallView], first: &Pose) -> Result<Calibration, Vision
     })
 }
 
-/// What the views say otherwise than the parameters, in deviations: three a view, two across the ray and one along it.
+/// Differences between views and parameters, in deviations: three a view, two across the ray and one along it.
 fn residuals(views: &[BallView], camera: &Pose, balls: &[[f64; 3]]) -> Vec<f64> {
     let mut out = Vec::with_capacity(3 * views.len());
     for view in views {

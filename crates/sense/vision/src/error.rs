@@ -1,11 +1,11 @@
-//! What can be wrong with a picture, a detector or their settings.
+//! What can be wrong with an image, a detector or their settings.
 
 use std::path::PathBuf;
 
 use paid_onnx::OnnxError;
 use thiserror::Error;
 
-/// Why a step from picture to ball cannot be done.
+/// Why a step from image to ball failed.
 #[derive(Debug, Error)]
 pub enum VisionError {
     /// A value that makes no sense.

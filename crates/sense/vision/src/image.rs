@@ -1,8 +1,8 @@
-//! Pictures as plain numbers.
+//! Images as plain numbers.
 
 use crate::VisionError;
 
-/// A color picture, red, green and blue, row by row from the top.
+/// A color image, red, green and blue, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ColorImage {
     /// Pixels from left to right.
@@ -14,15 +14,15 @@ pub struct ColorImage {
 }
 
 impl ColorImage {
-    /// A picture from its bytes.
+    /// An image from its bytes.
     ///
     /// # Errors
-    /// If their number is not `3 width height`, or the picture is empty.
+    /// If their number is not `3 width height`, or the image is empty.
     pub fn new(width: usize, height: usize, data: Vec<u8>) -> Result<Self, VisionError> {
         let expected = width.checked_mul(height).and_then(|n| n.checked_mul(3)).unwrap_or(usize::MAX);
         if expected == 0 || data.len() != expected {
             return Err(VisionError::value(
-                format!("color picture of {width} x {height}"),
+                format!("color image of {width} x {height}"),
                 format!("{expected} bytes"),
                 data.len().to_string(),
             ));
@@ -30,19 +30,19 @@ impl ColorImage {
         Ok(Self { width, height, data })
     }
 
-    /// A picture of one color.
+    /// An image of one color.
     pub fn filled(width: usize, height: usize, color: [u8; 3]) -> Self {
         Self { width, height, data: color.repeat(width * height) }
     }
 
-    /// The color of a pixel inside the picture.
+    /// The color of a pixel inside the image.
     #[inline]
     pub fn get(&self, x: usize, y: usize) -> [u8; 3] {
         let at = 3 * (y * self.width + x);
         [self.data[at], self.data[at + 1], self.data[at + 2]]
     }
 
-    /// Sets a pixel; outside the picture nothing happens.
+    /// Sets a pixel; outside the image nothing happens.
     pub fn set(&mut self, x: i64, y: i64, color: [u8; 3]) {
         if let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y))
             && x < self.width
@@ -53,7 +53,7 @@ impl ColorImage {
         }
     }
 
-    /// The picture as a PNG file's bytes.
+    /// The image as a PNG file's bytes.
     ///
     /// # Errors
     /// If the encoder fails.
@@ -69,7 +69,7 @@ impl ColorImage {
     }
 }
 
-/// A depth picture aligned to the color picture, row by row from the top.
+/// A depth image aligned to the color image, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DepthImage {
     /// Pixels from left to right.
@@ -81,15 +81,15 @@ pub struct DepthImage {
 }
 
 impl DepthImage {
-    /// A picture from its numbers.
+    /// An image from its numbers.
     ///
     /// # Errors
-    /// If there are not `width height` of them, or the picture is empty.
+    /// If there are not `width height` of them, or the image is empty.
     pub fn new(width: usize, height: usize, data: Vec<u16>) -> Result<Self, VisionError> {
         let expected = width.saturating_mul(height);
         if expected == 0 || data.len() != expected {
             return Err(VisionError::value(
-                format!("depth picture of {width} x {height}"),
+                format!("depth image of {width} x {height}"),
                 format!("{expected} numbers"),
                 data.len().to_string(),
             ));
@@ -97,7 +97,7 @@ impl DepthImage {
         Ok(Self { width, height, data })
     }
 
-    /// Depth at a pixel `[m]`; `None` where it is not known or outside the picture.
+    /// Depth at a pixel `[m]`; `None` where it is not known or outside the image.
     #[inline]
     pub fn depth_m(&self, x: usize, y: usize) -> Option<f64> {
         if x >= self.width || y >= self.height {

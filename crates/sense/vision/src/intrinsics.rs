@@ -1,4 +1,4 @@
-//! A picture's geometry: pixels and rays.
+//! An image's geometry: pixels and rays.
 
 use paid_track::CameraPreset;
 use serde::{Deserialize, Serialize};
@@ -17,12 +17,12 @@ pub struct Intrinsics {
     pub height: usize,
     /// Focal lengths, across and down `[px]`.
     pub focal: [f64; 2],
-    /// Where the optical axis meets the picture `[px]`.
+    /// Where the optical axis meets the image `[px]`.
     pub center: [f64; 2],
 }
 
 impl Intrinsics {
-    /// A centered picture of this size that opens by `across_deg` from left to right and `upright_deg` from top to bottom (full
+    /// A centered image of this size that opens by `across_deg` from left to right and `upright_deg` from top to bottom (full
     /// angles).
     pub fn from_angles(width: usize, height: usize, across_deg: f64, upright_deg: f64) -> Self {
         let (w, h) = (width as f64, height as f64);
@@ -35,17 +35,17 @@ impl Intrinsics {
         }
     }
 
-    /// The picture of a camera of the robot.
+    /// The image of a camera of the robot.
     pub fn of(camera: &CameraPreset, width: usize, height: usize) -> Self {
         Self::from_angles(width, height, camera.across_deg, camera.upright_deg)
     }
 
-    /// The color picture of the G1's depth camera, 424 x 240 pixels, 69 x 42 degrees.
+    /// The color image of the G1's depth camera, 424 x 240 pixels, 69 x 42 degrees.
     pub fn g1_color() -> Self {
         Self::of(&CameraPreset::color(), 424, 240)
     }
 
-    /// Refuses a camera that no picture can have, such as one whose `CameraInfo` was never filled.
+    /// Refuses a camera that no image can have, such as one whose `CameraInfo` was never filled.
     ///
     /// # Errors
     /// The first value that is out of range.
@@ -60,13 +60,13 @@ impl Intrinsics {
         let size = [self.width as f64, self.height as f64];
         for k in 0..2 {
             if !(0.05 * size[k]..=50.0 * size[k]).contains(&self.focal[k]) {
-                let expected = "a focal length of 0.05 to 50 picture sizes";
+                let expected = "a focal length of 0.05 to 50 image sizes";
                 return wrong("intrinsics: focal", expected, format!("{:?} px", self.focal));
             }
             if !(-size[k]..=2.0 * size[k]).contains(&self.center[k]) {
                 return wrong(
                     "intrinsics: center",
-                    "a point near the picture",
+                    "a point near the image",
                     format!("{:?} px", self.center),
                 );
             }
@@ -74,13 +74,13 @@ impl Intrinsics {
         Ok(())
     }
 
-    /// The ray through a point of the picture `[px]`, camera frame, of depth 1.
+    /// The ray through a point of the image `[px]`, camera frame, of depth 1.
     #[inline]
     pub fn ray(&self, pixel: [f64; 2]) -> [f64; 3] {
         [(pixel[0] - self.center[0]) / self.focal[0], (pixel[1] - self.center[1]) / self.focal[1], 1.0]
     }
 
-    /// Where a point of the camera frame `[m]` is in the picture `[px]`; `None` behind the camera.
+    /// Where a point of the camera frame `[m]` is in the image `[px]`; `None` behind the camera.
     #[inline]
     pub fn project(&self, point: [f64; 3]) -> Option<[f64; 2]> {
         (point[2] > 1e-6)
@@ -88,11 +88,11 @@ impl Intrinsics {
     }
 
     /// The smallest box around the outline of a sphere (center in the camera frame and radius `[m]`); `None` if the camera is inside
-    /// or the sphere reaches behind the picture plane.
+    /// or the sphere reaches behind the image plane.
     pub fn sphere_box(&self, center: [f64; 3], radius: f64) -> Option<PixelBox> {
         let mut sides = [[0.0; 2]; 2];
         for k in 0..2 {
-            // The tangents in the plane of the axis and this picture direction.
+            // The tangents in the plane of the axis and this image direction.
             let (x, z) = (center[k], center[2]);
             let denominator = z * z - radius * radius;
             if z <= radius || denominator <= 1e-9 {
@@ -105,7 +105,7 @@ impl Intrinsics {
         Some(PixelBox { min: [sides[0][0], sides[1][0]], max: [sides[0][1], sides[1][1]] })
     }
 
-    /// A part of the picture: `left` and `top` may lie outside.
+    /// A part of the image: `left` and `top` may lie outside.
     pub fn window(&self, left: f64, top: f64, width: usize, height: usize) -> Self {
         Self { width, height, center: [self.center[0] - left, self.center[1] - top], ..*self }
     }
@@ -118,7 +118,7 @@ impl Intrinsics {
     }
 }
 
-/// A rectangle in a picture `[px]`; its sides may lie outside the picture and between pixels.
+/// A rectangle in an image `[px]`; its sides may lie outside the image and between pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PixelBox {
     /// Left and top side.
@@ -167,7 +167,7 @@ impl PixelBox {
         if union > 0.0 { common / union } else { 0.0 }
     }
 
-    /// The part inside a picture.
+    /// The part inside an image.
     pub fn clipped(&self, width: usize, height: usize) -> Self {
         self.overlap(&Self { min: [0.0; 2], max: [width as f64, height as f64] })
     }

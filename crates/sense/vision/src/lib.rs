@@ -1,8 +1,8 @@
-//! From picture to ball: a renderer for simulated eyes, detectors by ONNX, and the ball's place from color and depth.
+//! From image to ball: a renderer for simulated cameras, detectors by ONNX, and the ball's place from color and depth.
 //!
-//! A camera's pictures go to a [`detect::Detector`], its finds with the depth picture to a [`locate::BallFinder`], which knows where
-//! the torso was when the picture was taken; out come sightings in the odometry frame for `paid-track`'s ball tracker. The same calls
-//! take rendered pictures ([`render`], [`scatter`]) and real ones.
+//! A camera's images go to a [`detect::Detector`], its detections with the depth image to a [`locate::BallFinder`], which knows where
+//! the torso was when the image was taken; out come sightings in the odometry frame for `paid-track`'s ball tracker. The same calls
+//! take rendered images ([`render`], [`scatter`]) and real ones.
 //!
 //! ```
 //! use paid_vision::detect::{Depth, Detector};
@@ -10,7 +10,7 @@
 //! use paid_vision::scatter::{Scatter, Use};
 //! use paid_vision::Intrinsics;
 //!
-//! // A scene by chance with a ball in it, and its picture.
+//! // A random scene with a ball in it, and its image.
 //! let scatter = Scatter::new(Use::HeldOut, 1)?;
 //! let sample = scatter.sample(0, Intrinsics::g1_color(), true);
 //! let rendered = render(&sample.scene, &sample.view);

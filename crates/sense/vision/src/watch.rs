@@ -1,8 +1,8 @@
-//! Whether a camera's pictures can be trusted: black, frozen, torn, without depth or with an old one, of another camera, out of time.
+//! Whether a camera's images can be trusted: black, frozen, torn, without depth or with an old one, of another camera, out of time.
 
 use crate::{ColorImage, DepthImage, Intrinsics, PictureFault};
 
-/// Watches the pictures of one camera.
+/// Watches the images of one camera.
 #[derive(Clone, Debug)]
 pub struct PictureWatch {
     intrinsics: Intrinsics,
@@ -13,21 +13,21 @@ pub struct PictureWatch {
     equal_depths: u32,
 }
 
-/// A picture darker than this shows nothing.
+/// An image darker than this shows nothing.
 const DARKEST: f64 = 6.0;
-/// Deviation of the bytes of a picture that shows something.
+/// Deviation of the bytes of an image that shows something.
 const LEAST_DEVIATION: f64 = 2.0;
-/// Pictures are used up to this age `[s]`.
+/// Images are used up to this age `[s]`.
 const OLDEST_S: f64 = 0.5;
-/// Clocks of camera and computer may differ by so much `[s]`.
+/// Clocks of camera and computer may differ by this much `[s]`.
 const FUTURE_S: f64 = 0.005;
 /// Time that runs back by more is a clock that was set `[s]`.
 const SET_CLOCK_S: f64 = 1.0;
 /// Focal lengths may differ by this share.
 const FOCAL_SHARE: f64 = 0.02;
-/// The optical axis may be elsewhere by this share of the picture's width: a quarter to a half of a degree.
+/// The optical axis may be elsewhere by this share of the image's width: a quarter to a half of a degree.
 const CENTER_SHARE: f64 = 0.01;
-/// Rows at the end that make a picture torn.
+/// Rows at the end that make an image torn.
 const TORN_ROWS: usize = 8;
 
 impl PictureWatch {
@@ -36,7 +36,7 @@ impl PictureWatch {
         Self { intrinsics, last: None, last_s: None, equal: 0, last_depth: None, equal_depths: 0 }
     }
 
-    /// Looks at a picture that was taken at `captured_s` and came at `now_s` `[s]`, with the intrinsics that came with it.
+    /// Looks at an image that was taken at `captured_s` and came at `now_s` `[s]`, with the intrinsics that came with it.
     ///
     /// # Errors
     /// The first fault.
@@ -57,7 +57,7 @@ impl PictureWatch {
         {
             let by_s = last_s - captured_s;
             if by_s > SET_CLOCK_S {
-                // The clock was set: it is said once, and the next picture is taken.
+                // The clock was set: it is reported once, and the next image is taken.
                 self.last_s = Some(captured_s);
             }
             return Err(PictureFault::TimeBackwards { by_s });
@@ -154,7 +154,7 @@ mod tests {
         Intrinsics::from_angles(40, 30, 69.0, 42.0)
     }
 
-    /// A picture with noise of its own.
+    /// An image with noise of its own.
     fn picture(number: u32) -> ColorImage {
         let mut state = number.wrapping_mul(0x9e37_79b9) | 1;
         let data = (0..3 * 40 * 30).map(|_| {
@@ -237,9 +237,9 @@ mod tests {
         };
         assert_eq!(look(1.0, 1.06, &camera(), 1), Ok(()));
         let error = look(0.9, 1.0, &camera(), 2).expect_err("time runs back");
-        assert_eq!(error, "picture taken 0.100 s before the one before it, expected a later time");
+        assert_eq!(error, "image taken 0.100 s before the one before it, expected a later time");
         let error = look(2.0, 1.9, &camera(), 3).expect_err("from the future");
-        assert_eq!(error, "picture -0.100 s old, expected 0 to 0.5 s");
+        assert_eq!(error, "image -0.100 s old, expected 0 to 0.5 s");
         let other = Intrinsics::from_angles(40, 30, 87.0, 58.0);
         let error = look(2.0, 2.05, &other, 4).expect_err("the depth camera's");
         assert!(error.starts_with("intrinsics: focal length 21.1 px, expected 29.1 px"), "{error}");

@@ -1,4 +1,4 @@
-//! Damaged detector files: refused with what was expected and found, or a detector that finds boxes of numbers; never a panic.
+//! Damaged detector files: refused with what was expected and found, or a detector with finite boxes; never a panic.
 //! `PAID_MUTATIONS=10000000` makes this as long as you like, and `fuzz/` does the same without end.
 
 mod detectors;
@@ -10,7 +10,7 @@ use paid_testing::damaged;
 use paid_vision::ColorImage;
 use paid_vision::detect::{Detector, Kind};
 
-/// Reads a file and lets it look at a picture; `true` if it could.
+/// Reads a file and lets it look at an image; `true` if it could.
 fn read(bytes: Vec<u8>, what: &str) -> bool {
     let picture = ColorImage::filled(48, 32, [90, 140, 20]);
     let looked = OnnxFile::from_bytes(bytes, Path::new("a.onnx"))
@@ -68,6 +68,6 @@ fn the_own_network_with_damage_is_refused_or_looks() {
         std::env::var("PAID_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(30_000);
     let share = times / 300;
     let count = (0..share).filter(|number| read(damaged(own, *number), &format!("{number}"))).count();
-    println!("the own network: {count} read of {share}");
+    println!("the project's network: {count} read of {share}");
     assert!(read(own.to_vec(), "undamaged"));
 }

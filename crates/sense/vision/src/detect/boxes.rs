@@ -20,7 +20,7 @@ pub(super) fn suppress(mut candidates: Vec<Candidate>, iou: f64, most: usize) ->
             && c.outline.min.iter().chain(&c.outline.max).all(|v| v.is_finite())
             && c.outline.area() > 0.0
     });
-    // Equal scores stay in the network's order: the same picture gives the same boxes.
+    // Equal scores stay in the network's order: the same image gives the same boxes.
     candidates.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut kept: Vec<Candidate> = Vec::new();
     for candidate in candidates {

@@ -57,7 +57,7 @@ pub(super) fn yolo_x(
         .collect()
 }
 
-/// Boxes of the own network's `output` `[5, 24, 40]`: the cells that are hotter than their eight neighbors.
+/// Boxes of the project's network's `output` `[5, 24, 40]`: the cells that are hotter than their eight neighbors.
 pub(super) fn own(output: &[f32], confidence: f64) -> Vec<Candidate> {
     let (columns, rows) = (net::WIDTH / net::STRIDE, net::HEIGHT / net::STRIDE);
     let plane = columns * rows;
@@ -80,7 +80,7 @@ pub(super) fn own(output: &[f32], confidence: f64) -> Vec<Candidate> {
             }
             let at = |k: usize| f64::from(output[k * plane + i]);
             let stride = net::STRIDE as f64;
-            // No ball is larger than twice the picture or smaller than a pixel.
+            // No ball is larger than twice the image or smaller than a pixel.
             let size = [3, 4].map(|k| at(k).clamp(-2.1, 4.4).exp() * stride);
             let middle = [(x as f64 + 0.5 + at(1)) * stride, (y as f64 + 0.5 + at(2)) * stride];
             found.push(Candidate { outline: PixelBox::around(middle, size), score, index: i });
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn the_own_network_speaks_once_for_a_ball() {
+    fn the_projects_network_gives_one_box_for_a_ball() {
         let (columns, plane) =
             (net::WIDTH / net::STRIDE, net::WIDTH * net::HEIGHT / net::STRIDE / net::STRIDE);
         let mut output = vec![0.0_f32; net::CHANNELS * plane];

@@ -1,4 +1,4 @@
-//! Files of other people: what they say about themselves, and what else they may be.
+//! Files of other tools: their metadata, and what else they may be.
 
 use paid_onnx::proto::{ATTRIBUTE_INT, Attribute, GraphProto, TensorProto, ValueInfo};
 
@@ -60,7 +60,7 @@ fn numbers_that_are_no_scores_and_boxes_are_refused_without_metadata_too() {
         ),
         (yolo_v8(&[40.0, 12.0, 16.0, 8.0, 0.9, -0.5], &[]), ["scores", "-0.5"]),
         (yolo_x(&[0.5, 0.5, 0.0, 0.0, 2.5, 0.9], &[]), ["YOLOX: scores", "2.5"]),
-        // Shares of the input, a box beside it.
+        // Shares of the input, a box outside it.
         (
             yolo_v8(&[0.6, 0.4, 0.2, 0.2, 0.9, 0.0], &[]),
             ["boxes in the input of 64 x 32 pixels", "2.000e-1 x 2.000e-1"],
@@ -84,7 +84,7 @@ fn numbers_that_are_no_scores_and_boxes_are_refused_without_metadata_too() {
 
 #[test]
 fn a_score_that_is_none_is_a_fault_and_not_a_picture_without_a_ball() {
-    // Every number of the output plus 0 log(mean of the picture): as it is for gray, none for black.
+    // Every number of the output plus 0 log(mean of the image): as it is for gray, none for black.
     let mut graph = GraphProto { name: Some("test".to_owned()), ..GraphProto::default() };
     let numbers = [
         TensorProto::float("boxes", &[1, 5, CELLS], &[0.0; 5 * CELLS]),

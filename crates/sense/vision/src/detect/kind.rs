@@ -65,7 +65,7 @@ impl Kind {
         }
     }
 
-    /// Number of classes it tells apart.
+    /// Number of its classes.
     pub fn classes(self) -> usize {
         match self {
             Self::Own => 1,

@@ -1,16 +1,16 @@
-//! A picture in the size and order that a network wants.
+//! An image in the size and order that a network wants.
 
 use super::Depth;
 use crate::net::depth_code;
 use crate::{ColorImage, PixelBox};
 
-/// The gray beside a picture of another shape; detectors are trained with it.
+/// The gray around an image of another shape; detectors are trained with it.
 const GRAY: f32 = 114.0;
 
-/// Where the picture lies in the network's input.
+/// Where the image lies in the network's input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
-    /// In the middle (YOLOv8 and the own network).
+    /// In the middle (YOLOv8 and the project's network).
     Middle,
     /// At the top left corner (YOLOX).
     TopLeft,
@@ -25,17 +25,17 @@ pub enum Coding {
     BgrBytes,
 }
 
-/// How a picture was fitted into a network's input: `input = scale picture + offset`.
+/// How an image was fitted into a network's input: `input = scale image + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Letterbox {
-    /// Pixels of the input per pixel of the picture.
+    /// Pixels of the input per pixel of the image.
     pub scale: f64,
-    /// Left and upper edge of the picture in the input `[px]`.
+    /// Left and upper edge of the image in the input `[px]`.
     pub offset: [f64; 2],
 }
 
 impl Letterbox {
-    /// Fits a picture of this size into an input of that size, as large as it goes without changing its shape.
+    /// Fits an image of this size into an input of that size, as large as it goes without changing its shape.
     pub fn fit(picture: [usize; 2], input: [usize; 2], anchor: Anchor) -> Self {
         let ratio = |k: usize| input[k] as f64 / picture[k] as f64;
         let scale = ratio(0).min(ratio(1));
@@ -47,20 +47,20 @@ impl Letterbox {
         Self { scale, offset }
     }
 
-    /// A box of the input in the picture.
+    /// A box of the input in the image.
     pub fn to_picture(&self, input: &PixelBox) -> PixelBox {
         let back = |p: [f64; 2]| [0, 1].map(|k| (p[k] - self.offset[k]) / self.scale);
         PixelBox { min: back(input.min), max: back(input.max) }
     }
 
-    /// A point of the picture in the input.
+    /// A point of the image in the input.
     pub fn to_input(&self, picture: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|k| picture[k].mul_add(self.scale, self.offset[k]))
     }
 
     /// The input `[3, height, width]` (`input` is width, height).
     ///
-    /// A smaller picture is read by the mean over what a pixel of the input covers, a larger one between four pixels.
+    /// A smaller image is read by the mean over what a pixel of the input covers, a larger one between four pixels.
     pub fn fill(&self, picture: &ColorImage, input: [usize; 2], coding: Coding) -> Vec<f32> {
         let [width, height] = input;
         let plane = width * height;
@@ -71,7 +71,7 @@ impl Letterbox {
         let mut out = vec![GRAY * factor; 3 * plane];
         let columns = Taps::of(self.scale, self.offset[0], picture.width, width);
         let rows = Taps::of(self.scale, self.offset[1], picture.height, height);
-        // Across first: one line of the picture after the other.
+        // Across first: one line of the image after the other.
         let mut lines = vec![0.0_f32; 3 * width * picture.height];
         for (y, line) in lines.chunks_exact_mut(3 * width).enumerate() {
             let row = &picture.data[3 * y * picture.width..3 * (y + 1) * picture.width];
@@ -106,8 +106,8 @@ impl Letterbox {
         out
     }
 
-    /// What the own network is told of depth, `[height, width]`: each pixel of the input reads the pixel of the picture under its middle. Depths
-    /// are not averaged: between a ball and the floor behind it there is nothing.
+    /// The depth channel of the project's network, `[height, width]`: each pixel of the input reads the pixel of the image under its
+    /// middle. Depths are not averaged: between a ball and the floor behind it there is nothing.
     pub(super) fn fill_depth(&self, depth: Option<Depth<'_>>, [width, height]: [usize; 2]) -> Vec<f32> {
         let mut out = vec![0.0; width * height];
         let Some(Depth { image, intrinsics }) = depth else { return out };
@@ -129,7 +129,7 @@ impl Letterbox {
     }
 }
 
-/// Which pixels of a line make one pixel of the input, and their shares; none outside the picture.
+/// Which pixels of a line make one pixel of the input, and their shares; none outside the image.
 struct Tap {
     first: usize,
     weights: Vec<f32>,
@@ -142,7 +142,7 @@ struct Taps {
 impl Taps {
     fn of(scale: f64, offset: f64, picture: usize, input: usize) -> Self {
         let filled = (picture as f64 * scale).round();
-        // Half the width of what is read: a pixel of the input, or a pixel of the picture if that is larger.
+        // Half the width of what is read: a pixel of the input, or a pixel of the image if that is larger.
         let reach = (1.0 / scale).max(1.0);
         let tap = |i: usize| {
             let at = i as f64 - offset;
@@ -203,14 +203,14 @@ mod tests {
         image.data[2 * (640 + 1) + 640 + 1] = 0;
         let input = fit.fill_depth(Some(Depth { image: &image, intrinsics: &intrinsics }), [320, 192]);
         let at = |x: usize, y: usize| input[y * 320 + x];
-        // 0.22 m at 1.1 m and 200 px of the input: five cells. Pixel (1, 7) of the input reads pixel (3, 3) of the picture.
+        // 0.22 m at 1.1 m and 200 px of the input: five cells. Pixel (1, 7) of the input reads pixel (3, 3) of the image.
         assert!((at(5, 100) - 0.5 * 5.0_f32.ln()).abs() < 1e-6);
         assert_eq!([at(5, 5), at(1, 7), at(5, 186)], [0.0; 3]);
         assert_eq!(fit.fill_depth(None, [320, 192]), vec![0.0; 320 * 192]);
     }
 
     #[test]
-    fn a_smaller_input_is_the_mean_of_the_picture() {
+    fn a_smaller_input_is_the_mean_of_the_image() {
         // Stripes of one pixel become an even gray; nothing of them is left as a coarser pattern.
         let data = (0..64 * 64).flat_map(|i| [if i % 2 == 0 { 0 } else { 200 }; 3]).collect();
         let picture = ColorImage::new(64, 64, data).expect("whole");

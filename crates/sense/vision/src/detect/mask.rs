@@ -3,7 +3,7 @@
 use super::letterbox::Letterbox;
 use crate::PixelBox;
 
-/// Pixels of a part of the picture.
+/// Pixels of a part of the image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
     /// Left and upper pixel.
@@ -15,7 +15,7 @@ pub struct Mask {
 }
 
 impl Mask {
-    /// Whether a pixel of the picture is the ball's.
+    /// Whether a pixel of the image is the ball's.
     pub fn holds(&self, x: usize, y: usize) -> bool {
         let (Some(x), Some(y)) = (x.checked_sub(self.corner[0]), y.checked_sub(self.corner[1])) else {
             return false;

@@ -1,4 +1,4 @@
-//! Finding the ball in a picture, with the project's own network or a detector of the user.
+//! Finding the ball in an image, with the project's own network or a detector of the user.
 
 mod boxes;
 mod decode;
@@ -22,7 +22,7 @@ use kind::Interface;
 /// The committed network.
 const OWN: &[u8] = include_bytes!("../../assets/ball.onnx");
 
-/// What counts as a find.
+/// What counts as a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DetectOptions {
     /// Which class is the ball. COCO's "sports ball" is 32.
@@ -31,13 +31,13 @@ pub struct DetectOptions {
     pub confidence: f64,
     /// Boxes that overlap by more are one, 0 to 1.
     pub iou: f64,
-    /// Most finds in a picture.
+    /// Most detections in an image.
     pub most: usize,
 }
 
 impl DetectOptions {
-    /// For a kind of detector and its ball's class: scores as the networks' makers use them (0.25 and overlap 0.45), and for the own network
-    /// the score that its evaluation was made with.
+    /// For a kind of detector and its ball's class: scores as the networks' makers use them (0.25 and overlap 0.45), and for the project's
+    /// network the score that its evaluation was made with.
     pub fn of(kind: Kind, class: usize) -> Self {
         let confidence = if kind == Kind::Own { 0.5 } else { 0.25 };
         Self { class, confidence, iou: 0.45, most: 10 }
@@ -47,32 +47,32 @@ impl DetectOptions {
 /// A ball that was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detection {
-    /// The box in the picture `[px]`.
+    /// The box in the image `[px]`.
     pub outline: PixelBox,
     /// 0 to 1.
     pub score: f64,
-    /// The ball's pixels, if the detector tells them.
+    /// The ball's pixels, if the detector gives them.
     pub mask: Option<Mask>,
-    /// Whether the box means the whole ball, seen or not, as the own network's does. Others box what is seen.
+    /// Whether the box means the whole ball, seen or not, as the project's network's does. Others box what is seen.
     pub whole: bool,
 }
 
-/// The depth picture beside a color picture, aligned to it.
+/// The depth image that belongs to a color image, aligned to it.
 #[derive(Clone, Copy, Debug)]
 pub struct Depth<'a> {
-    /// As large as the color picture; of another size it is not looked at.
+    /// As large as the color image; one of another size is not used.
     pub image: &'a DepthImage,
     /// The camera of both.
     pub intrinsics: &'a Intrinsics,
 }
 
-/// A network that finds balls; runs on the calling thread.
+/// A network that detects balls; runs on the calling thread.
 #[derive(Debug)]
 pub struct Detector {
     model: RawModel,
     interface: Interface,
     options: DetectOptions,
-    /// Name of the ball's class, if the file tells it.
+    /// Name of the ball's class, if the file has it.
     class: Option<String>,
 }
 
@@ -85,8 +85,8 @@ impl Detector {
         Self::from_file(OnnxFile::from_bytes(OWN.to_vec(), Path::new("ball.onnx"))?, None)
     }
 
-    /// A detector of the user: YOLOv8, YOLOv8-seg or YOLOX with raw heads, or the own network trained anew. `class` is the number of the
-    /// ball's class; without it, it is the one that the file names so, the only one, or COCO's 'sports ball'.
+    /// A detector of the user: YOLOv8, YOLOv8-seg or YOLOX with raw heads, or the project's network trained again. `class` is the number of
+    /// the ball's class; without it, it is the one that the file names so, the only one, or COCO's 'sports ball'.
     ///
     /// # Errors
     /// If the file cannot be read or run, is of another kind, gives numbers that are no scores and boxes, has no such class, or does not
@@ -131,7 +131,7 @@ impl Detector {
         self.interface.kind
     }
 
-    /// What counts as a find.
+    /// What counts as a detection.
     pub fn options(&self) -> &DetectOptions {
         &self.options
     }
@@ -143,7 +143,7 @@ impl Detector {
         self
     }
 
-    /// Balls in a picture, the surest first. The own network looks at depth too, and finds less without; the others see only color.
+    /// Balls in an image, the surest first. The project's network uses depth too, and detects fewer without; the others use only color.
     ///
     /// # Errors
     /// If the runtime fails, or gives numbers that are no scores and boxes.
@@ -171,7 +171,7 @@ impl Detector {
         };
         let found = boxes::suppress(candidates, iou, most).into_iter().filter_map(|candidate| {
             let outline = fit.to_picture(&candidate.outline);
-            // In the gray beside the picture there is nothing to find.
+            // In the gray around the image there is nothing to detect.
             if outline.clipped(shape[0], shape[1]).area() <= 0.0 {
                 return None;
             }

@@ -1,4 +1,4 @@
-//! What an exporter says about its network in the file: its task, and the names of its classes.
+//! An exporter's metadata of its network in the file: its task, and the names of its classes.
 
 use paid_onnx::OnnxFile;
 
@@ -12,10 +12,10 @@ const BALLS: [&str; 5] = ["ball", "sportsball", "soccerball", "football", "socce
 /// Classes that an error lists.
 const LISTED: usize = 12;
 
-/// Checks that a file whose shapes are those of `kind` says nothing else about itself.
+/// Checks that the metadata of a file with the shapes of `kind` do not contradict that.
 ///
 /// # Errors
-/// If it is for another task than finding boxes, or tells another number of classes.
+/// If it is for another task than detecting boxes, or names another number of classes.
 pub(super) fn check(file: &OnnxFile, kind: Kind, names: Option<&[String]>) -> Result<(), VisionError> {
     let wrong = |what: &str, expected: String, found: String| {
         Err(VisionError::value(format!("{}: {what}", file.path().display()), expected, found))
@@ -27,7 +27,7 @@ pub(super) fn check(file: &OnnxFile, kind: Kind, names: Option<&[String]>) -> Re
             _ => "detect",
         };
         if task != expected {
-            let export = "a model of another task finds no boxes: export a detector";
+            let export = "a model of another task gives no boxes: export a detector";
             return wrong(
                 "metadata 'task'",
                 format!("'{expected}', by its outputs"),

@@ -7,7 +7,7 @@ use crate::PixelBox;
 const ROUNDING: f32 = 1e-3;
 /// Score from which a box must make sense by itself.
 const CERTAIN: f32 = 0.25;
-/// A certain box is at most so many times as large as the input; any box, and its distance from the input, is below the second.
+/// A certain box is at most this many times as large as the input; any box, and its distance from the input, is below the second.
 const LARGEST: [f64; 2] = [4.0, 16.0];
 
 /// Checks the first output of a network of this kind with this input `[px]`.

@@ -59,7 +59,7 @@ fn a_yolo_v8_export_finds_its_ball_in_picture_pixels() {
     let detector = Detector::from_file(file.clone(), None).expect("YOLOv8");
     assert_eq!(detector.kind(), Kind::YoloV8 { classes: 80, masks: false });
     assert_eq!(detector.options().class, 32);
-    // A picture of 128 x 48: half the size, 4 px of gray above.
+    // An image of 128 x 48: half the size, 4 px of gray above.
     let found = detector.detect(&ColorImage::filled(128, 48, [0; 3]), None).expect("runs");
     assert_eq!(found.len(), 1);
     assert_eq!((found[0].outline.min, found[0].outline.max), ([64.0, 8.0], [96.0, 24.0]));
@@ -99,7 +99,7 @@ fn a_yolo_v8_seg_export_gives_the_mask_of_its_box() {
 }
 
 #[test]
-fn a_box_in_the_gray_beside_the_picture_is_no_find() {
+fn a_box_in_the_gray_around_the_image_is_no_detection() {
     let mut output = vec![0.0; (4 + 1 + 32) * CELLS];
     // A box of 10 x 16 around (55, 16) of the input, and a surer one around (32, 16).
     for (row, values) in [(0, [55.0, 32.0]), (1, [16.0; 2]), (2, [10.0; 2]), (3, [16.0; 2]), (4, [0.8, 0.9])]
@@ -111,7 +111,7 @@ fn a_box_in_the_gray_beside_the_picture_is_no_find() {
         &[("output0", vec![1, 37, CELLS], output), ("output1", vec![1, 32, 8, 16], vec![0.0; 32 * 128])],
     );
     let detector = Detector::from_file(file, None).expect("YOLOv8-seg");
-    // An upright picture: from 28 to 36 px of the input, gray on both sides.
+    // An upright image: from 28 to 36 px of the input, gray on both sides.
     let found = detector.detect(&ColorImage::filled(16, 64, [9; 3]), None).expect("runs");
     assert_eq!(found.iter().map(|find| find.outline.middle()).collect::<Vec<_>>(), [[8.0, 32.0]]);
 }
@@ -176,7 +176,7 @@ fn the_committed_network_is_small_and_its_own() {
     assert_eq!((detector.kind(), detector.input_size()), (Kind::Own, [320, 192]));
     assert!(
         detector.detect(&ColorImage::filled(640, 480, [0; 3]), None).expect("runs").is_empty(),
-        "a black picture has no ball"
+        "a black image has no ball"
     );
 }
 

@@ -1,4 +1,4 @@
-//! Judging a detector on rendered pictures that training never saw.
+//! Evaluates a detector on rendered images that training never saw.
 
 mod sheet;
 mod table;
@@ -13,36 +13,36 @@ use crate::scatter::{Scatter, TrueBall, UNSEEN_PATTERN, Use};
 use crate::{ColorImage, Intrinsics, PixelBox, Pose, VisionError};
 use cpu_time::ThreadTime;
 
-/// Which pictures a detector is judged on.
+/// Which images a detector is evaluated on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JudgeOptions {
-    /// Pictures with a ball, and as many without.
+    /// Images with a ball, and as many without.
     pub pictures: u32,
     /// Numbers the scenes.
     pub seed: u64,
     /// The camera.
     pub intrinsics: Intrinsics,
-    /// Pictures on the sheet of the worst.
+    /// Images on the sheet of the worst.
     pub worst: usize,
 }
 
-/// Less of a ball in view than this is not asked for: finding it is neither right nor wrong.
+/// With less of a ball in view than this, finding it is neither right nor wrong.
 pub const LEAST_SHOWN: f64 = 0.25;
 
-/// What a picture had and what was found.
+/// What an image had and what was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Case {
     pub ball: TrueBall,
     /// Share of the ball's outline that shows the ball.
     pub shown: f64,
     pub found: bool,
-    /// Distance of the found place from the true one `[m]`; `None` without a find.
+    /// Distance of the found place from the true one `[m]`; `None` without a detection.
     pub error_m: Option<f64>,
 }
 
-/// Judges a detector. `report` is told after every pair of pictures.
+/// Evaluates a detector. `report` is called after every pair of images.
 ///
-/// A ball counts as found if the middle of a detection is within half the ball's width of its own; every other detection in a picture
+/// A ball counts as found if the middle of a detection is within half the ball's width of its own; every other detection in an image
 /// is a false ball.
 ///
 /// # Errors
@@ -54,7 +54,7 @@ pub fn judge(
 ) -> Result<Report, VisionError> {
     options.intrinsics.check()?;
     if options.pictures == 0 || options.pictures > 1 << 30 {
-        return Err(VisionError::value("held-out pictures", "1 or more", options.pictures.to_string()));
+        return Err(VisionError::value("held-out images", "1 or more", options.pictures.to_string()));
     }
     let scatter = Scatter::new(Use::HeldOut, options.seed)?;
     let mut cases = Vec::new();
@@ -148,7 +148,7 @@ fn unseen(ball: &TrueBall) -> bool {
     ball.pattern == UNSEEN_PATTERN
 }
 
-/// A picture's copy with boxes.
+/// An image's copy with boxes.
 fn framed(picture: &ColorImage, boxes: &[(PixelBox, [u8; 3])]) -> ColorImage {
     let mut out = picture.clone();
     for (outline, color) in boxes {

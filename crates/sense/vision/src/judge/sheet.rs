@@ -1,14 +1,14 @@
-//! The pictures that went worst, side by side.
+//! The images that went worst, side by side.
 
 use super::framed;
 use crate::{ColorImage, PixelBox};
 
-/// A picture with a ball that was not found, or with something that was taken for one.
+/// An image with a ball that was not found, or with something that was taken for one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bad {
     /// Number of the scene.
     pub number: u32,
-    /// The picture.
+    /// The image.
     pub picture: ColorImage,
     /// Outline of the ball that was missed.
     pub missed: Option<PixelBox>,
@@ -40,7 +40,7 @@ impl Worst {
     }
 }
 
-/// A sheet of pictures, `columns` in a row: missed balls in green frames, invented ones in red frames. `None` of none.
+/// A sheet of images, `columns` in a row: missed balls in green frames, invented ones in red frames. `None` of none.
 pub fn sheet(worst: &[Bad], columns: usize) -> Option<ColorImage> {
     let first = worst.first()?;
     let columns = columns.clamp(1, worst.len());
@@ -79,9 +79,9 @@ mod tests {
         }
         let kept = worst.into_sorted();
         assert_eq!(kept.iter().map(|b| b.number).collect::<Vec<_>>(), [2, 4, 5]);
-        let image = sheet(&kept, 2).expect("three pictures");
+        let image = sheet(&kept, 2).expect("three images");
         assert_eq!((image.width, image.height), (2 * 12 + 4, 2 * 10 + 4));
-        // The first picture's corner, and its frame.
+        // The first image's corner, and its frame.
         assert_eq!((image.get(4, 4), image.get(5, 5)), ([2; 3], [0, 255, 0]));
         assert_eq!(sheet(&[], 2), None);
     }

@@ -24,21 +24,21 @@ pub struct Row {
 /// A judgment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
-    /// Pictures, half of them without a ball.
+    /// Images, half of them without a ball.
     pub pictures: u32,
     /// All balls, then groups.
     pub rows: Vec<Row>,
     /// Things taken for a ball.
     pub false_balls: u32,
-    /// The same in 1000 pictures.
+    /// The same in 1000 images.
     pub false_per_1000: f64,
-    /// False balls in 1000 pictures that get a place: their depths fit to a ball, and one that is not in the floor.
+    /// False balls in 1000 images that get a place: their depths fit to a ball, and one that is not in the floor.
     pub false_places_per_1000: f64,
-    /// Processor time to render a picture, color and depth `[ms]`.
+    /// Processor time to render an image, color and depth `[ms]`.
     pub render_ms: f64,
-    /// Processor time to find balls in it `[ms]`.
+    /// Processor time to detect balls in it `[ms]`.
     pub detect_ms: f64,
-    /// The worst pictures: balls that were missed, then things that were taken for one, worst first.
+    /// The worst images: balls that were missed, then things that were taken for one, worst first.
     #[serde(skip)]
     pub worst: Vec<Bad>,
 }
@@ -113,7 +113,7 @@ impl Report {
         }
         let _ = writeln!(
             out,
-            "false balls: {} in {} pictures, {:.1} in 1000; with a place where a ball can be {:.1} in 1000\nprocessor time a picture: rendering {:.1} ms, detection {:.1} ms",
+            "false balls: {} in {} images, {:.1} in 1000; with a place where a ball can be {:.1} in 1000\nprocessor time per image: rendering {:.1} ms, detection {:.1} ms",
             self.false_balls,
             self.pictures,
             self.false_per_1000,

@@ -74,14 +74,14 @@ fn seen_through(points: &[[f64; 3]], center: [f64; 3], radius: f64) -> f64 {
     let through = |point: &&[f64; 3]| {
         let range = dot(**point, **point).sqrt();
         let along = dot(**point, center) / range;
-        // Half the chord that the ray has within the ball; 0 of a ray beside it, which is nearest to the center at `along`.
+        // Half the chord that the ray has within the ball; 0 for a ray that misses it, which is nearest to the center at `along`.
         let chord = (radius * radius - (dot(center, center) - along * along)).max(0.0).sqrt();
         range > along - chord + (DEEP_RADII * radius).max(DEPTH_ERROR * range * range)
     };
     points.iter().filter(through).count() as f64 / points.len().max(1) as f64
 }
 
-/// What depth says of the distance.
+/// The distance from depth.
 pub(super) enum ByDepth {
     /// Distance of the center and the standard deviation of that median `[m]`.
     Known(f64, f64),

@@ -12,7 +12,7 @@ use crate::{DepthImage, Intrinsics, Pose, PoseBuffer, PoseGap, VisionError};
 pub struct LocatedBall {
     /// Center, odometry frame `[m]`.
     pub position: [f64; 3],
-    /// When the picture was taken `[s]`.
+    /// When the image was taken `[s]`.
     pub captured_s: f64,
     /// Variance of every component `[m^2]`.
     pub variance: f64,
@@ -39,7 +39,7 @@ impl LocatedBall {
 pub enum NoSighting {
     /// The torso's pose at the moment of capture is not known.
     Pose(PoseGap),
-    /// The box is empty or says nothing about the distance.
+    /// The box is empty or does not determine the distance.
     Box,
     /// Its middle would be in the floor or just above it: a dome, a lid, a spot.
     InFloor,
@@ -127,8 +127,8 @@ impl BallFinder {
         &mut self.poses
     }
 
-    /// Where a detected ball was when the picture was taken. `speed` is the ball's relative to the robot, as far as it is known `[m/s]`: the
-    /// deviation is the paper's `c_min + speed / c_vel + distance / c_dist`, and where depth is missing what a pixel's error makes beside.
+    /// Where a detected ball was when the image was taken. `speed` is the ball's relative to the robot, as far as it is known `[m/s]`: the
+    /// deviation is the paper's `c_min + speed / c_vel + distance / c_dist`, and where depth is missing, what a pixel's error adds.
     ///
     /// # Errors
     /// If the pose at that time or the distance is not known, or the place is in the floor.

@@ -1,4 +1,4 @@
-//! From a box and a depth picture to the ball's place.
+//! From a box and a depth image to the ball's place.
 
 mod depths;
 mod find;

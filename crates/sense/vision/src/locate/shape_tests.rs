@@ -59,7 +59,7 @@ fn the_flat_side_of_a_box_is_no_ball() {
 fn a_foot_or_a_small_box_with_floor_around_it_is_no_ball() {
     // The camera looks down on a floor that a ball would lie on.
     let floor = FAR + R;
-    // A capsule of 4 cm lies across the picture.
+    // A capsule of 4 cm lies across the image.
     let foot = |ray: [f64; 3]| {
         let (r, middle) = (0.04, floor - 0.04);
         let length2 = ray[1] * ray[1] + 1.0;

@@ -37,27 +37,27 @@ pub struct Floor {
     pub height_m: f64,
 }
 
-/// A box that touches the picture's edge this closely is cut off there `[px]`.
+/// A box that touches the image's edge this closely is cut off there `[px]`.
 const EDGE_PX: f64 = 1.5;
 
 /// The outline of a ball as angles.
 pub(super) struct Outline {
     /// Unit vector to the middle.
     pub(super) toward: [f64; 3],
-    /// Half its opening angle `[rad]`; `None` if the picture's edge cuts it in both directions.
+    /// Half its opening angle `[rad]`; `None` if the image's edge cuts it in both directions.
     pub(super) half_angle: Option<f64>,
-    /// Ellipse in the picture: middle and half axes `[px]`.
+    /// Ellipse in the image: middle and half axes `[px]`.
     pub(super) ellipse: [[f64; 2]; 2],
 }
 
-/// Where a ball of `radius_m` is that was detected in a picture of these `intrinsics`.
+/// Where a ball of `radius_m` is that was detected in an image of these `intrinsics`.
 ///
-/// With depth: every pixel inside the outline (or the mask) tells a distance of the center, because its ray meets a sphere of known radius:
+/// With depth: every pixel inside the outline (or the mask) gives a distance of the center, because its ray meets a sphere of known radius:
 /// `D = rho cos(theta) + sqrt(R^2 - rho^2 sin(theta)^2)`, with the range `rho` of the pixel and its angle `theta` from the middle. The
 /// median is taken of those that agree with most others, weighted by how well they fit to the outline's size. Without enough pixels with a
 /// depth the ray's meeting with the floor, if it fits to the size; else the size.
 ///
-/// `None` if the box is empty, outside the picture, or says nothing about the distance, and if there are depths that no ball of this size
+/// `None` if the box is empty, outside the image, or does not determine the distance, and if there are depths that no ball of this size
 /// gives: a spot on the floor, a foot with floor around it, the side of a box.
 pub fn locate(
     detection: &Detection,
@@ -88,7 +88,7 @@ pub fn locate(
     let by_floor = floor.and_then(|floor| {
         let down = -dot(outline.toward, floor.up);
         let distance = (floor.height_m - radius_m) / down;
-        // A ray that grazes the floor tells nothing.
+        // A ray that grazes the floor gives no distance.
         (down > 0.05 && distance > 0.0).then(|| {
             let pixel = 1.0 / intrinsics.focal[1];
             (distance, distance * pixel / down)
@@ -103,7 +103,7 @@ pub fn locate(
 }
 
 impl Outline {
-    /// From the box; sides that the picture's edge cuts are put where the others and a depth say.
+    /// From the box; sides that the image's edge cuts are placed from the others and a depth.
     fn of(
         detection: &Detection,
         intrinsics: &Intrinsics,
@@ -127,7 +127,7 @@ impl Outline {
                 [true, false] => found.size()[1] * intrinsics.focal[0] / intrinsics.focal[1],
                 [false, true] => found.size()[0] * intrinsics.focal[1] / intrinsics.focal[0],
                 _ => {
-                    // Cut both ways: as large as its depth says.
+                    // Cut both ways: as large as its depth implies.
                     let z = middle_depth(&seen, depth?)? + radius;
                     2.0 * radius / z * intrinsics.focal[0]
                 }
@@ -145,7 +145,7 @@ impl Outline {
         let sides = [0, 1].map(|k| [angle(k, found.min[k]), angle(k, found.max[k])]);
         let middle = sides.map(|[a, b]| 0.5 * (a + b));
         let toward = unit([middle[0].tan(), middle[1].tan(), 1.0]);
-        // In the plane of the axis and a picture direction, the sphere opens by asin(R / distance in that plane).
+        // In the plane of the axis and an image direction, the sphere opens by asin(R / distance in that plane).
         let half = [0, 1].map(|k| {
             let across = middle[1 - k].tan();
             let in_plane = 1.0 / (1.0 + across * across * middle[k].cos().powi(2)).sqrt();

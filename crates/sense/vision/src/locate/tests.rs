@@ -1,4 +1,4 @@
-//! Places from rendered pictures.
+//! Places from rendered images.
 
 use paid_lanes::rng::Rng;
 use paid_lanes::{Mat3, Quat, Vec3};
@@ -79,7 +79,7 @@ fn errors(distance: f64, count: usize, with_depth: bool) -> Vec<f64> {
         let depth = with_depth.then(|| rendered.depth(&sample.depth));
         let located = match finder.sight(&detection, depth.as_ref(), captured_s, 0.0) {
             Ok(located) => located,
-            // A few balls in a hundred have depths that could be a box's: the picture is passed over.
+            // A few balls in a hundred have depths that could be a box's: the image is passed over.
             Err(fault) => {
                 assert_eq!((fault, with_depth), (NoSighting::Box, true));
                 refused += 1;
@@ -173,7 +173,7 @@ fn a_leg_before_the_ball_and_the_floor_behind_it_do_not_move_it() {
     for k in 0..3 {
         assert!((fix.position[k] - center[k]).abs() < 4e-3, "{fix:?}");
     }
-    // A depth picture without a depth, or of another size, is as none.
+    // A depth image without a depth, or of another size, is as none.
     for empty in [DepthImage::new(400, 300, vec![0; 120_000]), DepthImage::new(200, 150, vec![2000; 30_000])]
     {
         let fix = locate(&detection, empty.as_ref().ok(), &intrinsics, 0.11, None).expect("placed");
@@ -249,7 +249,7 @@ fn a_dome_in_the_floor_is_no_ball() {
         let detection = Detection { outline, score: 0.9, mask: None, whole: true };
         finder.sight_from(&camera, &detection, Some(&depth), 0.0, 0.0).map(|located| located.position[2])
     };
-    // A ball lies 0.11 m high and may bounce; half a sphere that looks out of the floor is none.
+    // A ball lies 0.11 m high and may bounce; half a sphere that sticks out of the floor is no ball.
     for height in [0.11, 0.5] {
         assert!((sight(height).expect("a ball") - height).abs() < 5e-3);
     }

@@ -16,7 +16,7 @@ pub const OUTPUT: &str = "ball";
 /// The bytes of the network's ONNX file. `notes` go into its metadata: what it was trained on, and for how long.
 ///
 /// # Errors
-/// If a layer has another number of weights than [`LAYERS`] says, or one that is not finite.
+/// If a layer has another number of weights than [`LAYERS`] gives, or one that is not finite.
 pub fn encode_net(weights: &[Convolution], notes: &[(&str, String)]) -> Result<Vec<u8>, VisionError> {
     if weights.len() != LAYERS.len() {
         return Err(VisionError::value(

@@ -1,7 +1,7 @@
 //! The project's own ball detector: its layers, its ONNX file, and what its output means.
 //!
-//! A picture `[1, 4, 192, 320]` (red, green and blue from 0 to 1, and [`depth_code`]) becomes a map `[1, 5, 24, 40]`: for every cell of 8 x 8
-//! pixels the logit that the middle of a ball is in it, how far that middle is from the cell's middle (right and down, in cells), and the
+//! An image `[1, 4, 192, 320]` (red, green and blue from 0 to 1, and [`depth_code`]) becomes a map `[1, 5, 24, 40]`: for every cell of 8 x
+//! 8 pixels the logit that the middle of a ball is in it, how far that middle is from the cell's middle (right and down, in cells), and the
 //! logarithms of the ball's width and height in cells.
 
 mod file;
@@ -24,7 +24,7 @@ pub const CHANNELS: usize = 5;
 /// What a convolution is for. All have 3 x 3 taps and a ReLU, except [`Layer::Lateral`] and [`Layer::Out`] (1 x 1, no ReLU).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layer {
-    /// Halves the picture.
+    /// Halves the image.
     Half,
     /// Is added to its own input.
     Residual,
@@ -56,12 +56,12 @@ const FINE: usize = 48;
 /// Channels at stride 16.
 const COARSE: usize = 96;
 
-/// Width of a usual ball `[m]`: what the depth channel is told in.
+/// Width of a usual ball `[m]`: the unit of the depth channel.
 const BALL_M: f64 = 0.22;
 
-/// What the network is told of a pixel's depth `[mm]` (0: not known) in a picture of this focal length `[px of the input]`: half the logarithm
-/// of the width in cells that a usual ball has there, which is the number that the network has to give for a ball. 0 for 8 pixels and less
-/// (6.5 m and more at the G1's camera), and where depth is not known.
+/// The depth channel's value for a pixel's depth `[mm]` (0: not known) in an image of this focal length `[px of the input]`: half the
+/// logarithm of the width in cells that a usual ball has there, which is the number that the network has to give for a ball. 0 for 8 pixels
+/// and less (6.5 m and more at the G1's camera), and where depth is not known.
 pub fn depth_code(depth_mm: u16, focal_px: f64) -> f32 {
     if depth_mm == 0 {
         return 0.0;
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn depth_is_told_as_the_width_of_a_ball() {
+    fn depth_is_given_as_the_width_of_a_ball() {
         // 0.22 m at 1.1 m and 200 px: 40 px, five cells.
         assert!((super::depth_code(1100, 200.0) - 0.5 * 5.0_f32.ln()).abs() < 1e-6);
         assert_eq!([super::depth_code(0, 200.0), super::depth_code(9000, 200.0)], [0.0, 0.0]);

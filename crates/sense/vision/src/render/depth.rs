@@ -1,4 +1,4 @@
-//! The depth picture of a stereo camera.
+//! The depth image of a stereo camera.
 
 use super::noise::{hash, normals};
 use crate::{DepthImage, Intrinsics};
@@ -14,7 +14,7 @@ pub struct DepthSensor {
     pub focal_px: f32,
     /// Deviation of the disparity `[px]`. Neighbors err alike: the error is smooth over [`Self::patch_px`].
     pub disparity_noise_px: f32,
-    /// Size of the patches that are matched, in pixels of the picture.
+    /// Size of the patches that are matched, in pixels of the image.
     pub patch_px: f32,
     /// Steps per pixel of disparity.
     pub steps: f32,
@@ -53,7 +53,7 @@ impl DepthSensor {
     pub(super) fn develop(&self, depths: &[f32], intrinsics: &Intrinsics) -> DepthImage {
         let (width, height) = (intrinsics.width, intrinsics.height);
         let scale = self.focal_px * self.baseline_m;
-        // Shadow of the left imager in the right one: of near things to the left side, in pixels of this picture.
+        // Shadow of the left imager in the right one: of near things to the left side, in pixels of this image.
         let shadow = self.baseline_m * intrinsics.focal[0] as f32;
         let normals = normals();
         let cells = (width as f32 / self.patch_px) as usize + 2;
@@ -119,7 +119,7 @@ mod tests {
             let seen = wall(depth, &sensor);
             let mean = seen.iter().sum::<f64>() / seen.len() as f64;
             let sigma = (seen.iter().map(|z| (z - mean).powi(2)).sum::<f64>() / seen.len() as f64).sqrt();
-            // 0.08 px * z^2 / 22.35 px m = 3.6 mm z^2, and the steps beside.
+            // 0.08 px * z^2 / 22.35 px m = 3.6 mm z^2, plus the steps.
             let expected = sensor.deviation(f64::from(depth));
             assert!((0.85..1.25).contains(&(sigma / expected)), "{depth}: {sigma} {expected}");
             assert!((mean - f64::from(depth)).abs() < 0.2 * expected, "{mean}");

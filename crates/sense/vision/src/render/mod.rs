@@ -1,6 +1,6 @@
 //! A renderer for simulated eyes: color and depth of balls, robots, floor and clutter from a camera's pose.
 //!
-//! Rays meet spheres, capsules, boxes and a floor analytically. The picture is cut into tiles, and every tile knows the few things that it
+//! Rays meet spheres, capsules, boxes and a floor analytically. The image is cut into tiles, and every tile knows the few things that it
 //! may show. One ray goes through the middle of every pixel; where neighbors show different things, or something moves, several rays do,
 //! each at its own moment of the exposure.
 
@@ -107,12 +107,12 @@ pub fn render(scene: &Scene, view: &View) -> Rendered {
 }
 
 impl Rendered {
-    /// The color picture.
+    /// The color image.
     pub fn color(&self, sensor: &ColorSensor) -> ColorImage {
         sensor.develop(&mut self.light.clone(), self.view.intrinsics.width, self.view.intrinsics.height)
     }
 
-    /// The depth picture, aligned to the color picture.
+    /// The depth image, aligned to the color image.
     pub fn depth(&self, sensor: &DepthSensor) -> DepthImage {
         sensor.develop(&self.depth, &self.view.intrinsics)
     }

@@ -73,7 +73,7 @@ fn bilinear(cells: &[f32], side: usize, [x, y]: [f32; 2]) -> f32 {
     top + fy * (low - top)
 }
 
-/// Scrambles an integer: cheap numbers for noise that nobody saves.
+/// Scrambles an integer: cheap numbers for noise that is not stored.
 #[inline(always)]
 pub(super) fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;

@@ -13,7 +13,7 @@ pub struct ColorSensor {
     pub balance: V3,
     /// Deviation of the lens's blur `[px]`.
     pub blur_px: f32,
-    /// Way of the whole picture during the exposure, to the right and down `[px]`: the camera turns.
+    /// Motion of the whole image during the exposure, to the right and down `[px]`: the camera turns.
     pub shake_px: [f32; 2],
     /// Deviation of the noise in the dark, of 1.
     pub dark_noise: f32,
@@ -42,7 +42,7 @@ impl Default for ColorSensor {
 }
 
 impl ColorSensor {
-    /// The picture of `width` by `height` pixels of light.
+    /// The image of `width` by `height` pixels of light.
     pub(super) fn develop(&self, light: &mut Vec<V3>, width: usize, height: usize) -> ColorImage {
         if self.shake_px[0].hypot(self.shake_px[1]) > 0.5 {
             self.shake(light, width, height);
@@ -74,7 +74,7 @@ impl ColorSensor {
         ColorImage { width, height, data }
     }
 
-    /// The mean along the way of the picture.
+    /// The mean along the image's motion.
     fn shake(&self, light: &mut Vec<V3>, width: usize, height: usize) {
         let [dx, dy] = self.shake_px;
         let taps = (dx.hypot(dy).ceil() as usize + 1).min(24);

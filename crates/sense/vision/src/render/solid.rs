@@ -181,7 +181,7 @@ mod tests {
         close(lying.hit(ahead), 1.8);
         let end_on = Form::Capsule { ends: [[0.0, 0.0, 2.0], [0.0, 0.0, 4.0]], radius: 0.2 };
         close(end_on.hit(ahead), 1.8);
-        // Beside the end: the cap, not the cylinder.
+        // Next to the end: the cap, not the cylinder.
         close(
             Form::Capsule { ends: [[0.1, 0.0, 2.0], [1.0, 0.0, 2.0]], radius: 0.2 }.hit(ahead),
             2.0 - 0.173_205,

@@ -72,7 +72,7 @@ impl<'a> Tracer<'a> {
         tracer
     }
 
-    /// Shadows on the part of the floor that is in the picture, 8 m of it at most.
+    /// Shadows on the part of the floor that is in the image, 8 m of it at most.
     fn shadow_map(&self) -> ShadowMap {
         let [w, h] = self.size.map(|v| v as f32);
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
@@ -95,7 +95,7 @@ impl<'a> Tracer<'a> {
 
     /// Enters a thing into the tiles that it may touch.
     fn add(&mut self, index: usize, solid: &Solid, exposure: f32) {
-        // The shell of the own head is no obstacle for the camera inside.
+        // The shell of the robot's head is no obstacle for the camera inside.
         if solid.form.holds(self.eye, 0.01) {
             return;
         }
@@ -121,7 +121,7 @@ impl<'a> Tracer<'a> {
         self.seen.push(Seen { form, index: index as u16, way });
     }
 
-    /// A rectangle of the picture outside which the form is not: across and down, from and to. `None` if it is behind the camera.
+    /// A rectangle of the image outside which the form is not: across and down, from and to. `None` if it is behind the camera.
     fn bounds(&self, form: &Form) -> Option<[[f32; 2]; 2]> {
         let everything = [[f32::NEG_INFINITY, f32::INFINITY]; 2];
         let ball = |c: V3, r: f32| -> Option<[[f32; 2]; 2]> {
@@ -173,7 +173,7 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// The ray through a point of the picture, camera frame, of depth 1.
+    /// The ray through a point of the image, camera frame, of depth 1.
     #[inline(always)]
     pub(super) fn ray(&self, pixel: [f32; 2]) -> V3 {
         [(pixel[0] - self.center[0]) / self.focal[0], (pixel[1] - self.center[1]) / self.focal[1], 1.0]

@@ -58,7 +58,7 @@ pub struct KickScene<'a> {
     pub ball_vel: [f64; 3],
 }
 
-/// A picture, and what is true of it.
+/// An image, and what is true of it.
 #[derive(Debug)]
 pub struct KickPicture {
     /// As the color camera gives it.
@@ -71,7 +71,7 @@ pub struct KickPicture {
     pub camera: Pose,
 }
 
-/// Renders what a G1's camera shows of its own kick: color and depth with the errors of the place's cameras, each picture with its own.
+/// Renders what a G1's camera shows of its own kick: color and depth with the errors of the place's cameras, each image with its own.
 #[derive(Clone, Debug)]
 pub struct KickCamera {
     /// The robot.
@@ -89,13 +89,13 @@ pub struct KickCamera {
 }
 
 impl KickCamera {
-    /// A camera without a goal before it. `seed` draws the errors of the pictures.
+    /// A camera without a goal before it. `seed` draws the errors of the images.
     pub fn new(robot: Robot, place: Place, intrinsics: Intrinsics, radius: f64, seed: u64) -> Self {
         let seed = seed as u32 ^ (seed >> 32) as u32;
         Self { robot, place, radius, intrinsics, goal: None, seed, number: 0 }
     }
 
-    /// The next picture.
+    /// The next image.
     pub fn take(&mut self, seen: &KickScene<'_>) -> KickPicture {
         let place = &self.place;
         let mut solids = self.robot.solids(seen.bodies, place.robot_colors);
@@ -106,7 +106,7 @@ impl KickCamera {
             velocity: seen.ball_vel.map(|v| v as f32),
         });
         let camera = seen.torso.compose(&Pose::g1_camera());
-        // Pixels that the picture moves by while the camera turns.
+        // Pixels that the image moves by while the camera turns.
         let rate = camera.rot.tr_mul_vec(seen.torso_rate);
         let way = place.exposure_s * self.intrinsics.focal[0];
         let shake_px = [(-rate.y() * way) as f32, (rate.x() * way) as f32];

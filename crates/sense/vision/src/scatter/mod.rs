@@ -1,5 +1,5 @@
-//! Scenes by chance, for training and judging a detector: the robot walks or kicks, a ball lies or rolls somewhere, and everything else
-//! that a picture depends on is drawn anew.
+//! Random scenes, for training and evaluating a detector: the robot walks or kicks, a ball lies or rolls somewhere, and everything else
+//! that an image depends on is drawn again.
 
 mod draw;
 mod kick_camera;
@@ -58,7 +58,7 @@ pub struct TrueBall {
     pub distance: f64,
     /// The box around its whole outline, hidden or not; `None` if it is not before the camera.
     pub outline: Option<PixelBox>,
-    /// How far it and the picture move during the exposure, together `[px]`.
+    /// How far it and the image move during the exposure, together `[px]`.
     pub blur_px: f64,
     /// Its layout of colors.
     pub pattern: BallPattern,
@@ -87,7 +87,7 @@ impl Scatter {
     }
 
     /// The scene of this number: the same for the same seed and number. `intrinsics` are the camera's; `with_ball` puts a ball at 0.3 to
-    /// 4 m that is in the picture, its middle at least.
+    /// 4 m that is in the image, its middle at least.
     pub fn sample(&self, number: u32, intrinsics: Intrinsics, with_ball: bool) -> Sample {
         let stream = match self.purpose {
             Use::Training => 1,
@@ -113,7 +113,7 @@ impl Scatter {
             let bounce = if draw.chance(0.1) { draw.between(0.0, 0.5) } else { 0.0 };
             let aim = draw.between(-0.45, 0.45);
             let center = [distance * aim.cos(), distance * aim.sin(), radius + bounce];
-            // The robot leans, or its head looks elsewhere: the ball may be anywhere in the picture.
+            // The robot leans, or its head looks elsewhere: the ball may be anywhere in the image.
             let at = [0.02, 0.98];
             let pixel = [draw.between(at[0], at[1]), draw.between(at[0], at[1])];
             let pixel = [pixel[0] * intrinsics.width as f64, pixel[1] * intrinsics.height as f64];
@@ -169,7 +169,7 @@ impl Scatter {
             [0.0; 2]
         };
         let truth = ball.map(|(center, radius, distance, velocity, paint)| {
-            // A thing that the ball is in is taken away, except the own legs.
+            // A thing that the ball is in is taken away, except the robot's legs.
             let own = self.robot.solids(&bodies, [[0.0; 3]; 2]).len();
             let at = center.map(|v| v as f32);
             let mut index = 0;

@@ -1,4 +1,4 @@
-//! A place to play by chance: floor, light, ball and cameras of one robot's kick.
+//! A random place to play: floor, light, ball and cameras of one robot's kick.
 
 use paid_lanes::rng::Rng;
 
@@ -23,7 +23,7 @@ pub struct Place {
     pub color: ColorSensor,
     /// The depth camera.
     pub depth: DepthSensor,
-    /// How long a picture gathers light `[s]`.
+    /// How long an image gathers light `[s]`.
     pub exposure_s: f64,
 }
 

@@ -191,7 +191,7 @@ pub(super) fn light(draw: &mut Draw) -> Light {
     }
 }
 
-/// A color camera: exposure, white balance, blur and noise. `turning` is the way of the picture during the exposure `[px]`.
+/// A color camera: exposure, white balance, blur and noise. `turning` is the image's motion during the exposure `[px]`.
 pub(super) fn color_sensor(draw: &mut Draw, light: &Light, turning: [f32; 2]) -> ColorSensor {
     // An automatic exposure that is a little off.
     let bright = 0.6 * (light.ambient[1] + light.lamp[1] * light.toward[2]);

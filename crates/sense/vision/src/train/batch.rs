@@ -1,4 +1,4 @@
-//! Windows of rendered pictures, and what the network should say of them.
+//! Windows of rendered images, and what the network should output for them.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use paid_lanes::rng::Rng;
@@ -19,7 +19,7 @@ pub(super) struct Tensors {
     pub images: Tensor<4>,
     /// `[n, 1, h / 8, w / 8]`: 1 at a ball's middle, falling around it.
     pub heat: Tensor<4>,
-    /// As `heat`: 0 where the answer is nobody's business.
+    /// As `heat`: 0 where the answer does not count.
     pub care: Tensor<4>,
     /// `[n, 4, h / 8, w / 8]`: offset right and down, logarithms of width and height, all in cells.
     pub place: Tensor<4>,
@@ -66,7 +66,7 @@ impl Batch {
     /// Renders a window and adds it.
     fn push(&mut self, scatter: &Scatter, number: u32) {
         let mut rng = Rng::new(u64::from(number), 0x7769_6e64, 3);
-        // The camera's picture at the network's scale, and somewhat nearer or farther.
+        // The camera's image at the network's scale, and somewhat nearer or farther.
         let scale = rng.uniform(-0.25, 0.25).exp();
         let width = (WIDTH as f64 * scale).round();
         let whole = Intrinsics::g1_color().resized(width as usize, (width * 240.0 / 424.0).round() as usize);
@@ -105,7 +105,7 @@ impl Batch {
         self.count += 1;
     }
 
-    /// Adds what the network should say.
+    /// Adds what the network should output.
     fn answer(&mut self, sample: &Sample, outline: Option<PixelBox>, shown: usize) {
         let cells = CELLS[0] * CELLS[1];
         let (mut heat, mut care, mut near) =
@@ -120,7 +120,7 @@ impl Batch {
                 && middle[1] >= 0.0
                 && middle[0] < WINDOW[0] as f64
                 && middle[1] < WINDOW[1] as f64;
-            // Less than a quarter in view: finding it is neither asked nor wrong.
+            // Less than a quarter in view: finding it is neither required nor wrong.
             let wanted = inside && share > 0.25;
             let sigma = (0.12 * (size[0] + size[1]) * 0.5 / STRIDE as f64).max(0.5);
             for y in 0..CELLS[1] {
@@ -162,7 +162,7 @@ impl Batch {
     }
 }
 
-/// Where one of the scene's things is in the picture, if the one that was drawn is in it.
+/// Where one of the scene's things is in the image, if the one that was drawn is in it.
 fn thing(sample: &Sample, whole: &Intrinsics, rng: &mut Rng) -> Option<[f64; 2]> {
     let solids = &sample.scene.solids;
     let center = match solids.get(rng.below(solids.len().max(1)))?.form {
@@ -176,7 +176,7 @@ fn thing(sample: &Sample, whole: &Intrinsics, rng: &mut Rng) -> Option<[f64; 2]>
     ((0.0..whole.width as f64).contains(&at[0]) && (0.0..whole.height as f64).contains(&at[1])).then_some(at)
 }
 
-/// The depth picture of a window whose pixels are `scale` times as fine as the network's. One window in eight has none, and one in ten
+/// The depth image of a window whose pixels are `scale` times as fine as the network's. One window in eight has none, and one in ten
 /// none of the ball: the camera matches nothing on dark or shining leather.
 fn depth(rendered: &Rendered, sensor: &DepthSensor, scale: f64, rng: &mut Rng) -> DepthImage {
     // The camera matches patches of 4 pixels of 424.
@@ -196,7 +196,7 @@ fn depth(rendered: &Rendered, sensor: &DepthSensor, scale: f64, rng: &mut Rng) -
     depth
 }
 
-/// A gray bar without depth along a side, as beside a picture of another shape.
+/// A gray bar without depth along a side, as around an image of another shape.
 fn bar(image: &mut ColorImage, depth: &mut DepthImage, rng: &mut Rng) {
     let (w, h) = (image.width as i64, image.height as i64);
     let side = rng.below(4);

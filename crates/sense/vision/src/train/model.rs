@@ -57,7 +57,7 @@ impl BallNet {
         Self { units: LAYERS.iter().map(unit).collect() }
     }
 
-    /// The map `[batch, 5, h / 8, w / 8]` of pictures `[batch, 4, h, w]`.
+    /// The map `[batch, 5, h / 8, w / 8]` of images `[batch, 4, h, w]`.
     pub(super) fn forward(&self, images: Tensor<4>) -> Tensor<4> {
         let mut x = images;
         let mut fine: Option<Tensor<4>> = None;

@@ -81,7 +81,7 @@ pub fn train(
         scope.spawn(move || {
             for step in 0..options.steps {
                 let batch = Batch::draw(&scatter, step * options.batch..(step + 1) * options.batch);
-                // Nobody takes it: the training has ended.
+                // There is no receiver: the training has ended.
                 if give.send(batch).is_err() {
                     break;
                 }
