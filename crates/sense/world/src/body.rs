@@ -14,7 +14,7 @@ const LEG_M: f64 = 0.07;
 const FOOT_M: f64 = 0.10;
 /// From the ankle to the toes `[m]`.
 const TOES_M: f64 = 0.12;
-/// Joint angles are kept for so long `[ns]`.
+/// Joint angles are kept for this long `[ns]`.
 const KEPT_NS: u64 = 500_000_000;
 
 /// Legs as bones in the torso's frame at one time.

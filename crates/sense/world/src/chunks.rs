@@ -49,7 +49,7 @@ fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
 }
 
 /// The records in a chunk without compression: behind two times, a size (8 bytes each), a check sum and the name of the compression.
-/// How long they are by what it says, and what is there; `None` of a compressed chunk and one without this head.
+/// Their length as it states it, and the actual one; `None` of a compressed chunk and one without this head.
 fn records_of(chunk: &[u8]) -> Option<(u64, &[u8])> {
     let (length, rest) = chunk.get(28..)?.split_first_chunk::<4>()?;
     if *length != [0; 4] {
@@ -63,7 +63,7 @@ fn records_of(chunk: &[u8]) -> Option<(u64, &[u8])> {
 mod tests {
     use super::*;
 
-    /// A file's begin, a chunk without compression around `records` that says `length` bytes of them, and the file's end.
+    /// A file's begin, a chunk without compression around `records` that states `length` bytes of them, and the file's end.
     fn file(records: &[u8], length: u64) -> Vec<u8> {
         let mut chunk = vec![0; 28 + 4];
         chunk.extend(length.to_le_bytes());

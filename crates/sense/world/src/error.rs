@@ -1,13 +1,13 @@
-//! What can go wrong with the eyes and their recordings.
+//! Errors of onboard perception and its recordings.
 
 use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why the eyes cannot see, or a recording cannot be used.
+/// Why perception cannot run, or a recording cannot be used.
 #[derive(Debug, Error)]
 pub enum SightError {
-    /// A detector, a camera or a picture.
+    /// A detector, a camera or an image.
     #[error(transparent)]
     Vision(#[from] paid_vision::VisionError),
     /// The LiDAR's odometry.
@@ -16,7 +16,7 @@ pub enum SightError {
     /// A constant of tracker or memory.
     #[error(transparent)]
     Value(#[from] paid_track::ValueError),
-    /// A robot without a part that the eyes refer to.
+    /// A robot without a part that perception refers to.
     #[error("robot {robot}: expected a body '{body}', found none")]
     Body {
         /// The robot.
@@ -54,7 +54,7 @@ pub enum SightError {
         /// What was found.
         found: String,
     },
-    /// Something in a recording that the eyes cannot take, or that nobody can make eyes of.
+    /// Something in a recording that perception cannot take or be set up from.
     #[error("{path}: {place}: {source}")]
     Place {
         /// The file.

@@ -1,4 +1,4 @@
-//! The constants of the paper's noise, `c_min + |v| / c_vel + d / c_dist`, from finds whose truth is known.
+//! The constants of the paper's noise, `c_min + |v| / c_vel + d / c_dist`, from detections whose truth is known.
 //!
 //! A normal error of standard deviation `s` has the mean size `s sqrt(2 / pi)`. So the sizes of the errors, times `sqrt(pi / 2)`, are
 //! regressed on `1`, speed and distance, weighted by the inverse of the variance that the last round gave (iterated least squares), with
@@ -11,25 +11,25 @@ use serde::Serialize;
 
 use crate::SightError;
 
-/// A find against the truth at its capture.
+/// A detection against the ground truth at its capture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Find {
     /// Distance of the ball along the ground `[m]`.
     pub distance_m: f64,
     /// Its speed relative to the torso `[m/s]`.
     pub speed_m_s: f64,
-    /// Age of the picture when it was used `[s]`.
+    /// Age of the image when it was used `[s]`.
     pub age_s: f64,
     /// Error away from the robot and to its left `[m]`.
     pub error_m: [f64; 2],
-    /// Share of the ball in the picture, 0 to 1.
+    /// Share of the ball in the image, 0 to 1.
     pub shown: f64,
 }
 
-/// Errors of some finds.
+/// Errors of some detections.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Group {
-    /// Which finds.
+    /// Which detections.
     pub name: String,
     /// How many.
     pub finds: usize,
@@ -48,7 +48,7 @@ pub struct Group {
 pub struct Fit {
     /// Finds that were used.
     pub finds: usize,
-    /// Share of the finds that were of something else.
+    /// Share of the detections that were of something else.
     pub false_share: f64,
     /// Constant part `[m]`.
     pub c_min_m: f64,
@@ -56,7 +56,7 @@ pub struct Fit {
     pub c_vel: f64,
     /// Divisor of the distance; infinite where distance adds nothing.
     pub c_dist: f64,
-    /// Middle and 95th percentile of the pictures' ages when they were used `[s]`.
+    /// Middle and 95th percentile of the images' ages when they were used `[s]`.
     pub latency_s: [f64; 2],
     /// Errors by distance, speed, age and view.
     pub groups: Vec<Group>,
@@ -68,29 +68,29 @@ impl Fit {
         self.c_min_m + speed / self.c_vel + distance / self.c_dist
     }
 
-    /// The fit's deviation over that of other constants, at the finds' own speeds and distances, averaged: training's `noise_scale` if those
-    /// are training's.
+    /// The fit's deviation over that of other constants, at the detections' own speeds and distances, averaged: training's `noise_scale` if
+    /// those are training's.
     pub fn scale(&self, finds: &[Find], other: impl Fn(f64, f64) -> f64) -> f64 {
         let ratio = |f: &Find| self.deviation(f.speed_m_s, f.distance_m) / other(f.speed_m_s, f.distance_m);
         finds.iter().map(ratio).sum::<f64>() / finds.len().max(1) as f64
     }
 }
 
-/// Fewest finds that constants are fitted to.
+/// Fewest detections that constants are fitted to.
 const FEWEST: usize = 30;
-/// A find farther from the ball is of something else `[m]`.
+/// A detection farther from the ball is of something else `[m]`.
 const OTHER_M: f64 = 0.3;
-/// Standard deviations beyond which a find is of something else.
+/// Standard deviations beyond which a detection is of something else.
 const OUTLIER: f64 = 4.0;
 /// Rounds of the regression.
 const ROUNDS: usize = 30;
-/// No deviation is believed to be less `[m]`.
+/// No deviation is taken to be less `[m]`.
 const LEAST_M: f64 = 1e-4;
 
-/// Columns of a file of finds, in their order.
+/// Columns of a file of detections, in their order.
 pub const COLUMNS: &str = "trial,distance_m,speed_m_s,age_s,error_along_m,error_across_m,shown,own";
 
-/// Finds of a file that an evaluation with the robot's own eyes has written ([`COLUMNS`]).
+/// Detections of a file that an evaluation with onboard perception has written ([`COLUMNS`]).
 ///
 /// # Errors
 /// If it cannot be read, or a line is not what it should be.
@@ -121,7 +121,7 @@ pub fn read(path: &Path) -> Result<Vec<Find>, SightError> {
 /// Fits the constants.
 ///
 /// # Errors
-/// If there are too few finds, or a number is not finite.
+/// If there are too few detections, or a number is not finite.
 pub fn fit(finds: &[Find]) -> Result<Fit, SightError> {
     if let Some(find) = finds.iter().find(|f| {
         ![f.distance_m, f.speed_m_s, f.age_s, f.error_m[0], f.error_m[1]].iter().all(|v| v.is_finite())
@@ -130,8 +130,10 @@ pub fn fit(finds: &[Find]) -> Result<Fit, SightError> {
     }
     let mut used: Vec<Find> =
         finds.iter().copied().filter(|f| f.error_m[0].hypot(f.error_m[1]) < OTHER_M).collect();
-    let too_few =
-        |found: usize| SightError::Fit { expected: "30 finds of the ball or more", found: found.to_string() };
+    let too_few = |found: usize| SightError::Fit {
+        expected: "30 detections of the ball or more",
+        found: found.to_string(),
+    };
     if used.len() < FEWEST {
         return Err(too_few(used.len()));
     }
@@ -312,6 +314,6 @@ mod tests {
     #[test]
     fn too_few_finds_are_refused() {
         let error = fit(&drawn([0.01, 0.0, 0.0], 12)).expect_err("12 of 30").to_string();
-        assert_eq!(error, "sightings: expected 30 finds of the ball or more, found 12");
+        assert_eq!(error, "sightings: expected 30 detections of the ball or more, found 12");
     }
 }

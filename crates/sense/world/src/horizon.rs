@@ -1,16 +1,16 @@
 //! How far behind the present the tracker stays.
 
-/// It stays so far behind at least `[s]`: the pictures of a usual camera are younger.
+/// It stays at least this far behind `[s]`: the images of a usual camera are younger.
 const LEAST_S: f64 = 0.15;
-/// It stays so far behind late pictures `[s]`: the next one may be older.
+/// It stays this far behind late images `[s]`: the next one may be older.
 const MARGIN_S: f64 = 0.05;
-/// With each younger picture it comes back by this `[s]`: a single late one does not keep it in the past.
+/// With each younger image it comes back by this `[s]`: a single late one does not keep it in the past.
 const BACK_S: f64 = 0.01;
 /// What the tracker itself allows for rounding `[s]`.
 const ROUNDING_S: f64 = 1e-4;
 
-/// How far behind the present the tracker stays `[s]`. A picture that is older than the tracker's state tells it nothing, so the state stays
-/// behind the pictures that come, up to the oldest that are used at all.
+/// How far behind the present the tracker stays `[s]`. An image that is older than the tracker's state adds nothing, so the state stays
+/// behind the images that come, up to the oldest that are used at all.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Horizon(f64);
 
@@ -26,7 +26,7 @@ impl Horizon {
         self.0
     }
 
-    /// A picture of this age has come `[s]`. False: the tracker is past its time already; others of its age will be in time.
+    /// An image of this age has come `[s]`. False: the tracker is past its time already; others of its age will be in time.
     pub fn reaches(&mut self, age_s: f64) -> bool {
         let in_time = age_s <= self.0 + ROUNDING_S;
         let wanted = if age_s <= LEAST_S + ROUNDING_S { LEAST_S } else { age_s + MARGIN_S };

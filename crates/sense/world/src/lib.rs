@@ -1,4 +1,4 @@
-//! The eyes as one pipeline: pictures, a LiDAR's scans, inertial samples and joint angles in, what the robot believes of its ball out.
+//! Onboard perception as one pipeline: images, a LiDAR's scans, inertial samples and joint angles in, the estimate of the ball out.
 //!
 //! - [`Sight`] runs detector, position, odometry and ball memory. A simulation, a recording and a robot feed it with the same
 //!   [`Arrived`] messages, so that what one of them gives is what the others would.
@@ -13,8 +13,8 @@
 //! let imu = ImuMessage { stamp_ns: 5_000_000, gyro: [0.0; 3], accel: [0.0, 0.0, -9.81] };
 //! assert!(sight.take(&Arrived { at_ns: 5_100_000, message: Message::Imu(imu) })?.is_none());
 //! let step = Arrived { at_ns: 20_000_000, message: Message::Step { to_strike_s: f64::INFINITY } };
-//! let believed = sight.take(&step)?.expect("a step is answered");
-//! assert!(believed.ball.is_none() && believed.torso.is_none());
+//! let estimated = sight.take(&step)?.expect("a step is answered");
+//! assert!(estimated.ball.is_none() && estimated.torso.is_none());
 //! # Ok::<(), paid_world::SightError>(())
 //! ```
 

@@ -1,4 +1,4 @@
-//! What reaches the eyes.
+//! What reaches perception.
 
 use paid_lanes::{Quat, Vec3};
 use paid_track::StampedPose;
@@ -9,18 +9,18 @@ pub fn seconds(ns: u64) -> f64 {
     ns as f64 * 1e-9
 }
 
-/// A color picture with the depth picture that is aligned to it.
+/// A color image with the depth image that is aligned to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PictureMessage {
     /// The middle of its exposure `[ns]`.
     pub captured_ns: u64,
-    /// The color picture.
+    /// The color image.
     pub color: ColorImage,
-    /// The depth picture, if there is one.
+    /// The depth image, if there is one.
     pub depth: Option<DepthImage>,
-    /// The camera, as it says itself.
+    /// The camera's intrinsics.
     pub intrinsics: Intrinsics,
-    /// Boxes of another detector that came with the picture; `None`: the eyes look for themselves.
+    /// Boxes of another detector that came with the image; `None`: perception runs its own.
     pub boxes: Option<Vec<PixelBox>>,
 }
 
@@ -73,10 +73,10 @@ pub struct JointMessage {
     pub positions: Vec<f64>,
 }
 
-/// Anything that reaches the eyes.
+/// Anything that reaches perception.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Message {
-    /// A picture.
+    /// An image.
     Picture(Box<PictureMessage>),
     /// A sample of the LiDAR's inertial sensor.
     Imu(ImuMessage),
@@ -86,7 +86,7 @@ pub enum Message {
     Pose(PoseMessage),
     /// Joint angles.
     Joints(JointMessage),
-    /// The robot asks what is believed now.
+    /// The robot asks for the estimate now.
     Step {
         /// Time until its motion strikes `[s]`; negative afterwards, infinite before it has chosen one.
         to_strike_s: f64,

@@ -21,7 +21,7 @@ const HIGHEST_M: f64 = 0.35;
 /// Velocity of the torso is taken over this time `[s]`.
 const VELOCITY_S: f64 = 0.05;
 
-/// What is believed at a step.
+/// The estimate at a step.
 #[derive(Clone, Copy, Debug)]
 pub struct Believed {
     /// The step's time `[ns]`.
@@ -32,18 +32,18 @@ pub struct Believed {
     pub base: Option<Pose>,
     /// Height of the floor in the odometry frame `[m]`.
     pub floor_m: Option<f64>,
-    /// The own ball.
+    /// The ball to kick.
     pub ball: Option<TrackedBall>,
     /// How well the torso's pose is known.
     pub odometry: OdometryState,
-    /// What is wrong with the last picture.
+    /// What is wrong with the last image.
     pub picture: Option<PictureFault>,
 }
 
-/// A find that got a place.
+/// A detection that got a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighted {
-    /// When its picture was taken `[ns]`.
+    /// When its image was taken `[ns]`.
     pub captured_ns: u64,
     /// When it was fused `[ns]`.
     pub fused_ns: u64,
@@ -53,7 +53,7 @@ pub struct Sighted {
     pub variance: f64,
     /// The detector's score.
     pub score: f64,
-    /// Whether it was taken for the own ball.
+    /// Whether it was taken for the ball to kick.
     pub own: bool,
 }
 
@@ -138,12 +138,12 @@ impl Sight {
         self.state = OdometryState::Waiting;
     }
 
-    /// The finds since the last call, with their places.
+    /// The detections since the last call, with their places.
     pub fn take_sighted(&mut self) -> Vec<Sighted> {
         std::mem::take(&mut self.sighted)
     }
 
-    /// Every ball that is believed.
+    /// Every confirmed ball.
     pub fn balls(&self) -> Vec<TrackedBall> {
         self.memory.all(&self.rolling)
     }
@@ -269,7 +269,7 @@ impl Sight {
             return Ok(());
         }
         let age_s = seconds(at_ns.saturating_sub(picture.captured_ns));
-        // The tracker could not use its finds, which must not count then.
+        // The tracker could not use its detections, which must not count then.
         if !self.horizon.reaches(age_s) {
             return Ok(());
         }

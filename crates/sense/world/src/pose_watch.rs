@@ -50,10 +50,10 @@ pub enum PoseFault {
     },
     /// Its time is before that of the pose before.
     TimeBackwards {
-        /// By so much `[s]`.
+        /// By this much `[s]`.
         by_s: f64,
     },
-    /// No robot moves so far in the time between two poses.
+    /// No robot moves this far in the time between two poses.
     Jumped {
         /// Distance `[m]`.
         by_m: f64,
@@ -88,7 +88,7 @@ impl fmt::Display for PoseFault {
 
 /// A pose that is older at its arrival is not used `[s]`: a kicking torso goes 10 cm in that time.
 const OLDEST_S: f64 = 0.1;
-/// Clocks of odometry and computer may differ by so much `[s]`.
+/// Clocks of odometry and computer may differ by this much `[s]`.
 const FUTURE_S: f64 = 0.02;
 /// Odometry at 10 Hz or more has sent two poses in this time `[s]`.
 const SILENT_S: f64 = 0.2;
@@ -96,13 +96,13 @@ const SILENT_S: f64 = 0.2;
 const SET_CLOCK_S: f64 = 1.0;
 /// Faster than a robot's torso goes `[m/s]` ...
 const SPEED: f64 = 4.0;
-/// ... and turns `[rad/s]`, beside an odometry's own corrections of `STEP_M` and `STEP_RAD`.
+/// ... and turns `[rad/s]`, in addition to an odometry's own corrections of `STEP_M` and `STEP_RAD`.
 const RATE: f64 = 10.0;
 const STEP_M: f64 = 0.05;
 const STEP_RAD: f64 = 0.1;
 /// After a longer silence it may have moved as far as in this time `[s]`.
 const LONGEST_S: f64 = 0.5;
-/// So many poses in a row that agree with each other are a new frame, not an error.
+/// This many poses in a row that agree with each other are a new frame, not an error.
 const AGREEING: u32 = 5;
 
 /// Watches the poses of another odometry.
@@ -222,7 +222,7 @@ mod tests {
         assert_eq!(watch.silent(5.19), None);
         let silent = watch.silent(5.25).expect("a quarter of a second");
         assert_eq!(silent.to_string(), "last pose 0.25 s old, expected 0 to 0.2 s");
-        // A clock that is set is told once; what comes then is a new frame.
+        // A clock that is set is reported once; what comes then is a new frame.
         assert!(matches!(watch.check(&pose(1.0, 0.0, 0.0), 1.0), Err(PoseFault::TimeBackwards { .. })));
         assert_eq!(watch.check(&pose(1.02, 0.0, 0.0), 1.02), Ok(true));
         assert_eq!(watch.check(&pose(1.04, 0.0, 0.0), 1.04), Ok(false));

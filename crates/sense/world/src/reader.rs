@@ -18,9 +18,9 @@ use crate::{
 /// What a recording holds, in its order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Recorded {
-    /// What reached the eyes.
+    /// What reached perception.
     Message(Arrived),
-    /// What they believed.
+    /// The recorded estimate.
     Believed {
         /// At this time `[ns]`.
         at_ns: u64,
@@ -46,7 +46,7 @@ pub struct Recording {
 /// Sees topic, time of arrival, time of making `[ns]` and data of a message; false: it has seen enough.
 type See<'a> = dyn FnMut(&str, u64, u64, &[u8]) -> Result<bool, Wrong> + 'a;
 
-/// Parts of a picture that wait for its color.
+/// Parts of an image that wait for its color.
 #[derive(Default)]
 struct Parts {
     intrinsics: Option<Intrinsics>,
@@ -70,7 +70,7 @@ impl Recording {
         Self { path: path.to_owned(), bytes }
     }
 
-    /// The setup of the eyes that were recorded; `detector` is the network of the user, where they had one.
+    /// The setup of the recorded perception; `detector` is the network of the user, where they had one.
     ///
     /// # Errors
     /// If the recording has no setup, or one that cannot be had here.
@@ -154,7 +154,7 @@ impl Recording {
     }
 }
 
-/// A message of a topic; `None` for a part of a picture and for topics that nothing is done with.
+/// A message of a topic; `None` for a part of an image and for topics that are not used.
 fn decode(
     topic: &str,
     at_ns: u64,
@@ -182,7 +182,7 @@ fn decode(
         let (captured_ns, color) = color(&mut cdr)?;
         let Parts { intrinsics, depth, boxes } = std::mem::take(parts);
         let Some(intrinsics) = intrinsics else {
-            return Err(("a CameraInfo before its picture".to_owned(), "none".to_owned()));
+            return Err(("a CameraInfo before its image".to_owned(), "none".to_owned()));
         };
         Message::Picture(Box::new(PictureMessage { captured_ns, color, depth, intrinsics, boxes }))
     } else if topic == schema::IMU.name {
@@ -254,13 +254,13 @@ fn image<'a>(
 fn color(cdr: &mut CdrReader<'_>) -> Result<(u64, ColorImage), Wrong> {
     let (stamp_ns, [width, height], bytes) = image(cdr, "rgb8", 3)?;
     let color = ColorImage::new(width, height, bytes.to_vec());
-    Ok((stamp_ns, color.map_err(|error| ("a whole picture".to_owned(), error.to_string()))?))
+    Ok((stamp_ns, color.map_err(|error| ("a whole image".to_owned(), error.to_string()))?))
 }
 
 fn depth(cdr: &mut CdrReader<'_>) -> Result<DepthImage, Wrong> {
     let (_, [width, height], bytes) = image(cdr, "16UC1", 2)?;
     let data = bytes.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
-    DepthImage::new(width, height, data).map_err(|error| ("a whole picture".to_owned(), error.to_string()))
+    DepthImage::new(width, height, data).map_err(|error| ("a whole image".to_owned(), error.to_string()))
 }
 
 fn scan(cdr: &mut CdrReader<'_>, end_ns: u64) -> Result<ScanMessage, Wrong> {

@@ -1,4 +1,4 @@
-//! Writes what reaches the eyes, and what they believe, to an MCAP file.
+//! Writes what reaches perception, and its estimates, to an MCAP file.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -137,11 +137,11 @@ impl Recorder {
             data.f64_list(&sides);
             self.write(&schema::BOXES, times, data)?;
         }
-        // The last part: whoever reads has the others by then.
+        // The last part: a reader has the others by then.
         self.write(&schema::COLOR, times, color_image(stamp, &picture.color))
     }
 
-    /// Adds what is believed.
+    /// Adds an estimate.
     ///
     /// # Errors
     /// If the file cannot be written.
@@ -204,7 +204,7 @@ fn wrong(path: &Path, error: &McapError) -> SightError {
     }
 }
 
-/// What is believed, as the recording has it: equal beliefs give equal bytes, to the last bit of every number.
+/// The estimate, as the recording has it: equal estimates give equal bytes, to the last bit of every number.
 pub(crate) fn believed_bytes(believed: &Believed) -> Vec<u8> {
     let mut data = CdrWriter::new();
     data.header(believed.at_ns, ODOMETRY);

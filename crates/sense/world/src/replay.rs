@@ -1,13 +1,13 @@
-//! Runs the eyes again on a recording.
+//! Runs perception again on a recording.
 
 use crate::{Believed, Message, Recorded, Recording, Sight, SightError, schema, seconds};
 
 /// What a replay was.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Replay {
-    /// Messages that reached the eyes.
+    /// Messages that reached perception.
     pub messages: usize,
-    /// Pictures among them.
+    /// Images among them.
     pub pictures: usize,
     /// Steps that were answered.
     pub steps: usize,
@@ -19,10 +19,10 @@ pub struct Replay {
     pub span_s: f64,
 }
 
-/// Feeds `sight` with what a recording holds, and compares what it believes with what is recorded. `see` is told every belief.
+/// Feeds `sight` with what a recording holds, and compares its estimates with the recorded ones. `see` gets every estimate.
 ///
 /// # Errors
-/// If the recording is damaged, does not fit the eyes, or has no beliefs.
+/// If the recording is damaged, does not fit this perception, or has no beliefs.
 pub fn replay(
     recording: &Recording,
     sight: &mut Sight,

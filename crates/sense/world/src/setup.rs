@@ -1,4 +1,4 @@
-//! What the eyes are made of.
+//! The setup of onboard perception.
 
 use paid_lanes::{Mat3, Vec3};
 use paid_lidar::Config;
@@ -10,17 +10,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::SightError;
 
-/// Who finds balls in pictures.
+/// What detects balls in images.
 #[derive(Debug)]
 pub enum Finder {
     /// A network.
     Network(Box<Detector>),
-    /// Nobody here: boxes come with the pictures.
+    /// Nothing here: boxes come with the images.
     Boxes,
 }
 
 impl Finder {
-    /// With another least score of a find, 0 to 1, where a network finds.
+    /// With another lowest score of a detection, 0 to 1, where a network detects.
     #[must_use]
     pub fn with_confidence(self, least: f64) -> Self {
         match self {
@@ -45,13 +45,13 @@ pub struct SightSetup {
     pub radius_m: f64,
     /// Rate at which a rolling ball slows down `[1/s]`.
     pub decay: f64,
-    /// Who finds balls.
+    /// What detects balls.
     pub finder: Finder,
     /// Uncertainty of a place.
     pub noise: PositionNoise,
     /// The tracker of every ball.
     pub tracker: TrackerPreset,
-    /// Which ball is the own one.
+    /// Which ball is the one to kick.
     pub memory: MemoryPreset,
     /// The LiDAR's odometry; `None`: poses come from another one.
     pub lidar: Option<Config>,
@@ -93,7 +93,7 @@ pub(crate) struct SetupRecord {
     pub decay: f64,
     /// `own`, `boxes` or `file`.
     pub finder: String,
-    /// Least score of the network's finds.
+    /// Lowest score of the network's detections.
     pub confidence: Option<f64>,
     pub noise: [f64; 3],
     pub tracker: TrackerPreset,

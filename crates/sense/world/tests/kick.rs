@@ -24,7 +24,7 @@ fn setup() -> SightSetup {
     SightSetup { intrinsics: camera(), finder: Finder::Boxes, lidar: None, ..g1 }
 }
 
-/// A picture with noise of its own and a box around a ball that lies at `ball`, odometry frame.
+/// An image with noise of its own and a box around a ball that lies at `ball`, odometry frame.
 fn picture(captured_ns: u64, ball: Option<[f64; 2]>, floor: f64) -> PictureMessage {
     let mut state = (captured_ns as u32).wrapping_mul(0x9e37_79b9) | 1;
     let data = (0..3 * 106 * 60).map(|_| {
@@ -44,12 +44,12 @@ fn picture(captured_ns: u64, ball: Option<[f64; 2]>, floor: f64) -> PictureMessa
     }
 }
 
-/// Messages of a robot that stands and looks for `steps` control steps; `ball` says what the picture of a time shows.
+/// Messages of a robot that stands and looks for `steps` control steps; `ball` gives what the image of a time shows.
 fn story(steps: u64, ball: impl Fn(f64) -> Option<[f64; 2]>) -> Vec<Arrived> {
     late_story(steps, LATENCY_NS, ball)
 }
 
-/// The same with pictures of another age.
+/// The same with images of another age.
 fn late_story(steps: u64, latency_ns: u64, ball: impl Fn(f64) -> Option<[f64; 2]>) -> Vec<Arrived> {
     let robot = paid_robot::RobotModel::g1();
     let standing = RobotSpec::g1().resolve(&robot).expect("complete").default_pos;
@@ -78,7 +78,7 @@ fn a_ball_before_the_robot_is_seen_then_remembered_and_black_pictures_do_not_los
     let mut messages = story(100, |_| Some([1.2, 0.1]));
     let later = messages.split_off(messages.len() / 2);
     let last = *play(&mut sight, &messages).last().expect("steps");
-    let ball = last.ball.expect("seen in 20 pictures");
+    let ball = last.ball.expect("seen in 20 images");
     let [x, y] = ball.belief.ball.position;
     assert_eq!(ball.state, BallState::Seen);
     assert!((x - 1.2).hypot(y - 0.1) < 0.06, "{x} {y}");
@@ -88,7 +88,7 @@ fn a_ball_before_the_robot_is_seen_then_remembered_and_black_pictures_do_not_los
         .map(|mut arrived| {
             if let Message::Picture(picture) = &mut arrived.message {
                 picture.color.data.fill(1);
-                // Noise in the dark: no picture is the one before.
+                // Noise in the dark: no image is the one before.
                 let number = picture.captured_ns as usize / 7 % picture.color.data.len();
                 picture.color.data[number] = 9;
                 picture.boxes = Some(Vec::new());
@@ -122,12 +122,12 @@ fn a_rolling_ball_is_followed_by_pictures_of_any_age_that_is_allowed() {
         let ([x, y], age_s) = (belief.ball.position, belief.age_s);
         let true_x = 1.2 - 0.2 * seconds(last.at_ns);
         assert!((x - true_x).hypot(y - 0.1) < 0.1, "{latency_ns}: {x} {y}, {true_x}");
-        // By the newest picture, or the one before.
+        // By the newest image, or the one before.
         assert!(age_s < seconds(latency_ns) + 0.05, "{latency_ns}: {age_s}");
     }
 }
 
-/// A recording of a story, with what was believed.
+/// A recording of a story, with its estimates.
 fn recorded(path: &Path) -> usize {
     let mut sight = Sight::new(setup()).expect("a setup");
     let mut recorder = Recorder::create(path, &setup()).expect("a file");
@@ -169,7 +169,7 @@ fn a_recording_gives_the_same_messages_and_the_same_beliefs_to_the_last_bit() {
     let again = replay(&recording, &mut sight, |_| {}).expect("whole");
     assert_eq!((again.steps, again.equal, again.first_different_s), (60, 60, None));
     assert_eq!((again.pictures, again.messages), (28, 3 * 60 + 28));
-    // A belief that differs in one bit is told.
+    // An estimate that differs in one bit is reported.
     let mut other = last.expect("steps");
     if let Some(floor) = &mut other.floor_m {
         *floor = f64::from_bits(floor.to_bits() ^ 1);
@@ -216,7 +216,7 @@ fn any_bytes_are_a_message_or_an_error() {
     let mut rng = paid_lanes::rng::Rng::new(1, 0, 0);
     let mut good = 0;
     for k in 0..40_000_u32 {
-        // Numbers that lengths may have, beside any others.
+        // Numbers that lengths may have, besides any others.
         let mut bytes: Vec<u8> =
             (0..k % 97).map(|_| if rng.unit() < 0.6 { 0 } else { rng.next_u32() as u8 }).collect();
         if bytes.len() > 4 {
@@ -263,7 +263,7 @@ fn with_poses(change: impl Fn(f64) -> Option<f64>) -> Vec<Arrived> {
 }
 
 #[test]
-fn another_odometry_that_jumps_or_falls_silent_is_told_and_moves_no_ball_in_silence() {
+fn another_odometry_that_jumps_or_falls_silent_is_reported_and_moves_no_ball_silently() {
     // A single pose 2 m away, at 1.5 s.
     let mut sight = Sight::new(setup()).expect("a setup");
     let believed = play(&mut sight, &with_poses(|t| Some(if (t - 1.5).abs() < 1e-6 { 2.0 } else { 0.0 })));
@@ -272,14 +272,14 @@ fn another_odometry_that_jumps_or_falls_silent_is_told_and_moves_no_ball_in_sile
     assert_eq!(believed[76].odometry.to_string(), "tracking");
     let ball = believed[149].ball.expect("kept").belief.ball.position;
     assert!((ball[0] - 1.2).hypot(ball[1] - 0.1) < 0.06, "{ball:?}");
-    // For good: it is told, the old ball is forgotten, and found again in the new frame.
+    // For good: it is reported, the old ball is forgotten, and found again in the new frame.
     let mut sight = Sight::new(setup()).expect("a setup");
     let believed = play(&mut sight, &with_poses(|t| Some(if t > 1.49 { 2.0 } else { 0.0 })));
     assert!(believed[75..79].iter().all(|b| b.odometry.to_string().starts_with("lost: pose jumps")));
     assert!(believed[79].ball.is_none() && believed[79].odometry == OdometryState::Tracking);
     let ball = believed[149].ball.expect("found again").belief.ball.position;
     assert!((ball[0] - 3.2).hypot(ball[1] - 0.1) < 0.06, "{ball:?}");
-    // No pose from 1.5 s on: no place at once, told within 0.3 s.
+    // No pose from 1.5 s on: no place at once, reported within 0.3 s.
     let mut sight = Sight::new(setup()).expect("a setup");
     let believed = play(&mut sight, &with_poses(|t| (t < 1.49).then_some(0.0)));
     assert!(believed[79].torso.is_none());

@@ -16,12 +16,12 @@ use paid_world::{
 
 const NOW_NS: u64 = 1_700_000_000_123_456_789;
 
-/// How many damaged messages a reader gets: so many, or what the variable says.
+/// How many damaged messages a reader gets: this many, or the variable's value.
 fn times(usual: u32) -> u32 {
     std::env::var("PAID_MUTATIONS").ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
 }
 
-/// Reads `seed` as it is, then damaged; `sound` says what holds for whatever is read.
+/// Reads `seed` as it is, then damaged; `sound` checks what holds for all that is read.
 fn run<T>(
     name: &str,
     seed: &[u8],

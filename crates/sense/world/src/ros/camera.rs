@@ -6,13 +6,13 @@ use super::{Stamped, header, named};
 use crate::cdr::{CdrReader, Wrong};
 use crate::{SightError, recorder};
 
-/// A lens is taken for one without distortion if no coefficient is larger: at a corner of a D435i's color picture half of this is one pixel.
+/// A lens is taken for one without distortion if no coefficient is larger: at a corner of a D435i's color image half of this is one pixel.
 const MOST_DISTORTION: f64 = 0.01;
 
-/// A camera (`sensor_msgs/CameraInfo`): whole picture, no distortion.
+/// A camera (`sensor_msgs/CameraInfo`): whole image, no distortion.
 ///
 /// # Errors
-/// If the bytes are no such message, or the camera is not one that the eyes can use.
+/// If the bytes are no such message, or the camera is not one that perception can use.
 pub fn read_camera_info(bytes: &[u8]) -> Result<Stamped<Intrinsics>, SightError> {
     let stamped = named("camera info", camera_info(bytes))?;
     stamped.value.check()?;
@@ -37,7 +37,7 @@ fn camera_info(bytes: &[u8]) -> Result<Stamped<Intrinsics>, Wrong> {
     let whole = corner == [0, 0] && (part == [0, 0] || part == [height as u32, width as u32]);
     if binning.iter().any(|b| *b > 1) || !whole || skew != 0.0 {
         let found = format!("binning {binning:?}, region {corner:?} {part:?}, skew {skew}");
-        return Err(("a whole picture without binning and skew".to_owned(), found));
+        return Err(("a whole image without binning and skew".to_owned(), found));
     }
     let value = Intrinsics { width, height, focal: [fx, fy], center: [cx, cy] };
     Ok(Stamped { stamp_ns, frame, value })

@@ -10,7 +10,7 @@ use crate::{ImuMessage, SightError};
 /// given as they are.
 ///
 /// # Errors
-/// If the bytes are no such message, a number is not finite, or the message says that it holds no velocity or no acceleration.
+/// If the bytes are no such message, a number is not finite, or the message is marked as without velocity or acceleration.
 pub fn read_imu(bytes: &[u8]) -> Result<Stamped<ImuMessage>, SightError> {
     named("IMU sample", imu(bytes))
 }

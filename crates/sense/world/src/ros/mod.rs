@@ -1,6 +1,6 @@
 //! ROS 2's messages of a camera, a LiDAR and an odometry, as they are on the wire: CDR with its header of four bytes.
 //!
-//! What cannot be used is refused with what was expected and found. The usual driver of a D435i publishes `rgb8` pictures, depths as `16UC1`
+//! What cannot be used is refused with what was expected and found. The usual driver of a D435i publishes `rgb8` images, depths as `16UC1`
 //! aligned to them, and a `CameraInfo` with each; the usual driver of a Mid-360 publishes a `PointCloud2` with a time for each point, and `Imu`
 //! samples in multiples of gravity.
 
@@ -25,7 +25,7 @@ const SECOND_NS: u64 = 1_000_000_000;
 /// A message's content with its stamp and frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stamped<T> {
-    /// The header's time, by the clock of whoever published it `[ns]`.
+    /// The header's time, by the publisher's clock `[ns]`.
     pub stamp_ns: u64,
     /// The header's frame.
     pub frame: String,
@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read_again() {
         let color = ColorImage::new(2, 1, (0..6).collect()).expect("whole");
-        let read = read_color(&write_color(9_000_000_001, &color)).expect("a picture");
+        let read = read_color(&write_color(9_000_000_001, &color)).expect("an image");
         assert_eq!(
             read,
             Stamped { stamp_ns: 9_000_000_001, frame: "camera_color_optical_frame".to_owned(), value: color }

@@ -6,7 +6,7 @@ use super::{Stamped, header, named};
 use crate::cdr::{CdrReader, Wrong};
 use crate::{SightError, recorder};
 
-/// Most pixels a side that a picture may have.
+/// Most pixels a side that an image may have.
 const MOST_PIXELS: usize = 8192;
 
 /// What an image message holds.
@@ -20,7 +20,7 @@ struct Image<'a> {
     data: &'a [u8],
 }
 
-/// Reads an image whose encoding is one of `wanted`, with so many bytes a pixel.
+/// Reads an image whose encoding is one of `wanted`, with this many bytes a pixel.
 fn image<'a>(bytes: &'a [u8], wanted: &[&str], pixel: usize) -> Result<Image<'a>, Wrong> {
     let mut cdr = CdrReader::new(bytes)?;
     let (stamp_ns, frame) = header(&mut cdr)?;
@@ -44,12 +44,12 @@ fn image<'a>(bytes: &'a [u8], wanted: &[&str], pixel: usize) -> Result<Image<'a>
     Ok(Image { stamp_ns, frame, size: [width, height], encoding, big_endian: big != 0, step, data })
 }
 
-/// A color picture (`sensor_msgs/Image`, `rgb8` or `bgr8`).
+/// A color image (`sensor_msgs/Image`, `rgb8` or `bgr8`).
 ///
 /// # Errors
 /// If the bytes are no such message, or encoding, size, step or stamp cannot be used.
 pub fn read_color(bytes: &[u8]) -> Result<Stamped<ColorImage>, SightError> {
-    let image = named("color picture", image(bytes, &["rgb8", "bgr8"], 3))?;
+    let image = named("color image", image(bytes, &["rgb8", "bgr8"], 3))?;
     let [width, height] = image.size;
     let rows = image.data.chunks_exact(image.step).map(|row| &row[..3 * width]);
     let mut data = Vec::with_capacity(3 * width * height);
@@ -61,12 +61,12 @@ pub fn read_color(bytes: &[u8]) -> Result<Stamped<ColorImage>, SightError> {
     Ok(Stamped { stamp_ns: image.stamp_ns, frame: image.frame, value })
 }
 
-/// A depth picture in millimeters (`sensor_msgs/Image`, `16UC1` or `mono16`).
+/// A depth image in millimeters (`sensor_msgs/Image`, `16UC1` or `mono16`).
 ///
 /// # Errors
 /// As [`read_color`].
 pub fn read_depth(bytes: &[u8]) -> Result<Stamped<DepthImage>, SightError> {
-    let image = named("depth picture", image(bytes, &["16UC1", "mono16"], 2))?;
+    let image = named("depth image", image(bytes, &["16UC1", "mono16"], 2))?;
     let [width, height] = image.size;
     let mut data = Vec::with_capacity(width * height);
     for row in image.data.chunks_exact(image.step) {
@@ -79,12 +79,12 @@ pub fn read_depth(bytes: &[u8]) -> Result<Stamped<DepthImage>, SightError> {
     Ok(Stamped { stamp_ns: image.stamp_ns, frame: image.frame, value })
 }
 
-/// A color picture as a message, frame `camera_color_optical_frame`.
+/// A color image as a message, frame `camera_color_optical_frame`.
 pub fn write_color(stamp_ns: u64, picture: &ColorImage) -> Vec<u8> {
     recorder::color_image(stamp_ns, picture).finish()
 }
 
-/// A depth picture as a message, same frame.
+/// A depth image as a message, same frame.
 pub fn write_depth(stamp_ns: u64, picture: &DepthImage) -> Vec<u8> {
     recorder::depth_image(stamp_ns, picture).finish()
 }
@@ -122,10 +122,10 @@ mod tests {
     fn a_picture_made_by_hand_is_read_and_padding_of_its_rows_is_left_out() {
         // Two rows of one pixel, each followed by a byte that is none.
         let picture =
-            read_color(&by_hand([2, 1], "rgb8", 0, 4, &[1, 2, 3, 99, 4, 5, 6, 99])).expect("a picture");
+            read_color(&by_hand([2, 1], "rgb8", 0, 4, &[1, 2, 3, 99, 4, 5, 6, 99])).expect("an image");
         assert_eq!((picture.stamp_ns, picture.frame.as_str()), (5_000_000_007, "c"));
         assert_eq!(picture.value, ColorImage::new(1, 2, vec![1, 2, 3, 4, 5, 6]).expect("whole"));
-        let picture = read_color(&by_hand([1, 1], "bgr8", 0, 3, &[1, 2, 3])).expect("a picture");
+        let picture = read_color(&by_hand([1, 1], "bgr8", 0, 3, &[1, 2, 3])).expect("an image");
         assert_eq!(picture.value.data, [3, 2, 1]);
         // 1500 mm is 0x05dc.
         let depth = read_depth(&by_hand([1, 2], "16UC1", 0, 4, &[0xdc, 0x05, 0, 0])).expect("depth");
@@ -139,7 +139,7 @@ mod tests {
         let cases: [(Vec<u8>, &str); 6] = [
             (
                 by_hand([1, 1], "yuv422", 0, 2, &[0; 2]),
-                "color picture: expected encoding rgb8 or bgr8, found yuv422",
+                "color image: expected encoding rgb8 or bgr8, found yuv422",
             ),
             (by_hand([1, 2], "rgb8", 0, 3, &[0; 3]), "rows of at least 6 bytes for 2 pixels, found step 3"),
             (by_hand([2, 1], "rgb8", 0, 3, &[0; 3]), "2 rows of 3 bytes, found 3 bytes"),
@@ -152,7 +152,7 @@ mod tests {
             assert!(error.contains(expected), "{error}");
         }
         let error = read_depth(&by_hand([1, 1], "32FC1", 0, 4, &[0; 4])).expect_err("meters").to_string();
-        assert_eq!(error, "depth picture: expected encoding 16UC1 or mono16, found 32FC1");
+        assert_eq!(error, "depth image: expected encoding 16UC1 or mono16, found 32FC1");
         let mut unset = by_hand([1, 1], "rgb8", 0, 3, &[0; 3]);
         unset[4..12].fill(0);
         assert!(read_color(&unset).expect_err("no stamp").to_string().contains("a stamp, found 0 ns"));

@@ -130,7 +130,7 @@ fn points(message: &[u8]) -> Result<Stamped<ScanMessage>, Wrong> {
     }
     let layout = Layout::of(&fields, step)?;
     let data = cdr.bytes()?;
-    // Clouds in one row need not say how long it is.
+    // Clouds in one row need not state its length.
     let row = if height == 1 && row == 0 { data.len() } else { row };
     let fits = step.checked_mul(width).is_some_and(|least| least <= row);
     if !fits || row.checked_mul(height) != Some(data.len()) {
@@ -305,7 +305,7 @@ mod tests {
         let scan = read_points(&by_hand(&fields, 17, &data)).expect("points").value;
         assert_eq!((scan.start_ns, scan.end_ns), (5_000_000_000, 5_003_000_000));
         assert_eq!(scan.points, [[1.0, 0.0, 0.0, 0.001]]);
-        // A covered sensor says so with an empty cloud, which is a scan.
+        // A covered sensor sends an empty cloud, which is a scan.
         let none = read_points(&by_hand(&fields, 17, &[])).expect("no points").value;
         assert_eq!((none.points.len(), none.end_ns - none.start_ns), (0, 1));
     }
@@ -316,7 +316,7 @@ mod tests {
         let mut message = by_hand(&timed, 16, &[]);
         let height = 4 + 8 + 4 + 4;
         message[height..height + 4].copy_from_slice(&u32::MAX.to_le_bytes());
-        // Nobody goes through the rows.
+        // The rows are not read one by one.
         let scan = read_points(&message).expect("no points").value;
         assert_eq!((scan.start_ns, scan.end_ns, scan.points.len()), (5_000_000_000, 5_000_000_001, 0));
     }
