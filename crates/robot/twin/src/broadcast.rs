@@ -1,6 +1,6 @@
-//! The virtual robot's camera and LiDAR on the network, beside its states: topics of ROS 2, and packets of a Mid-360.
+//! The virtual robot's camera and LiDAR on the network, alongside its states: topics of ROS 2, and packets of a Mid-360.
 //!
-//! Pictures are rendered in a thread of their own, and only while somebody reads them. One that comes while the last is still being rendered
+//! Images are rendered in a thread of their own, and only while they are read. One that comes while the last is still being rendered
 //! is dropped: the robot's 500 Hz do not wait.
 
 use std::net::{IpAddr, SocketAddr, UdpSocket};
@@ -28,9 +28,9 @@ use crate::serve::Watcher;
 
 /// Poses that may wait for the LiDAR: over a second.
 const POSES: usize = 1024;
-/// The LiDAR sends what it has measured every so many poses: 10 ms.
+/// The LiDAR sends what it has measured once in this many poses: every 10 ms.
 const POSES_A_BURST: usize = 5;
-/// A robot that is so far behind the clock gives the time up `[s]`, as in [`crate::serve`].
+/// A robot this far behind the clock gives the lost time up `[s]`, as in [`crate::serve`].
 const BEHIND_S: f64 = 0.05;
 /// Port of inertial samples less that of points, as the device has them.
 const IMU_PORT: u16 = 100;
@@ -38,9 +38,10 @@ const IMU_PORT: u16 = 100;
 /// What to send, and where.
 #[derive(Clone, Debug)]
 pub struct BroadcastOptions {
-    /// Pictures a second; 0: none. Default 15: rendering one takes 10 to 20 ms of a core, and two cores have the simulation and the runtime to run too.
+    /// Images a second; 0: none. Default 15: rendering one takes 10 to 20 ms of a core, and two cores also run the simulation and the
+    /// runtime.
     pub rate_hz: f64,
-    /// The picture's size. Default 424 x 240.
+    /// The image's size. Default 424 x 240.
     pub intrinsics: Intrinsics,
     /// Names of the topics.
     pub topics: CameraInput,
@@ -50,7 +51,7 @@ pub struct BroadcastOptions {
     pub surroundings: (SceneKind, [f64; 2]),
     /// Draws place and noise.
     pub seed: u64,
-    /// Records every picture to this MCAP file, also while nobody reads them.
+    /// Records every image to this MCAP file, also while they are not read.
     pub record: Option<PathBuf>,
 }
 
@@ -71,22 +72,22 @@ impl Default for BroadcastOptions {
 /// How it went.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BroadcastReport {
-    /// Pictures that were sent, and those that were due and had to be dropped.
+    /// Images that were sent, and those that were due and had to be dropped.
     pub pictures: [u64; 2],
-    /// Time in which somebody read them `[s]`.
+    /// Time in which they were read `[s]`.
     pub read_s: f64,
     /// Packets of the LiDAR.
     pub packets: u64,
 }
 
 impl BroadcastReport {
-    /// Pictures a second while somebody read them.
+    /// Images a second while they were read.
     pub fn rate_hz(&self) -> f64 {
         self.pictures[0] as f64 / self.read_s.max(1e-9)
     }
 }
 
-/// A picture to be taken.
+/// An image to be taken.
 struct Shot {
     stamp_ns: u64,
     moment: Moment,
@@ -104,7 +105,7 @@ struct Counts {
     read: AtomicBool,
 }
 
-/// Sends pictures and points of a robot that is served. It ends when it is dropped.
+/// Sends images and points of a robot that is served. It ends when it is dropped.
 pub struct Broadcast {
     anchor: usize,
     begin: Instant,
@@ -132,7 +133,7 @@ impl Broadcast {
         options: &BroadcastOptions,
     ) -> Result<Self, TwinError> {
         if options.rate_hz != 0.0 && !(0.1..=60.0).contains(&options.rate_hz) {
-            let message = format!("pictures a second: expected 0, or 0.1 to 60, found {}", options.rate_hz);
+            let message = format!("images a second: expected 0, or 0.1 to 60, found {}", options.rate_hz);
             return Err(TwinError::Simulation(message));
         }
         let anchor = player.model.body_index(&player.spec.anchor_body).unwrap_or(0);
@@ -181,7 +182,7 @@ impl Broadcast {
         })
     }
 
-    /// How it went so far.
+    /// The report so far.
     pub fn report(&self) -> BroadcastReport {
         let count = |of: &AtomicU64| of.load(Ordering::Relaxed);
         let Counts { sent, dropped, packets, .. } = &*self.counts;
@@ -200,7 +201,7 @@ impl Watcher for Broadcast {
         if behind > BEHIND_S {
             self.slip_s += behind;
         }
-        // The devices' clocks go on while the simulation waits.
+        // The devices' clocks continue while the simulation waits.
         let at_s = simulated_s + self.slip_s;
         let body = &robot.truth().bodies[self.anchor];
         if let Some(poses) = &self.poses {
@@ -282,7 +283,7 @@ impl Publisher {
             }
             let (color, depth) = self.camera.picture(&moment);
             let info = write_camera_info(stamp_ns, self.camera.intrinsics());
-            // The color picture last: whoever reads has the others by then.
+            // The color image last: a reader has the others by then.
             let sent = self
                 .info
                 .send(info)

@@ -6,7 +6,7 @@ use paid_track::Pose;
 use paid_vision::scatter::{GoalFrame, KickCamera, KickScene, Scatter, Stance, Use};
 use paid_vision::{ColorImage, DepthImage, Intrinsics};
 
-/// Half of the goal's width, and its height `[m]`: the judge's.
+/// Half of the goal's width, and its height `[m]`: the evaluation's.
 const GOAL_M: [f64; 2] = [1.0, 1.8];
 
 use crate::TwinError;
@@ -41,7 +41,7 @@ impl Moment {
     }
 }
 
-/// Renders pictures: color and depth with the noise of a D435i, of a place by chance.
+/// Renders images: color and depth with the noise of a D435i, of a random place.
 #[derive(Debug)]
 pub struct SimCamera(KickCamera);
 
@@ -56,7 +56,7 @@ impl SimCamera {
         Ok(Self(KickCamera::new(robot, place, intrinsics, radius, seed)))
     }
 
-    /// The camera as it says itself.
+    /// The camera's intrinsics.
     pub fn intrinsics(&self) -> &Intrinsics {
         &self.0.intrinsics
     }
@@ -67,7 +67,7 @@ impl SimCamera {
         self.0.goal = Some(GoalFrame { center, heading, half_width, height });
     }
 
-    /// A picture of a moment, with its depth.
+    /// An image of a moment, with its depth.
     pub fn picture(&mut self, moment: &Moment) -> (ColorImage, DepthImage) {
         let bodies = self.0.robot.bodies(&moment.stance);
         let picture = self.0.take(&KickScene {

@@ -4,7 +4,7 @@ use paid_plot::{Anchor, Chart, Figure, Rgb, Series};
 use paid_runtime::State;
 use paid_runtime::log::{Course, CoursePoint};
 
-/// A ball that was seen so long ago is remembered `[s]`.
+/// A ball last seen this long ago counts as remembered `[s]`.
 const REMEMBERED_S: f64 = 0.2;
 /// Size of the map, and its margin, in pixels.
 const MAP: [i64; 2] = [900, 600];
@@ -132,7 +132,7 @@ fn tilt(points: &[CoursePoint]) -> Figure {
     .draw()
 }
 
-/// A coordinate of the believed ball over time.
+/// A coordinate of the ball's estimate over time.
 fn ball(points: &[CoursePoint], k: usize) -> Figure {
     let of = |fresh: bool| {
         let known = points.iter().filter_map(|p| p.ball.map(|ball| (p.time_s, ball)));
@@ -141,7 +141,7 @@ fn ball(points: &[CoursePoint], k: usize) -> Figure {
             .map(|(time_s, (place, _))| [time_s, place[k]])
             .collect()
     };
-    let title = ["ball ahead of the torso, as believed", "ball to its left"][k];
+    let title = ["ball ahead of the torso, estimated", "ball to its left"][k];
     let mut figure = Chart {
         title,
         x_label: "time [s]",

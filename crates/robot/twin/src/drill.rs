@@ -23,7 +23,7 @@ pub struct DrillRow {
     pub limit_ms: f64,
     /// True if every command of the next second was damping, and the joints came to rest.
     pub held: bool,
-    /// What the runtime said of the last one.
+    /// The runtime's message about the last one.
     pub said: String,
 }
 
@@ -114,7 +114,7 @@ impl Fault {
         )
     }
 
-    /// True if the kick goes on, without looking.
+    /// True if the kick continues, without looking.
     fn goes_on(self) -> bool {
         matches!(self, Self::NoOdometry | Self::NoBall)
     }
@@ -204,7 +204,7 @@ fn trial_of(
         let seen = step.run_until(2.0, blind)?;
         let reaction = if seen { (step.robot.now_us() - from_us) as f64 * 1e-3 } else { f64::INFINITY };
         let said = step.events().last().map(|e| e.reason.clone()).unwrap_or_default();
-        // It goes on to the end of the motion.
+        // It continues to the end of the motion.
         let ended = step.run_until(20.0, |s| s.runtime().state() != State::Kick)?;
         return Ok((reaction, ended && step.runtime().state() == State::Settle, said));
     }

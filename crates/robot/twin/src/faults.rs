@@ -31,7 +31,7 @@ pub enum Fault {
     Frozen,
     /// Checksums are wrong.
     Checksum,
-    /// The waist is locked, says the robot.
+    /// The robot reports a locked waist.
     ModeMachine,
     /// The remote is switched off.
     RemoteOff,
@@ -53,7 +53,7 @@ pub enum Fault {
     OthersCommand,
     /// Odometry ends before the strike.
     NoOdometry,
-    /// The detector finds no ball before the strike.
+    /// The detector detects no ball before the strike.
     NoBall,
 }
 
@@ -87,7 +87,7 @@ impl Fault {
         Self::NoBall,
     ];
 
-    /// In words.
+    /// As text.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tilt => "tilt beyond 1 rad",
@@ -118,8 +118,8 @@ impl Fault {
         }
     }
 
-    /// True for what does not happen in the robot or its senses, but in or beside the computer that commands it: a virtual robot on the network
-    /// has nothing to do with it.
+    /// True for what happens outside the robot and its senses, in or near the computer that commands it: a virtual robot on the
+    /// network has nothing to do with it.
     pub fn is_beside_the_robot(self) -> bool {
         match self {
             Self::StopSignal
@@ -150,7 +150,7 @@ impl Fault {
         }
     }
 
-    /// Changes what the robot says; the fault began at `since_us` `[us]`.
+    /// Changes the robot's messages; the fault began at `since_us` `[us]`.
     pub(crate) fn tamper(self, state: &mut LowState, since_us: u64) {
         let knee = &mut state.motors[3];
         match self {

@@ -1,9 +1,9 @@
-//! A virtual G1 on the robot's wire: nobody can break it.
+//! A simulated G1 on the robot's DDS topics: it cannot break.
 //!
 //! - [`VirtualG1`]: MuJoCo behind the packets of `paid_runtime`; [`serve`] runs it on a real clock behind any link.
 //! - [`Lockstep`]: robot, senses, link, runtime and writer in simulated time; the same seed gives the same run bit for bit.
 //! - [`play_match`]: kick after kick; [`drill`]: [`Fault`] after fault, and how soon the robot is damped.
-//! - [`OwnEyes`]: a rendered camera and a simulated Mid-360 in place of senses that know the truth.
+//! - [`OwnEyes`]: a rendered camera and a simulated Mid-360 in place of senses that use the ground truth.
 //! - [`draw_course`]: a log's replay as a chart.
 //!
 //! Begin reading with `robot.rs`, then `lockstep.rs`.

@@ -12,7 +12,7 @@ use paid_track::Pose;
 const RAYS_A_POSE: u64 = 20;
 
 use crate::TwinError;
-/// Poses are kept so long `[s]`.
+/// Poses are kept this long `[s]`.
 const KEPT_S: f64 = 0.3;
 
 /// A Mid-360 in the virtual robot's head.
@@ -28,10 +28,11 @@ pub struct SimLidar {
 }
 
 impl SimLidar {
-    /// Samples and points are known so much later than they were measured `[s]`: a sample is the mean over its time.
+    /// Samples and points are known this much later than they were measured `[s]`: a sample is the mean over its time.
     pub const BEHIND_S: f64 = 0.005;
 
-    /// In these surroundings, so many points a second. The robot begins at `start_m` of them `[m]`, with its torso there in its own world.
+    /// In these surroundings, at this many points a second. The robot begins at `start_m` of them `[m]`, with its torso there in its own
+    /// world.
     ///
     /// # Errors
     /// If the pose is none.

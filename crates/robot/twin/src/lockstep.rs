@@ -26,13 +26,13 @@ pub struct LockstepOptions {
     pub limits: Limits,
     /// Seed of the senses' errors.
     pub seed: u64,
-    /// A command takes so long to the robot `[us]`. Default 0; over a network some milliseconds.
+    /// A command takes this long to the robot `[us]`. Default 0; over a network some milliseconds.
     pub command_delay_us: u64,
-    /// For so long neither runtime nor writer is run, every 1.3 s, as on a computer that stands still for a moment `[us]`. Default 0.
+    /// For this long neither runtime nor writer is run, every 1.3 s, as on a computer that stands still for a moment `[us]`. Default 0.
     pub pause_us: u64,
-    /// The robot's own eyes in the place of the virtual senses, which know the truth and err by chance.
+    /// Onboard perception instead of the virtual senses, which take the ground truth and add random errors.
     pub eyes: Option<OwnEyesOptions>,
-    /// Once true, the runtime is told to stop, as by Ctrl-C.
+    /// Once true, the runtime is asked to stop, as by Ctrl-C.
     pub stop: Arc<AtomicBool>,
 }
 
@@ -115,7 +115,7 @@ impl Lockstep {
     pub fn player(&self) -> &Player {
         &self.player
     }
-    /// Everything that the runtime has told.
+    /// Everything that the runtime has reported.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -154,7 +154,7 @@ impl Lockstep {
             watcher.goal(goal, truth.torso.rot.yaw());
         }
         let packet = if let Some(eyes) = &mut self.eyes {
-            // The operator's word: where it is from the torso.
+            // As the operator gives it: from the torso.
             eyes.place_goal(goal, truth.torso.rot.yaw());
             Packet::GoalAhead(ahead(&truth, goal))
         } else {
@@ -163,7 +163,7 @@ impl Lockstep {
         Ok(self.ends.0.send(packet)?)
     }
 
-    /// Whether ball and torso come from the robot's own eyes.
+    /// Whether ball and torso come from onboard perception.
     pub fn has_own_eyes(&self) -> bool {
         self.eyes.is_some()
     }
@@ -310,7 +310,7 @@ impl Lockstep {
         self.place_goal([5.0, 0.0])?;
         self.run_until(0.2 + self.listen_s, |_| false)?;
         if self.eyes.is_some() {
-            // LiDAR odometry begins from standing, and pictures come after it.
+            // LiDAR odometry begins from standing, and images come after it.
             self.run_until(1.0, |_| false)?;
             self.place_goal([5.0, 0.0])?;
         }

@@ -1,4 +1,4 @@
-//! A match over the link: kick after kick, and nobody touches the robot.
+//! A match over the link: kick after kick, and the robot is not touched.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -21,16 +21,16 @@ use crate::shot::{KickResult, Shot};
 
 /// Redraws of a ball before the match ends for want of room.
 const REDRAWS: usize = 1000;
-/// A ball is put elsewhere so many times in a row before it counts that the robot does not see it.
+/// A ball is put elsewhere this many times in a row before it counts that the robot does not see it.
 pub(crate) const IN_VAIN: usize = 5;
-/// What is said of a ball that was put down and that the robot has not seen.
+/// The text for a ball that was put down and that the robot has not seen.
 const NOT_SEEN: &str = "none: waited for a ball";
 /// What is played.
 #[derive(Clone, Debug)]
 pub struct MatchOptions {
-    /// Runtime and senses. The balls are those of the judge's match with this number and seed 0, as long as there is room for them.
+    /// Runtime and senses. The balls are those of the evaluation's match with this number and seed 0, as long as there is room for them.
     pub lockstep: LockstepOptions,
-    /// Kicks, balls, goal: the judge's own match.
+    /// Kicks, balls, goal: the evaluation's own match.
     pub field: Field,
 }
 
@@ -54,7 +54,7 @@ pub struct MatchResult {
     pub seconds: f64,
     /// Every transition.
     pub events: Vec<Event>,
-    /// From the capture of a picture to joint targets.
+    /// From the capture of an image to joint targets.
     pub latency: Latency,
 }
 
@@ -65,7 +65,7 @@ impl MatchResult {
     }
 }
 
-/// Plays a match in lockstep: gantry, stand up, let go, and then ball after ball. `watcher` looks on. A match that is told to stop
+/// Plays a match in lockstep: gantry, stand up, let go, and then ball after ball. `watcher` looks on. A match that is stopped
 /// ([`LockstepOptions::stop`]) has the kicks before that; the log is finished.
 ///
 /// # Errors
@@ -111,7 +111,7 @@ pub fn play_match(
             break;
         }
         if kick.motion == NOT_SEEN && !stopped && in_vain < IN_VAIN {
-            // It sways: a ball at the picture's edge may be out of it again.
+            // It sways: a ball at the image's edge may be out of it again.
             (unseen, in_vain) = (unseen + 1, in_vain + 1);
             continue;
         }
@@ -134,12 +134,13 @@ pub fn play_match(
     if told_to_stop() { Ok(result) } else { ready.map(|()| result) }
 }
 
-/// The camera that has to see a ball: that of training's senses, or the one of own eyes, which tell a ball from other things by its color.
+/// The camera that has to see a ball: that of training's senses, or that of onboard perception, which tells a ball from other things by
+/// its color.
 pub(crate) fn camera(player: &Player, own_eyes: bool) -> Camera {
     if own_eyes { CameraPreset::color().geometry() } else { player.play.eyes.camera.geometry() }
 }
 
-/// The next ball that the robot does not touch and whose picture it has, and how many were drawn that it does not see.
+/// The next ball that does not touch the robot and is in its camera's image, and how many were drawn that are not.
 pub(crate) fn next_ball(
     player: &Player,
     robot: &VirtualG1,
@@ -248,7 +249,7 @@ mod tests {
             let [x, y] = placed(&step.truth(), ball.ball_xy);
             assert!(camera.sees(step.truth().torso.point_in_body(Vec3([x, y, 0.11]))), "{ball:?}");
             assert!((0.4..2.6).contains(&ball.ball_xy[0]), "{ball:?}");
-            // The judge's next ball that fits is this one.
+            // The evaluation's next ball that fits is this one.
             let passed = (0..REDRAWS).take_while(|_| field.draw_ball(&mut judges) != ball).count();
             assert!(passed >= out_of_view, "{passed} {out_of_view}");
             (drawn, hidden) = (drawn + passed + 1, hidden + out_of_view);

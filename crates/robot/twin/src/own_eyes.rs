@@ -1,5 +1,5 @@
-//! The robot's own eyes in lockstep: a rendered camera, a simulated Mid-360, and the eyes of a robot on the network without its threads.
-//! Nothing that they say of ball or torso is known from the simulation.
+//! Onboard perception in lockstep: a rendered camera, a simulated Mid-360, and the perception of a robot on the network without its
+//! threads. Nothing of their ball or torso is taken from the simulation.
 
 use std::collections::VecDeque;
 use std::path::PathBuf;
@@ -18,9 +18,9 @@ use crate::lidar::SimLidar;
 use crate::robot::VirtualG1;
 use crate::senses::DriftingOdometry;
 
-/// A scan takes so long to come `[us]`: a packet's way and the odometry's work.
+/// A scan takes this long to arrive `[us]`: a packet's way and the odometry's work.
 const SCAN_US: u64 = 20_000;
-/// Joint angles reach the eyes, and the eyes report, so often `[us]`.
+/// Period at which joint angles reach perception, and perception reports `[us]`.
 const JOINTS_US: u64 = 10_000;
 /// See `JOINTS_US`.
 const REPORT_US: u64 = 20_000;
@@ -37,17 +37,17 @@ pub enum TorsoSource {
 /// The eyes of a lockstep.
 #[derive(Clone, Debug)]
 pub struct OwnEyesOptions {
-    /// Pictures a second. Default 25: the middle of training's.
+    /// Images a second. Default 25: the middle of training's.
     pub rate_hz: f64,
-    /// Age of a picture when it reaches the eyes `[s]`. Default 0.07: the middle of training's.
+    /// Age of an image when it reaches perception `[s]`. Default 0.07: the middle of training's.
     pub latency_s: f64,
-    /// The picture's size. Default 424 x 240.
+    /// The image's size. Default 424 x 240.
     pub intrinsics: Intrinsics,
     /// What follows the torso. Default: the LiDAR in the endless hall: a match of 50 kicks takes the robot 50 m away.
     pub torso: TorsoSource,
-    /// Least score of a find; `None`: the detector's own.
+    /// Lowest score of a detection; `None`: the detector's own.
     pub confidence: Option<f64>,
-    /// Records pictures, poses, joint angles and beliefs to this MCAP file.
+    /// Records images, poses, joint angles and estimates to this MCAP file.
     pub record: Option<PathBuf>,
 }
 
@@ -130,12 +130,12 @@ impl OwnEyes {
         })
     }
 
-    /// The goal in the pictures: center (x, y) in the world `[m]`, facing along this heading `[rad]`.
+    /// The goal in the images: center (x, y) in the world `[m]`, facing along this heading `[rad]`.
     pub fn place_goal(&mut self, center: [f64; 2], heading: f64) {
         self.camera.place_goal(center, heading);
     }
 
-    /// What they say at the robot's time, called every 2 ms; `phase` is the runtime's.
+    /// Their reports at the robot's time, called every 2 ms; `phase` is the runtime's.
     ///
     /// # Errors
     /// If the detector fails, or the recording cannot be written.

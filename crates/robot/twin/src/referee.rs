@@ -1,4 +1,5 @@
-//! A referee of a match over the wire. It knows what is true of robot and ball, and of the runtime no more than the robot does: its commands.
+//! The evaluation of a match over the wire. It knows the ground truth of robot and ball, and of the runtime only its commands, as the robot
+//! does.
 
 use std::sync::Arc;
 
@@ -16,35 +17,35 @@ use crate::shot::{KickResult, Shot};
 
 /// The robot stands still below this root mean square of joint speeds `[rad/s]`, as for the runtime ...
 const STILL_RAD_S: f64 = 0.5;
-/// ... for so long before a ball is laid `[s]` ...
+/// ... for this long before a ball is laid `[s]` ...
 const STILL_S: f64 = 1.0;
-/// ... and for so long after it moved and the ball was not struck, which is a miss then `[s]`.
+/// ... and for this long after it moved and the ball was not struck, which is a miss then `[s]`.
 const MISSED_S: f64 = 3.0;
 /// It moves if it is faster than this `[rad/s]`; holding a pose, it sways with less ...
 const MOVES_RAD_S: f64 = 1.0;
-/// ... for so long `[s]`.
+/// ... for this long `[s]`.
 const MOVES_S: f64 = 0.3;
-/// A ball that was not struck so long after the robot began to move is missed, also if it sways on `[s]`.
+/// A ball that was not struck this long after the robot began to move is missed, also if it sways on `[s]`.
 const UNSTRUCK_S: f64 = 25.0;
-/// A robot that sways gets its next ball after so long: the runtime's own patience is 3 s `[s]`.
+/// A robot that sways gets its next ball after this long: the runtime itself waits 3 s `[s]`.
 const SWAYS_S: f64 = 10.0;
-/// Keys are pressed and the goal is told again after so long, while nothing happens `[s]`.
+/// Keys are pressed and the goal is sent again after this long, while nothing happens `[s]`.
 const AGAIN_S: f64 = 2.0;
-/// The first ball lies for so long at most: programs find each other, odometry begins `[s]`.
+/// The first ball lies for this long at most: programs find each other, odometry begins `[s]`.
 const FIRST_S: f64 = 90.0;
-/// A kick takes so long at most `[s]`.
+/// A kick takes this long at most `[s]`.
 const KICK_S: f64 = 60.0;
-/// After the last kick the stop keys are down for so long before it ends `[s]`.
+/// After the last kick the stop keys are down for this long before it ends `[s]`.
 const END_S: f64 = 0.3;
 
 /// What is played.
 #[derive(Clone, Debug)]
 pub struct RefereeOptions {
-    /// Kicks, balls, goal: the judge's own match.
+    /// Kicks, balls, goal: the evaluation's own match.
     pub field: Field,
-    /// Draws the balls: those of the judge's match with this number, as far as there is room for them.
+    /// Draws the balls: those of the evaluation's match with this number, as far as there is room for them.
     pub seed: u64,
-    /// Balls are laid where the camera of own eyes sees them, not that of training's senses.
+    /// Balls are laid where the camera of onboard perception sees them, not that of training's senses.
     pub own_eyes: bool,
 }
 
@@ -69,7 +70,7 @@ impl Verdict {
 }
 
 enum Stage {
-    /// Nobody holds the robot yet, or hands do.
+    /// Nothing holds the robot yet, or hands do.
     Begins,
     /// It goes back to standing still.
     Between,
@@ -102,7 +103,7 @@ pub struct Referee {
 }
 
 impl Referee {
-    /// A referee before the match.
+    /// Before the match.
     pub fn new(player: &Arc<Player>, options: RefereeOptions) -> Self {
         Self {
             camera: camera(player, options.own_eyes),
@@ -123,12 +124,12 @@ impl Referee {
         }
     }
 
-    /// What came of it so far.
+    /// The result so far.
     pub fn verdict(&self) -> &Verdict {
         &self.verdict
     }
 
-    /// The next kick that was judged and not yet told, with its number from 1.
+    /// The next kick that was scored and not yet reported, with its number from 1.
     pub fn news(&mut self) -> Option<(usize, &KickResult)> {
         let kick = self.verdict.kicks.get(self.untold)?;
         self.untold += 1;
@@ -153,7 +154,7 @@ impl Referee {
         if self.held && !held && !matches!(self.stage, Stage::Ends) {
             self.verdict.stopped = true;
             if let Stage::Laid(shot) | Stage::Kicks(shot) = std::mem::replace(&mut self.stage, Stage::Ends) {
-                // What had begun counts, as it counts for the judge.
+                // A kick that had begun counts, as in the evaluation.
                 if shot.result.struck || robot.joint_speed() > STILL_RAD_S {
                     self.judged(robot, *shot);
                 }
@@ -197,7 +198,7 @@ impl Referee {
         Some(Order::Ball(ball.ball_xy, ball.ball_velocity))
     }
 
-    /// A ball that lies: the goal and the keys are told again until the robot moves.
+    /// A ball that lies: the goal and the keys are sent again until the robot moves.
     fn laid(&mut self, robot: &VirtualG1, mut shot: Box<Shot>, since_s: f64) -> Option<Order> {
         shot.step(robot.truth());
         if seconds(self.moving_us) >= MOVES_S || shot.result.struck {

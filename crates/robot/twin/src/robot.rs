@@ -21,11 +21,11 @@ const IMU: [f64; 3] = [0.04525, 0.0, -0.08339];
 const FREE: [usize; 2] = [7, 6];
 /// Time between two states `[us]`.
 pub const STEP_US: u64 = 2_000;
-/// Time between two words of the battery `[us]`.
+/// Time between two messages of the battery `[us]`.
 const BATTERY_US: u64 = 500_000;
-/// Hands let go of a robot whose joints have held it for so long `[us]` ...
+/// Hands let go of a robot whose joints have held it for this long `[us]` ...
 const HOLDS_US: u64 = 500_000;
-/// ... each within so much of its target `[rad]`.
+/// ... each within this much of its target `[rad]`.
 const HOLDS_RAD: f64 = 0.1;
 
 /// What holds the pelvis.
@@ -42,7 +42,7 @@ pub enum Mount {
     Hands,
 }
 
-/// A G1 that nobody can break.
+/// A G1 that cannot break.
 pub struct VirtualG1 {
     player: Arc<Player>,
     /// The body that carries camera and LiDAR.
@@ -66,7 +66,7 @@ pub struct VirtualG1 {
 }
 
 impl VirtualG1 {
-    /// Without a command for so long the robot stops by itself: damping `[us]`. An assumption: the vendor does not state its own.
+    /// Without a command for this long the robot stops by itself: damping `[us]`. An assumption: the vendor does not state its own.
     pub const TIMEOUT_US: u64 = 100_000;
 
     /// A robot in its default pose, held by a gantry with the feet on the ground, the ball 1 m behind it.
@@ -74,7 +74,7 @@ impl VirtualG1 {
     /// # Errors
     /// If the policy's task cannot be read, or MuJoCo is missing or refuses the scene.
     pub fn new(player: Arc<Player>) -> Result<Self, TwinError> {
-        // A rolling ball slows as the runtime's prediction and the eyes' ball memory expect it; a kicked one slides at first, so that it
+        // A rolling ball slows as the runtime's prediction and perception's ball memory expect it; a kicked one slides at first, so that it
         // takes the friction of training too.
         let scene =
             SceneOptions { physics_dt_s: STEP_US as f64 * 1e-6, substeps: 1, ..SceneOptions::default() };
@@ -227,7 +227,7 @@ impl VirtualG1 {
                 },
                 Ok(Some(_)) => {}
                 Ok(None) => return Ok(()),
-                // Nobody commands any more.
+                // There are no commands any more.
                 Err(LinkError::Closed) => return Ok(()),
                 Err(error) => return Err(error.into()),
             }
@@ -298,7 +298,7 @@ impl VirtualG1 {
         base.ang_vel.cross_add(base.rot.mul_vec(Vec3(IMU)), base.lin_vel)
     }
 
-    /// What the robot says now, with its faults.
+    /// The robot's state message now, with its faults.
     pub fn low_state(&mut self) -> LowState {
         let velocity = self.imu_velocity();
         let rate = 1e6 / STEP_US as f64;

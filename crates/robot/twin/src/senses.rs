@@ -23,9 +23,9 @@ pub struct TrueState {
     pub ball_vel: Vec3<f64>,
 }
 
-/// A source of pictures of the ball.
+/// A source of images of the ball.
 pub trait BallSource {
-    /// The picture that arrives at `now_us`, if one does; called every 2 ms.
+    /// The image that arrives at `now_us`, if one does; called every 2 ms.
     fn step(&mut self, now_us: u64, truth: &TrueState) -> Option<BallDetection>;
 }
 
@@ -37,7 +37,7 @@ pub trait PoseSource {
     fn placed(&self, point: [f64; 2], truth: &TrueState) -> [f64; 2];
 }
 
-/// A detector with a camera's picture, noise, drop-outs, false detections and latency, as the simulated eyes of training.
+/// A detector with a camera's image, noise, drop-outs, false detections and latency, like training's simulated perception.
 #[derive(Clone, Debug)]
 pub struct NoisyDetector {
     preset: EyesPreset,
@@ -78,7 +78,7 @@ impl NoisyDetector {
             in_torso.0.map(|x| x + sigma * self.rng.normal())
         });
         if self.rng.unit() < self.preset.false_share {
-            // Something on the ground, anywhere in the picture.
+            // Something on the ground, anywhere in the image.
             let (left, up) = (self.rng.uniform(-1.0, 1.0), self.rng.uniform(-1.0, 1.0));
             let ray: Vec3<f64> = self.camera.ray(left, up);
             let eye = torso.point_in_world(self.camera.mount());
@@ -110,7 +110,7 @@ impl BallSource for NoisyDetector {
 ///
 /// Training's errors are those of an episode, a few seconds long. A match is minutes long, and its heading may be off by a quarter of a
 /// turn in the end. Odometry sums up its own steps: a way that the robot goes under a wrong heading is turned with it, so that what stands
-/// still in the world stands still beside the robot.
+/// still in the world stands still relative to the robot.
 #[derive(Clone, Debug)]
 pub struct DriftingOdometry {
     preset: EyesPreset,
@@ -175,7 +175,7 @@ pub struct Senses {
     pose: Box<dyn PoseSource>,
     /// False: odometry is silent.
     pub odometry: bool,
-    /// False: pictures come without a ball.
+    /// False: images come without a ball.
     pub ball_visible: bool,
 }
 

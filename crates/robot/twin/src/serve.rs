@@ -13,11 +13,11 @@ use crate::faults::Fault;
 use crate::robot::{Mount, VirtualG1};
 use crate::senses::Senses;
 
-/// Keys stay down for so long `[us]`.
+/// Keys stay down for this long `[us]`.
 const PRESSED_US: u64 = 100_000;
-/// A robot that is so far behind the clock gives the time up `[s]`.
+/// A robot this far behind the clock gives the lost time up `[s]`.
 const BEHIND_S: f64 = 0.05;
-/// It is said so often at most that it is behind.
+/// Least time between two reports that it is behind.
 const SAID_EVERY: Duration = Duration::from_secs(1);
 
 /// What the operator of the virtual robot wants. As text: `keys L2+Up`, `ball 1.2 0.1`, `ball 1.2 0.1 -0.2 0`, `goal 5 0`, `free`, `gantry`,
@@ -34,7 +34,7 @@ pub enum Order {
     Free,
     /// Takes it by the gantry.
     Gantry,
-    /// Charges the battery to so many percent.
+    /// Charges the battery to this many percent.
     Battery(f64),
     /// Injects a fault, or ends it.
     Fault(Option<Fault>),
@@ -115,9 +115,9 @@ pub trait Watcher {
     fn step(&mut self, robot: &VirtualG1);
     /// The goal was placed: center (x, y) in the world `[m]`, facing along this heading `[rad]`.
     fn goal(&mut self, center: [f64; 2], heading: f64);
-    /// What the runtime says, 50 times a second; only in lockstep, where it runs in the same program.
+    /// The runtime's status, 50 times a second; only in lockstep, where it runs in the same program.
     fn status(&mut self, _status: &Status) {}
-    /// The machine cannot keep real time: so much was lost so far `[s]`. Told once a second at most.
+    /// The machine cannot keep real time: total time lost `[s]`. Reported once a second at most.
     fn behind(&mut self, _lost_s: f64) {}
     /// True to press the remote's keys for damping.
     fn stops(&mut self) -> bool {
@@ -125,7 +125,7 @@ pub trait Watcher {
     }
 }
 
-/// Nobody.
+/// None.
 impl Watcher for () {
     fn step(&mut self, _robot: &VirtualG1) {}
     fn goal(&mut self, _center: [f64; 2], _heading: f64) {}

@@ -14,12 +14,12 @@ const STRUCK: f64 = 0.5;
 pub struct KickResult {
     /// The ball ahead of the torso and to its left `[m]`.
     pub ball: [f64; 2],
-    /// Name of the motion, or what the robot waited for in vain. Over the wire nobody knows the name: whether it moved.
+    /// Name of the motion, or what the robot waited for in vain. Over the wire the name is unknown: whether it moved.
     pub motion: String,
-    /// Places that were drawn before this one and lay outside the camera's picture, or at its edge and were not seen. The judge's robot turns to every ball before it begins;
-    /// this one holds its pose, so a ball is put where it can be seen.
+    /// Places that were drawn before this one and lay outside the camera's image, or at its edge and were not seen. The evaluation's robot
+    /// turns to every ball before it begins; this one holds its pose, so a ball is put where it can be seen.
     pub out_of_view: usize,
-    /// How far off the runtime believed the ball to be when it began `[m]`; not a number over the wire.
+    /// Error of the runtime's estimate of the ball when it began `[m]`; not a number over the wire.
     pub ball_error_m: f64,
     /// The ball was struck.
     pub struck: bool,

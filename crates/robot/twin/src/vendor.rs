@@ -5,7 +5,7 @@ use paid_runtime::wire::{LowCmd, MODE_MACHINE_G1_29, MotorCmd};
 use paid_runtime::{Inlet, Limits, Link, LinkError, Outlet, Packet, Player};
 
 /// A robot's end of the link with the vendor's controller in it. While that is in command it holds the standing pose, and commands from the
-/// network do nothing. Released, the robot goes limp until somebody else commands it.
+/// network do nothing. Released, the robot goes limp until another program commands it.
 pub struct VendorLink {
     out: Box<dyn Outlet>,
     inlet: VendorInlet,
@@ -95,7 +95,7 @@ mod tests {
     use paid_runtime::switcher::{ApiRequest, RELEASE_MODE};
     use paid_runtime::{ChannelLink, PlayerSpec};
 
-    /// A line on which one request comes after so many looks.
+    /// A line on which one request comes after this many looks.
     struct Later(usize);
 
     impl Line for Later {

@@ -1,4 +1,4 @@
-//! The robot's own eyes in lockstep: rendered pictures and a simulated LiDAR, and nothing else.
+//! Onboard perception in lockstep: rendered images and a simulated LiDAR, and nothing else.
 
 use crate::common::player;
 use paid_runtime::{Limits, State};
@@ -25,11 +25,11 @@ fn a_ball_that_the_robot_has_seen_by_itself_is_kicked_and_lost_odometry_is_notic
     let kicks = step.run_until(4.0, |s| s.runtime().state() == State::Kick).expect("run");
     assert!(kicks, "waits for {}", step.runtime().waiting());
     assert!(step.ball_error_m() < 0.05, "{} m", step.ball_error_m());
-    // Twenty pictures at 25 Hz were looked at before.
+    // Twenty images at 25 Hz were looked at before.
     assert!(step.robot.now_us() > 1_500_000);
-    // Pictures are 70 ms old when they come; a policy step and a state are the least that is added.
+    // Images are 70 ms old when they come; a policy step and a state are the least that is added.
     step.run_until(0.3, |_| false).expect("run");
-    let latency = step.runtime().latency().figures().expect("pictures moved joints");
+    let latency = step.runtime().latency().figures().expect("images moved joints");
     assert!(latency.within_ms[0] >= 70.0 && latency.within_ms[6] < 130.0, "{latency:?}");
     step.inject(Fault::NoOdometry);
     let noticed =
@@ -54,7 +54,7 @@ fn without_odometry_no_kick_is_allowed_and_no_ball_has_a_place() {
     let refused = step.make_ready(false);
     let told: String = step.events().iter().map(|event| event.reason.clone()).collect();
     assert!(refused.is_ok() && told.contains("refused to kick: no odometry"), "{told}");
-    // Pictures come, but none gets a place.
+    // Images come, but none gets a place.
     assert!(step.runtime().ball().is_none());
 }
 

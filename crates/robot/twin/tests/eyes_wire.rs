@@ -1,4 +1,4 @@
-//! The camera and the odometry on the wire: pictures and poses over DDS on the loopback become what the runtime believes.
+//! The camera and the odometry on the wire: images and poses over DDS on the loopback become the runtime's estimates.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
@@ -15,7 +15,7 @@ use paid_world::ros::{write_camera_info, write_color, write_depth, write_odometr
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// A domain that no test beside this one has.
+/// A domain that no other test has.
 fn domain() -> u16 {
     20 + (std::process::id() % 80) as u16
 }
@@ -70,7 +70,7 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
     let (begin, mut said, mut packets) = (Instant::now(), Vec::new(), Vec::new());
     let mut believed = None;
     while begin.elapsed() < PATIENCE && believed.is_none() {
-        // What the robot sends: its state, where it is, and what it sees. At first in an encoding that nobody reads here.
+        // What the robot sends: its state, where it is, and what it sees. At first in an encoding that is not read here.
         robot.publish(&mut to_runtime).expect("open");
         let stamp_ns = wall_ns();
         odometry.send(write_odometry(&pose(stamp_ns), "odom", "torso_link")).expect("sent");
@@ -98,7 +98,7 @@ fn a_rendered_ball_becomes_a_belief_near_its_place() {
     let ball = robot.truth().ball.pos.0;
     let (dx, dy) = (ball[0] - torso.pos.x(), ball[1] - torso.pos.y());
     assert!((ahead - dx).hypot(left - dy) < 0.04, "{ahead} {left}, truly {dx} {dy}");
-    let expected = "camera: color picture: expected encoding rgb8 or bgr8, found rgba";
+    let expected = "camera: color image: expected encoding rgb8 or bgr8, found rgba";
     assert!(said.iter().any(|line| line == expected), "{said:?}");
     assert!(said.iter().any(|line| line == "odometry: tracking"), "{said:?}");
 }

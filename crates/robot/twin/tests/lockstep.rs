@@ -207,7 +207,7 @@ fn healthy(tick: u32) -> LowState {
     state
 }
 
-/// What a passive runtime says to L2 and up after this state.
+/// A passive runtime's answer to L2 and up after this state.
 fn asked_to_stand(player: &Arc<Player>, change: impl Fn(&mut LowState), more: &[Packet]) -> (State, String) {
     let limits = Limits { listen_s: 0.0, ..Limits::default() };
     let mut runtime = Runtime::new(Arc::clone(player), limits);
@@ -226,7 +226,7 @@ fn asked_to_stand(player: &Arc<Player>, change: impl Fn(&mut LowState), more: &[
     (runtime.state(), told)
 }
 
-/// A change of the state, what else comes, and what is said to it.
+/// A change of the state, what else comes, and the answer.
 type Case<'a> = (&'a dyn Fn(&mut LowState), &'a [Packet], &'a str);
 
 #[test]
@@ -250,7 +250,7 @@ fn the_runtime_refuses_a_robot_that_is_not_fit() {
     }
 }
 
-/// States and reasons of a runtime that gets healthy states 2 ms apart, and in step `k` what `more` says.
+/// States and reasons of a runtime that gets healthy states 2 ms apart, and in step `k` the packets of `more`.
 fn run_with(player: &Arc<Player>, steps: u32, more: impl Fn(u32) -> Vec<Packet>) -> (State, String) {
     let limits = Limits { stand_up_s: 0.01, listen_s: 0.0, ..Limits::default() };
     let mut runtime = Runtime::new(Arc::clone(player), limits);

@@ -225,7 +225,7 @@ fn virtual_senses_have_a_clock_of_their_own() {
                 let (position, quaternion) = ([0.0, 0.0, 0.75], [1.0, 0.0, 0.0, 0.0]);
                 packets.push(Packet::Odometry(OdometryPose { stamp_us: clock_us, position, quaternion }));
             }
-            // Pictures come 60 ms after their capture.
+            // Images come 60 ms after their capture.
             if now_us % 40_000 == 0 && now_us >= 100_000 {
                 let (captured_us, ball) = (clock_us - 60_000, Some([1.2, 0.1, -0.7]));
                 packets.push(Packet::Detection(BallDetection { captured_us, ball, deviation_m: 0.01 }));
@@ -235,7 +235,7 @@ fn virtual_senses_have_a_clock_of_their_own() {
         }
         let [_, odometry_s, ball_s] = runtime.status(now_us).ages_s;
         assert!((0.0..=0.0101).contains(&odometry_s), "{ahead_us}: odometry {odometry_s} s");
-        // The last picture came at 360 ms.
+        // The last image came at 360 ms.
         assert!((0.08..=0.105).contains(&ball_s), "{ahead_us}: ball {ball_s} s");
     }
 }

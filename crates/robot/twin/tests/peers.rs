@@ -22,7 +22,7 @@ const ON_LOOPBACK: &str = r#"<CycloneDDS><Domain Id="any"><General><AllowMultica
 <NetworkInterface name="lo" multicast="false"/></Interfaces></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <Peers><Peer address="127.0.0.1"/></Peers></Discovery></Domain></CycloneDDS>"#;
 
-/// A domain that no test beside this one has. Ports of domains from 101 on are among those that the system hands to others.
+/// A domain that no other test has. Ports of domains from 101 on are among those that the system hands to others.
 fn domain(test: u32) -> u16 {
     20 + ((8 * std::process::id() + test) % 80) as u16
 }
@@ -37,7 +37,7 @@ impl Drop for Peer {
     }
 }
 
-/// What a test needs: the file that says that it is there, and its name.
+/// What a test needs: the file that shows that it is there, and its name.
 type Needs = (&'static str, &'static str);
 const CYCLONE: Needs = ("cyclonedds.ready", "CycloneDDS 0.10.2");
 const SDK: Needs = ("sdk.ready", "the vendor's SDK on CycloneDDS 0.10.2");
@@ -78,7 +78,7 @@ fn unhex(text: &str) -> Vec<u8> {
     pairs.map(|pair| u8::from_str_radix(pair, 16).expect("two digits")).collect()
 }
 
-/// Says `say` until the peer has heard it and was heard; what the peer has said, what it has heard, what came from it.
+/// Sends `say` until both sides have received; what the peer has sent, what it has received, what came from it.
 fn exchange(test: &str, side: Side, domain: u16, say: &Packet) -> Option<([String; 2], String, Vec<u8>)> {
     let folder = peers(test, CYCLONE)?;
     let other = if side == Side::Robot { "runtime" } else { "robot" };

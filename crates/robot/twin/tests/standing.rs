@@ -7,7 +7,7 @@ use paid_runtime::switcher::{Line, SwitcherService};
 use paid_runtime::{ChannelLink, LinkError, State};
 use paid_twin::{Lockstep, LockstepOptions, Mount, VendorLink, VirtualG1};
 
-/// Nobody asks the motion switcher anything.
+/// The motion switcher is not asked.
 struct Quiet;
 
 impl Line for Quiet {
@@ -56,5 +56,5 @@ fn hands_let_go_of_a_robot_that_the_vendors_controller_holds_and_of_no_other() {
     };
     let (mount, height) = stand("ai");
     assert!(mount == Mount::Free && height > 0.7, "{mount:?}, {height} m");
-    assert_eq!(stand("").0, Mount::Hands, "nobody holds it but hands");
+    assert_eq!(stand("").0, Mount::Hands, "nothing holds it but hands");
 }

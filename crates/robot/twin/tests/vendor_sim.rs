@@ -1,6 +1,6 @@
 //! The conventions of the vendor's own simulator over DDS: states without a checksum, no remote, no motion switcher.
 //!
-//! It usually sits on domain 1; here the domain is one that no test beside this one has.
+//! It usually sits on domain 1; here the domain is one that no other test has.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
@@ -19,7 +19,7 @@ const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// A robot of the vendor's simulator stands, somebody types L2 and Up; how the runtime did, and whether its commands held the joints.
+/// A robot of the vendor's simulator stands, L2 and Up are typed; how the runtime did, and whether its commands held the joints.
 fn stands(domain: u16, check_crc: bool) -> (LiveReport, bool) {
     let player = player();
     // The machine may be busy: its clock stops nothing here.
@@ -76,7 +76,7 @@ fn stands(domain: u16, check_crc: bool) -> (LiveReport, bool) {
                 );
                 held |= command.motors[..29].iter().all(|motor| motor.kp > 0.0);
             }
-            // A runtime that has not heard the robot refuses, so the keys are pressed again and again.
+            // A runtime that has no state of the robot refuses, so the keys are pressed again and again.
             if begin.elapsed() > Duration::from_secs(1) {
                 keys.press(1 << Key::L2 as u16 | 1 << Key::Up as u16);
             }

@@ -15,7 +15,7 @@ const LOOPBACK: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 const PATIENCE: Duration = Duration::from_secs(90);
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// A domain that no test next to this one has. Ports of domains from 101 on are among those that the system hands to others.
+/// A domain that no other test has. Ports of domains from 101 on are among those that the system hands to others.
 fn domain() -> u16 {
     20 + (std::process::id() % 80) as u16
 }
@@ -35,7 +35,7 @@ fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
             // What holds the robot: the vendor's command as long as it is in command, then once the one that lets go.
             let mut held = None;
             loop {
-                // A release that comes within a round is seen in the next one: once told to stop, one whole round is left.
+                // A release that comes within a round is seen in the next one: once asked to stop, one whole round is left.
                 let last = stop.load(Ordering::Relaxed);
                 while let Ok(Some(packet)) = robot.receive() {
                     if let Packet::LowCmd(bytes) = packet {

@@ -1,4 +1,4 @@
-"""A robot on the vendor's C++ SDK that stands still: says that nobody is in command and its state, and tells what commands it hears.
+"""A robot on the vendor's C++ SDK that stands still: says that no controller is in command and its state, and reports the commands it hears.
 
 cpp_robot.py DOMAIN
 """

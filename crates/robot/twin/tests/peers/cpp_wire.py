@@ -1,4 +1,4 @@
-"""The vendor's C++ SDK on the loopback. It knows domain 0 only; CycloneDDS below it can be told to pass for another one on the wire."""
+"""The vendor's C++ SDK on the loopback. It knows domain 0 only; CycloneDDS below it can be set to pass for another one on the wire."""
 
 import os
 import sys

@@ -1,6 +1,6 @@
 """CycloneDDS at the other end of the wire: says one message again and again, and tells the bytes of what it hears.
 
-cyclone.py SIDE DOMAIN: SIDE is 'robot' (says LowState, hears LowCmd) or 'runtime' (the other way round). The types are declared here anew.
+cyclone.py SIDE DOMAIN: SIDE is 'robot' (says LowState, hears LowCmd) or 'runtime' (the other way round). The types are declared here again.
 """
 
 import sys

@@ -1,4 +1,4 @@
-"""A battery on the vendor's SDK that says its charge, 63%, or somebody who listens to another one.
+"""A battery on the vendor's SDK that says its charge, 63%, or a listener to another one.
 
 sdk_battery.py says|hears DOMAIN INTERFACE
 """
