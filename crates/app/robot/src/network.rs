@@ -169,7 +169,7 @@ pub fn run(
             (None, Told::Event(_) | Told::Status(_)) => {}
         }
     });
-    // The robot is damped; what is left is to say how it went.
+    // The robot is damped; what is left is the report.
     end_with_the_reader();
     let usage = Usage::since(begin, &before);
     let timer = timer.end().figures();
@@ -243,7 +243,7 @@ pub(crate) fn no_terminal(error: std::io::Error) -> Failure {
     Failure::input(format!("--view needs a terminal: {error}"))
 }
 
-/// Prints a line of JSON: what it is, and what there is to say. Infinite ages are null.
+/// Prints a line of JSON: its kind and its content. Infinite ages are null.
 fn json_line(kind: &str, content: &impl serde::Serialize) {
     println!("{}", serde_json::json!({ kind: content }));
 }

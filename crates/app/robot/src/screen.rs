@@ -21,7 +21,7 @@ pub struct Viewer {
 
 impl Viewer {
     /// Takes the terminal. Keys of the remote go into `keys`; the end is asked for by `stop`; a keyboard's
-    /// thread that panics leaves its words in `last_words`.
+    /// thread that panics reports in `last_words`.
     pub fn begin(
         keys: &Arc<TypedKeys>,
         stop: &Arc<AtomicBool>,
