@@ -38,7 +38,7 @@ fn totals(model: &RobotModel, engine: &Engine<f64>, gravity: f64) -> Totals {
     Totals { momentum, spin, energy }
 }
 
-/// Tumbling 20 m above the ground with all joints moving, nothing but inertia (and gravity) at work.
+/// Tumbling 20 m above the ground with all joints moving, with no forces but inertia and gravity.
 fn tumble(dt: f64, seconds: f64, gravity: f64) -> (Totals, Totals) {
     let (model, spec) = passive(biped());
     let scene = SceneConfig {

@@ -110,7 +110,7 @@ pub enum SpecError {
         /// The name.
         name: String,
     },
-    /// A list that must name everything, or something, and does not.
+    /// A list that must name all, or at least one, and does not.
     #[error("{file}: '{key}': {what} is missing")]
     Missing {
         /// File name as given.

@@ -1,4 +1,4 @@
-//! The MJCF reader: what it reads, and what it says about faults.
+//! The MJCF reader: what it reads, and its errors.
 
 use paid_robot::{RobotModel, Shape};
 use proptest::prelude::*;

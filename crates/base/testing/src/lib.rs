@@ -61,7 +61,7 @@ pub fn without_program(test: &str, program: &str) {
     Settings { skips_fail: false, ..Settings::from_env() }.skipped(test, program, &mut std::io::stderr());
 }
 
-/// What the environment says about data and skips.
+/// Data and skips, by the environment's variables.
 struct Settings {
     shared: PathBuf,
     log: Option<PathBuf>,

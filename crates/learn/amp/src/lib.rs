@@ -1,5 +1,5 @@
-//! Adversarial motion priors (AMP; Peng et al. 2021, arXiv 2104.02180): no motion is followed, but a discriminator learns to tell two
-//! consecutive frames of the policy from two of the clips, and the policy is rewarded for frames that it takes for a clip's.
+//! Adversarial motion priors (AMP; Peng et al. 2021, arXiv 2104.02180): no motion is followed, but a discriminator learns to distinguish
+//! two consecutive frames of the policy from two of the clips, and the policy is rewarded for frames that it takes for a clip's.
 //!
 //! [`StyleReward`] is a [`paid_learn::LearnedReward`]; the environments show what the discriminator sees as the observation group
 //! [`GROUP`], and [`Clips`] holds the same features of the clips.

@@ -22,7 +22,7 @@ const DRAW_STREAM: u32 = 0x616D_7064;
 /// Parts of a step whose gradients are summed apart, so that threads do not change the sum.
 const PARTS: usize = 8;
 
-/// A reward for moving like the clips, by a discriminator that learns to tell them from the policy.
+/// A reward for moving like the clips, by a discriminator that learns to distinguish them from the policy.
 ///
 /// It reads the observation group [`GROUP`] before and after each control step. A step that ends an episode is paid nothing and
 /// teaches nothing, because the next episode's first frame follows it.

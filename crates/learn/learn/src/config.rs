@@ -1,4 +1,4 @@
-//! What a preset says about networks and PPO. Unknown keys are refused.
+//! A preset's values for networks and PPO. Unknown keys are refused.
 
 use paid_policy::bf16::Precision;
 use paid_policy::{NetworkConfig, NetworkKind};

@@ -34,7 +34,7 @@ pub fn kl(old_mean: &[f64], old_log_std: &[f64], mean: &[f64], log_std: &[f64]) 
     (0..mean.len()).map(term).sum()
 }
 
-/// Where a draw stands in the sequence of random numbers; equal keys give equal noise, whatever the thread or lane count.
+/// The place of a draw in the sequence of random numbers; equal keys give equal noise, whatever the thread or lane count.
 #[derive(Clone, Copy, Debug)]
 pub struct NoiseKey {
     /// Seed of the run.
@@ -45,7 +45,7 @@ pub struct NoiseKey {
     pub step: u64,
 }
 
-/// Tells this use of the generator from others under the same seed.
+/// Separates this use of the generator from others under the same seed.
 const STREAM: u32 = 0x6163_7400;
 
 /// Draws actions: `action = mean + exp(log_std) * noise`, `[actions, n]`, and their log probabilities `[n]`.

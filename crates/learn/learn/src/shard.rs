@@ -108,7 +108,7 @@ impl ShardStats {
     }
 }
 
-/// What a horizon of one shard tells the others.
+/// One shard's statistics of a horizon, shared with all others.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
     pub policy: NormalizerBatch,

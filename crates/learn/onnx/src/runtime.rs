@@ -13,7 +13,7 @@ pub(crate) struct Runtime {
 }
 
 impl Runtime {
-    /// Takes over a file's bytes.
+    /// Loads a file's bytes.
     ///
     /// # Errors
     /// Why the runtime cannot run it.

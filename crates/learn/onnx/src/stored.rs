@@ -12,7 +12,7 @@ use crate::read::{check_opset, check_tensors};
 use crate::weights::{DenseLayer, LstmLayer, NormalizerWeights, PolicyWeights};
 use crate::{PRESET_KEY, RUN_KEY, STD_KEY};
 
-/// What a policy was trained with, as its file tells.
+/// What a policy was trained with, by its file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Training {
     /// The run's resolved preset, as TOML.

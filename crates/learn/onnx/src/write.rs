@@ -16,7 +16,7 @@ use crate::weights::PolicyWeights;
 use crate::{CONTRACT_KEY, IR_VERSION, OPSET, PRESET_KEY, RUN_KEY, STD_KEY, graph};
 
 /// The bytes of an ONNX file. The same arguments give the same bytes. `run` is a plain name: it goes into the metadata as `run_path`,
-/// a key of the released interface, and a path would tell about the machine. With `training` the file can be read back as a trained policy.
+/// a key of the released interface, and a path would reveal the machine. With `training` the file can be read back as a trained policy.
 ///
 /// # Errors
 /// [`OnnxError::Weights`] if weights, contract and reference do not fit together, or `run` has a path separator.

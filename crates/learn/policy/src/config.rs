@@ -1,4 +1,4 @@
-//! What a preset says about the shape of a network. Unknown keys are refused.
+//! A preset's values for the shape of a network. Unknown keys are refused.
 
 use serde::{Deserialize, Serialize};
 

@@ -41,7 +41,7 @@ pub struct Contract {
     pub recurrent: Option<RecurrentContract>,
     /// Name of the embedded reference motion, if the file carries one.
     pub reference: Option<String>,
-    /// How the policy is played, of what its network does not say. A file without it is played as its task says.
+    /// How the policy is played, as far as its network does not say. A file without it is played as its task says.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub play: Option<PlayContract>,
 }

@@ -50,7 +50,7 @@ impl Moments {
         Ok(())
     }
 
-    /// Takes in the samples that `other` stands for (Chan, Golub and LeVeque 1979).
+    /// Adds the samples of `other` (Chan, Golub and LeVeque 1979).
     pub fn merge(&mut self, other: &Self) {
         let count = self.count + other.count;
         if other.count == 0.0 {

@@ -94,7 +94,7 @@ impl<V: Real> SceneView<V> {
 /// Everything that an observation may be computed from.
 #[derive(Clone, Copy, Debug)]
 pub struct Views<'a, V> {
-    /// What the robot's sensors say.
+    /// The readings of the robot's sensors.
     pub robot: RobotView<'a, V>,
     /// What only a simulator knows.
     pub privileged: Option<PrivilegedView<'a, V>>,

@@ -29,7 +29,7 @@ pub enum MotionError {
     Archive {
         /// The file.
         path: PathBuf,
-        /// What the zip reader says.
+        /// The zip reader's error.
         problem: String,
     },
     /// A key is missing.
@@ -136,7 +136,7 @@ pub enum MotionError {
         /// The file.
         path: PathBuf,
     },
-    /// A file name that no format goes with.
+    /// A file name of no known format.
     #[error(
         "{path}: expected a motion of the robot: a name that ends in .npz, .csv or (to read) .pkl; a human's (.bvh, .amc) goes \
              through `paid motion retarget`"

@@ -95,7 +95,7 @@ impl MotionLibrary {
         Ok(Self { clips: clips.collect::<Result<_, _>>()? })
     }
 
-    /// One file of a library. As [`read_motion`], but an archive of a human's points is called what it is.
+    /// One file of a library. As [`read_motion`], but an archive of a human's points is recognized as one.
     ///
     /// # Errors
     /// As [`read_motion`]; a human's points.

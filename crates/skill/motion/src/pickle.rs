@@ -21,11 +21,11 @@ pub(crate) struct PickleError {
     pub found: String,
 }
 
-/// Runs the opcodes; objects live in an setup, so that what is shared or changed later is one object.
+/// Runs the opcodes; objects are kept in one list, so that one that is shared or changed later stays one object.
 pub(crate) struct Machine<'a> {
     bytes: &'a [u8],
     at: usize,
-    /// Start of the opcode at work.
+    /// Start of the current opcode.
     opcode: usize,
     objects: Vec<Value>,
     stack: Vec<Id>,
@@ -59,7 +59,7 @@ impl<'a> Machine<'a> {
         &self.objects[id]
     }
 
-    /// An error at the opcode at work (after loading: the end).
+    /// An error at the current opcode (after loading: the end).
     pub fn error(&self, expected: impl Into<String>, found: impl Into<String>) -> PickleError {
         PickleError { offset: self.opcode, expected: expected.into(), found: found.into() }
     }

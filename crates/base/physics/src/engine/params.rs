@@ -130,7 +130,7 @@ impl<V: Real> GroupParams<V> {
         ball.angular_keep.set_lane(lane, (1.0 - b.angular_damping * dt).max(0.0));
     }
 
-    /// Takes over the parameters of one lane. `mass_scale` must be empty or have one value per body.
+    /// Sets the parameters of one lane. `mass_scale` must be empty or have one value per body.
     pub fn set_lane(&mut self, lane: usize, p: &EnvParams, scene: &SceneConfig, bodies: usize) {
         assert!(
             p.mass_scale.is_empty() || p.mass_scale.len() == bodies,
@@ -157,7 +157,7 @@ impl<V: Real> GroupParams<V> {
         self.set_kind(lane, &p.kind);
     }
 
-    /// Takes over the kind of one lane; what no lane uses costs nothing in the step. `lanes` must be up to date.
+    /// Sets the kind of one lane; what no lane uses costs nothing in the step. `lanes` must be up to date.
     fn set_kind(&mut self, lane: usize, kind: &ContactKind) {
         let compliance = &kind.compliance;
         self.sole_spring.set_lane(lane, &compliance.sole_ground);

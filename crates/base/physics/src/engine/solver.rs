@@ -3,7 +3,7 @@
 /// Constants of contacts, joint stops and joint friction.
 ///
 /// The values are tuned for humanoids of 20 to 60 kg at steps of 2 to 5 ms. They are fixed when the engine is compiled;
-/// what a user may choose stands in [`SceneConfig`](crate::SceneConfig).
+/// what a user may choose is in [`SceneConfig`](crate::SceneConfig).
 ///
 /// ```
 /// use paid_physics::SolverConstants;

@@ -42,7 +42,7 @@ impl<V: Real> SpringLanes<V> {
         Self { any: false, soft: z, rate: one, wave: one, inv_wave: one, stiffness: one }
     }
 
-    /// Takes over one lane. `any` stays to be set over all lanes.
+    /// Sets one lane. `any` is still to be set over all lanes.
     pub fn set_lane(&mut self, lane: usize, compliance: &Compliance) {
         if !compliance.is_soft() {
             self.soft.set_lane(lane, 0.0);

@@ -51,7 +51,7 @@ impl<'a, 'd> Defaults<'a, 'd> {
                 self.read_class(source, child, self.0.len() - 1)?;
             } else if DEFAULT_ELEMENTS.contains(&tag) {
                 check_known(source, child, attributes_of(tag))?;
-                // Later settings stand in front: they override earlier ones of the same class.
+                // Later settings come first: they override earlier ones of the same class.
                 self.0[class].elements.insert(0, child);
             } else if !SKIPPED_DEFAULTS.contains(&tag) {
                 return Err(source.stranger(child, DEFAULT_ELEMENTS));

@@ -5,7 +5,7 @@ use paid_lanes::Quat;
 use super::attributes::Attributes;
 use super::error::{MjcfError, MjcfProblem};
 
-/// What an `<inertial>` says: mass `[kg]`, center of mass in the body frame `[m]`, inertia about it in body axes
+/// An `<inertial>`: mass `[kg]`, center of mass in the body frame `[m]`, inertia about it in body axes
 /// xx, yy, zz, xy, xz, yz `[kg m^2]`.
 pub(super) struct Inertial {
     pub mass: f64,

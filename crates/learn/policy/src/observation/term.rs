@@ -1,4 +1,4 @@
-//! What an observation term says about itself.
+//! What an observation term declares.
 
 use core::fmt;
 
@@ -84,7 +84,7 @@ impl Shape {
         }
     }
 
-    /// What the values run over, as a policy file says it.
+    /// What the values run over, as a policy file states it.
     pub fn order(self) -> &'static str {
         match self {
             Self::Joints => "joints",

@@ -84,7 +84,7 @@ fn resting_height(clip: &Clip, foot: usize, places: &[Vec<Vec3<f64>>]) -> f64 {
 }
 
 impl FootContact {
-    /// The longest way of sliding in one stance `[m]` and the frame where that stance ends.
+    /// The longest distance of sliding in one stance `[m]` and the frame where that stance ends.
     pub fn longest_slide(&self, fps: f64) -> (f64, usize) {
         let (mut worst, mut way) = ((0.0, 0), 0.0);
         for t in 0..self.slide.len() {

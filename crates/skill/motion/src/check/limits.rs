@@ -22,7 +22,7 @@ impl Limit {
 pub struct CheckLimits {
     /// Shortest clip without a warning `[s]`: less cannot hold an approach and a kick.
     pub shortest_s: f64,
-    /// Shortest clip that does not fail `[s]`: retargeting and cleaning refuse what is shorter.
+    /// Shortest clip that does not fail `[s]`: retargeting and cleaning refuse shorter ones.
     pub least_s: f64,
     /// Slowest foot at its fastest that is a kick `[m/s]`: recorded and generated kicks reach 4 and more.
     pub least_foot_speed: f64,
@@ -48,7 +48,7 @@ pub struct CheckLimits {
     pub penetration_m: Limit,
     /// Height of the lowest point above the floor `[m]`; a jump or a clip that hovers.
     pub floating_m: Limit,
-    /// Way that a foot slides in one stance `[m]`.
+    /// Distance that a foot slides in one stance `[m]`.
     pub sliding_m: Limit,
     /// Depth of two parts of the robot in each other `[m]`.
     pub overlap_m: Limit,
@@ -56,7 +56,7 @@ pub struct CheckLimits {
     pub unbalanced: Limit,
     /// Share of frames that need more friction than a sole gives.
     pub slippery: Limit,
-    /// Angle between the start's heading and the foot's way at the kick `[rad]`.
+    /// Angle between the start's heading and the foot's direction at the kick `[rad]`.
     pub heading: Limit,
     /// Joint speed in the last frame `[rad/s]`. A task that holds the last pose ends in it; the limits of the end only warn.
     pub end_joint_speed: Limit,
@@ -87,7 +87,7 @@ impl Default for CheckLimits {
             joint_speed: Limit::new(0.9, 1.0),
             joint_jump: Limit::new(0.5, 1.0),
             base_speed: Limit::new(4.0, 8.0),
-            // The depth that a soft contact gives way under the robot's weight, and one that throws it.
+            // The depth to which a soft contact yields under the robot's weight, and one that throws the robot.
             penetration_m: Limit::new(0.010, 0.030),
             floating_m: Limit::new(0.030, 0.30),
             sliding_m: Limit::new(0.040, 0.25),

@@ -97,7 +97,7 @@ pub const FRICTION: f64 = 0.8;
 /// Distance outside of the soles that still counts as balanced [m]: a real sole is larger than its contact points.
 const OUTSIDE: f64 = 0.02;
 
-/// With less of its weight on the floor a robot is as good as in the air, and its center of pressure anywhere.
+/// With less than this share of its weight on the floor a robot counts as in the air: its center of pressure means nothing.
 const PRESSED: f64 = 0.2;
 
 /// Measures a clip.

@@ -137,7 +137,7 @@ pub fn check_clip(
     })
 }
 
-/// What the check says against the clips that fail, in a sentence for those who are about to use them; `None` if none fails.
+/// A sentence on the clips that fail the check, for a user who is about to use them; `None` if none fails.
 ///
 /// # Errors
 /// As [`check_clip`].

@@ -1,4 +1,4 @@
-//! Parts of the robot near each other, with what it takes to move them apart.
+//! Parts of the robot near each other, and how to move them apart.
 
 use paid_lanes::Vec3;
 

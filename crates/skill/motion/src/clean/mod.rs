@@ -73,7 +73,7 @@ const SLOWEST: f64 = 1.1;
 /// Cleans a clip.
 ///
 /// # Errors
-/// A motion that is none of a person who stands, too short or too long; an option out of range.
+/// A motion that is not one of a standing person, too short or too long; an option out of range.
 pub fn clean(
     clip: &Clip,
     model: &RobotModel,

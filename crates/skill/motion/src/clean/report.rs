@@ -128,7 +128,7 @@ impl CleanReport {
 /// Share of the kick's foot speed that may be lost without a warning.
 const LOSS: f64 = 0.10;
 
-/// What to say of the kicking foot's largest speed before and after `[m/s]`.
+/// A warning on the kicking foot's largest speed before and after `[m/s]`.
 fn slower([before, after]: [f64; 2]) -> Option<String> {
     let lost = 1.0 - after / before;
     (lost > LOSS).then(|| {

@@ -1,7 +1,7 @@
 //! Kicks made from scratch: foot steps, balance, inverse kinematics. No recorded motion is involved.
 //!
-//! A kick is planned as footholds with times ([`Plan`]), a course of the center of pressure through the standing soles, and the
-//! way of the kicking toe through the ball. The course of the center of mass follows from the pressure ([`sway()`]), the joints
+//! A kick is planned as footholds with times ([`Plan`]), a path of the center of pressure through the standing soles, and the
+//! path of the kicking toe through the ball. The path of the center of mass follows from the pressure ([`sway()`]), the joints
 //! from all of it together ([`solve()`]). The pressure that this whole-body motion really has ([`crate::balance`]) differs
 //! from that of a point mass, mostly by the leg that is thrown forward; the difference is subtracted from the plan and
 //! everything solved again, a few times (the dynamic filter of Kajita et al. 2003).
@@ -75,13 +75,13 @@ pub enum GenerateError {
         ball: [f64; 2],
         /// When `[s]`.
         time_s: f64,
-        /// Largest error of feet and base, as a share of what is allowed.
+        /// Largest error of feet and base, as a share of the allowed one.
         error: f64,
     },
 }
 
 impl GenerateError {
-    /// The same error with the ball as it was asked for: left-footed kicks are planned for its mirror image.
+    /// The same error with the requested ball: left-footed kicks are planned for its mirror image.
     fn asked(mut self, asked: [f64; 2]) -> Self {
         if let Self::Ball { ball, .. } | Self::Reach { ball, .. } = &mut self {
             *ball = asked;

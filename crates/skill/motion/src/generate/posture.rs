@@ -3,7 +3,7 @@
 use super::plan::{KICK, PLANT};
 use super::{Biped, KickStyle, Plan, Track};
 
-/// Courses of base and joints over time.
+/// Base and joints over time.
 #[derive(Clone, Debug)]
 pub struct Posture {
     /// Height of the base `[m]`.

@@ -7,9 +7,9 @@ use super::plan::{KICK, PLANT};
 const LONGEST_STRIDE: f64 = 0.36;
 /// Least and largest distance across [m]: shins that do not touch; ankles that lean no farther than they can.
 const ACROSS: [f64; 2] = [0.165, 0.31];
-/// Longest way of one foot in one step `[m]`.
+/// Longest distance of one foot in one step `[m]`.
 const LONGEST_STEP: f64 = 0.70;
-/// Largest turn from one foothold to the next `[rad]`, and on the whole way.
+/// Largest turn from one foothold to the next `[rad]`, and in the whole walk.
 const TURNS: [f64; 2] = [0.45, 0.75];
 /// Turns of the last pair before the plant foot's step that are tried `[rad]`; a large positive one would have the kicking foot
 /// in the ball.
@@ -57,7 +57,7 @@ pub fn approach(start: [Foothold; 2], plant: Foothold, take_off: [f64; 2], extra
 }
 
 /// `count` steps, under way at `heading` as far as turns allow: spread evenly, then each foothold pulled to where the steps from
-/// and to it are good. Nothing if that does not come to rest.
+/// and to it are good. `None` if that does not converge.
 fn walk(start: [Foothold; 2], goal: [Foothold; 2], heading: f64, count: usize) -> Option<Walk> {
     // The plant foot steps last, so the foot that steps first follows from the number of steps.
     let foot = |i: usize| if (count + i).is_multiple_of(2) { KICK } else { PLANT };

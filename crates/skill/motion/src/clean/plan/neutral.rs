@@ -12,7 +12,7 @@ const AWKWARD: [f64; 2] = [0.12, 0.35];
 /// Where a stand shall face `[rad]`.
 #[derive(Clone, Copy)]
 pub(super) struct Facing {
-    /// The heading that is wanted.
+    /// The desired heading.
     pub first: f64,
     /// A stand is turned until it is this near to it,
     pub within: f64,

@@ -1,4 +1,4 @@
-//! The one optimization over a whole clip: what is wanted of it, as squares.
+//! The one optimization over a whole clip: its cost, a sum of squares.
 
 mod contact;
 mod likeness;
@@ -21,7 +21,7 @@ pub(super) struct Problem<'a> {
     pub plan: &'a Plan,
     /// Share of the torque limits that may be used.
     pub torque_share: f64,
-    /// Conditions weigh this many times as much as `width` says.
+    /// Weight of the conditions, as a factor of what `width` says.
     pub stress: f64,
     /// Bodies beyond each joint.
     beyond: Vec<Vec<bool>>,
@@ -46,7 +46,7 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// Takes conditions as seriously as `stress` says, and how the feet share the floor's force from `poses`. Both stay as they are
+    /// Sets the weight of the conditions, and from `poses` how the feet share the floor's force. Both stay as they are
     /// until the next call, so that the cost is smooth.
     pub fn set(&mut self, stress: f64, poses: &[Pose]) {
         self.stress = stress;
@@ -54,7 +54,7 @@ impl<'a> Problem<'a> {
         self.carried = poses.iter().enumerate().map(each).collect();
     }
 
-    /// Half the sum of squares is not wanted by anybody: this is the whole of it. With a band also its normal equations.
+    /// The sum of squares, not half of it. With a band also its normal equations.
     pub fn cost(&self, poses: &[Pose], band: Option<&mut Band>) -> f64 {
         let frames: Vec<Frame> = poses.iter().map(|p| self.figure.frame(p)).collect();
         let pushes = pushes(self.figure, &frames, self.plan.fps);

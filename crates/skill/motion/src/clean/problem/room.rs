@@ -1,4 +1,4 @@
-//! Room inside the limits, so that what is nearly kept is kept.
+//! Room inside the limits, so that a limit that is nearly kept is kept.
 
 /// Joint from the end of its range `[rad]`.
 pub(super) const RANGE: f64 = 0.003;

@@ -1,4 +1,4 @@
-//! How far things may be from what is wanted for a square of one. Wishes are wide, conditions are narrow.
+//! Deviations that cost a square of one. Those of soft goals are wide, those of conditions narrow.
 
 /// Base from the original `[m]`: along the floor and up.
 pub(super) const BASE: [f64; 3] = [0.08, 0.08, 0.04];
