@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_larger_ring_goes_on_behind_the_newest_pair() {
+    fn a_larger_ring_continues_after_the_newest_pair() {
         let mut small = Replay::new(2, 3);
         let mut large = Replay::new(2, 5);
         let add = |replay: &mut Replay, number: f32| {

@@ -250,7 +250,7 @@ fn settings_out_of_range_are_refused_by_name() {
 
 /// Clips that are far from the policy, as those of a robot with many joints are: the raw scores are where tanh is flat.
 #[test]
-fn wasserstein_still_pays_by_the_distance_when_the_policy_is_far_off() {
+fn wasserstein_still_rewards_by_the_distance_when_the_policy_is_far_off() {
     let far = |t: i32| (0..4).map(move |i| 30.0 + 6.0 * (0.1 * (t + 9 * i) as f32).sin());
     let clips = Arc::new(Clips::new(4, &[(0..126).flat_map(far).collect()]).expect("frames"));
     let mut learner = learner_of(clips, Formulation::Wasserstein);

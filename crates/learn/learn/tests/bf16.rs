@@ -158,7 +158,7 @@ fn weights_are_repeated_bit_for_bit_whatever_the_number_of_threads() {
 }
 
 #[test]
-fn a_checkpoint_goes_on_in_either_precision() {
+fn a_checkpoint_continues_in_either_precision() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.safetensors");
     for [before, after] in [[Precision::F32, Precision::Bf16], [Precision::Bf16, Precision::F32]] {

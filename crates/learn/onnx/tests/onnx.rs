@@ -227,7 +227,7 @@ fn embedded_reference_is_read_out_by_frame_and_held_at_its_end() {
 }
 
 #[test]
-fn a_policy_carries_no_reference_unless_asked() {
+fn a_policy_has_no_reference_by_default() {
     let policy = load(&model().encode_to_vec()).unwrap();
     assert_eq!(policy.reference(0).unwrap(), []);
     assert!(model().graph.unwrap().initializer.iter().all(|t| !t.name().starts_with("reference")));

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joined_clip_goes_on_where_the_first_ended() {
+    fn a_joined_clip_continues_where_the_first_ended() {
         let (model, spec, clip) = kick();
         let image = mirror(&clip, &model, &spec).expect("symmetric");
         let both = join(&clip, &image, &model).expect("one rate");

@@ -135,7 +135,7 @@ fn faults_are_named_with_their_place() {
 }
 
 #[test]
-fn a_row_that_occurs_again_and_again_asks_for_no_more_than_the_shape_allows() {
+fn a_repeated_row_needs_no_more_than_the_shape_allows() {
     let list = |width: usize| [&b"("[..], &b"K\0".repeat(width), b"l"].concat();
     // Is remembered, dropped, and recalled as every row of a list.
     let rows = |row: &[u8], count: usize| [row, b"q\x000(", &b"h\0".repeat(count), b"l"].concat();

@@ -232,7 +232,7 @@ fn a_restored_shard_sees_on_bit_for_bit() {
 }
 
 #[test]
-fn a_shard_goes_on_in_groups_of_other_lanes() {
+fn a_shard_continues_in_groups_of_other_lanes() {
     let ranges =
         [PERCEIVED, "eyes.latency_s=[0.02, 0.12]", "eyes.noise_scale=[0.5, 2]", "ball.rolling_share=0.5"];
     let mut wide = fixture(&ranges, 32);

@@ -73,7 +73,7 @@ fn ranks_that_share_the_shards_train_what_one_process_with_all_of_them_trains() 
 }
 
 #[test]
-fn a_run_goes_on_with_another_number_of_ranks() {
+fn a_run_continues_with_another_number_of_ranks() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("model.safetensors");
     for sets in [&[][..], &["learn.actor.kind=lstm", "learn.critic.kind=lstm"]] {

@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn a_judge_is_named_where_there_was_one_and_nowhere_else() {
+    fn scores_are_written_only_where_there_were_any() {
         let mut judged = record();
         judged.judge.push("mujoco_goal", 0.75);
         assert!(judged.scalars().contains(&("judge/mujoco_goal".to_owned(), 0.75)));

@@ -110,7 +110,7 @@ fn a_checkpoint_of_another_run_is_refused_with_the_reason() {
 }
 
 #[test]
-fn a_checkpoint_of_an_earlier_version_with_the_same_preset_goes_on() {
+fn a_checkpoint_of_an_earlier_version_with_the_same_preset_continues() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("model.safetensors");
     let preset = Toy::preset(&[]);
@@ -185,7 +185,7 @@ fn a_checkpoint_whose_preset_turns_on_what_there_is_not_says_what_to_do() {
 }
 
 #[test]
-fn a_reward_that_is_not_finite_is_counted_and_the_run_goes_on() {
+fn a_reward_that_is_not_finite_is_counted_and_the_run_continues() {
     let preset = Toy::preset(&[]);
     let mut shards = Toy::shards(&preset);
     shards[2].broken = true;

@@ -344,7 +344,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_timed_run_that_goes_on_without_a_limit_goes_on_from_its_share() {
+    fn a_timed_run_that_resumes_without_a_limit_continues_from_its_share() {
         let share = |before: f64, done: u64| Clock::new(Limits::default(), before, 1000, 7000).share(done);
         // A limit had taken it to three quarters.
         assert_eq!([1000, 4000, 7000].map(|done| share(0.75, done)), [0.75, 0.875, 1.0]);

@@ -125,7 +125,7 @@ fn input_that_is_no_kick_is_refused_in_one_sentence() {
 }
 
 #[test]
-fn a_recording_at_another_rate_is_brought_to_the_asked_one() {
+fn a_recording_at_another_rate_is_brought_to_the_requested_one() {
     let (model, spec, clip) = kick();
     let coarse = resample(&clip, &model, 24.0);
     let cleaned = clean(&coarse, &model, &spec, &CleanOptions::default()).expect("a kick");

@@ -93,7 +93,7 @@ mod tests {
     use crate::TaskPreset;
 
     #[test]
-    fn kinds_are_off_unless_asked_for_and_then_within_their_ranges() {
+    fn kinds_are_off_by_default_and_else_within_their_ranges() {
         assert!(!TaskPreset::builtin("paper_stage2").expect("valid").randomization.kinds());
         let sets = [
             "randomization.ball_contact_time_s=[0, 0.025]",

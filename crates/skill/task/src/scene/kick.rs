@@ -284,7 +284,7 @@ mod tests {
     const POINTS: [Vec3<f64>; 2] = [Vec3([0.0, 3.0, 0.8]), Vec3([2.0, 0.0, 0.8])];
 
     #[test]
-    fn the_first_hard_contact_with_the_labeled_foot_pays_once() {
+    fn the_first_hard_contact_with_the_labeled_foot_is_rewarded_once() {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 0);
         let soft = kick.advance(&ball(9.9, [0.0; 3], 0.0), FEET, POINTS, &preset());
@@ -304,16 +304,16 @@ mod tests {
 
     #[test]
     fn a_touch_before_its_time_is_no_kick_and_spoils_the_later_one() {
-        for (soft_steps, pays) in [(1, false), (2, true)] {
+        for (soft_steps, rewarded) in [(1, false), (2, true)] {
             let mut kick = KickState::<f64>::new();
             kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 2);
             for _ in 0..soft_steps {
                 kick.advance(&ball(0.0, [0.0; 3], 0.0), FEET, POINTS, &preset());
             }
             let hit = kick.advance(&ball(50.0, [0.0, -2.0, 0.1], 0.0), FEET, POINTS, &preset());
-            assert_eq!((hit.first, hit.correct, hit.window), (true, pays, pays), "{soft_steps}");
+            assert_eq!((hit.first, hit.correct, hit.window), (true, rewarded, rewarded), "{soft_steps}");
             let later = kick.advance(&ball(50.0, [0.0, -5.0, 0.1], 0.0), FEET, POINTS, &preset());
-            assert_eq!((later.first, later.window), (false, pays), "{soft_steps}");
+            assert_eq!((later.first, later.window), (false, rewarded), "{soft_steps}");
         }
     }
 
@@ -326,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn without_the_gate_the_wrong_foot_pays_and_is_still_the_wrong_one() {
+    fn without_the_gate_the_wrong_foot_is_rewarded_and_still_counts_as_wrong() {
         let mut kick = KickState::<f64>::new();
         kick.reset_lane(0, Some(0), [0.0, 0.0, 0.11], 0);
         let preset = KickPreset { any_foot: true, ..preset() };
@@ -335,21 +335,21 @@ mod tests {
     }
 
     #[test]
-    fn a_shin_pays_only_where_the_nearer_foot_stands_for_it() {
+    fn a_shin_is_rewarded_only_where_the_nearer_foot_counts_for_it() {
         // Bodies 6 and 12 are the feet, 11 is the right shin; the right foot is the nearer one.
-        for (foot_only, body, pays) in
+        for (foot_only, body, rewarded) in
             [(false, 11.0, true), (true, 11.0, false), (true, 6.0, false), (true, 12.0, true)]
         {
             let mut kick = KickState::<f64>::new();
             kick.reset_lane(0, Some(1), [0.0, 0.0, 0.11], 0);
             let touched = BallState { touched_by: body, ..ball(50.0, [0.0, -2.0, 0.0], 0.0) };
             let hit = kick.advance(&touched, FEET, POINTS, &KickPreset { foot_only, ..preset() });
-            assert_eq!((hit.first, hit.correct), (true, pays), "{foot_only} {body}");
+            assert_eq!((hit.first, hit.correct), (true, rewarded), "{foot_only} {body}");
         }
     }
 
     #[test]
-    fn either_foot_pays_where_none_is_labeled() {
+    fn either_foot_is_rewarded_where_none_is_labeled() {
         for ball_y in [0.1, -0.1] {
             let mut kick = KickState::<f64>::new();
             kick.reset_lane(0, None, [0.0, 0.0, 0.11], 0);

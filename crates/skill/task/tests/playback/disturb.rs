@@ -25,7 +25,7 @@ fn a_push_is_the_impulse_over_the_robots_mass() {
 }
 
 #[test]
-fn a_ball_that_is_let_go_rolls_without_sliding_and_the_robot_goes_on() {
+fn a_released_ball_rolls_without_sliding_and_the_robot_continues() {
     let mut task = standing();
     let before = task.sample(0).expect("exists");
     let ball = Disturbance::Ball { pos: [1.0, 2.0, 0.11], vel: [0.0, 1.1, 0.0] };

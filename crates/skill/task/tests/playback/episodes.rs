@@ -52,7 +52,7 @@ fn an_evaluation_holds_the_last_frame_and_obeys_the_forced_start() {
 }
 
 #[test]
-fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_only_if_asked_for() {
+fn the_reward_terms_of_a_sample_add_up_to_the_reward_and_are_there_on_request_only() {
     let mut task = task("stage2", &[], 1, 20);
     for reward_terms in [RewardTermsInSamples::Kept, RewardTermsInSamples::Dropped] {
         task.eval().set_rules(EpisodeRules { reward_terms, ..EpisodeRules::evaluation() });
@@ -178,7 +178,7 @@ fn episodes_begin_well_before_the_strike() {
 }
 
 #[test]
-fn a_miss_counts_at_the_strike_where_the_preset_asks() {
+fn a_miss_counts_at_the_strike_where_the_preset_says_so() {
     // Without a kick, with one on target, and without the option: what a whole episode adds at the strike (frame 40).
     for (kick_at, weight, expected) in [(1000, "0.5", 0.5), (40, "0.5", 0.0), (1000, "0", 0.0)] {
         let weight = format!("sampling.miss_sampling_weight={weight}");
@@ -192,7 +192,7 @@ fn a_miss_counts_at_the_strike_where_the_preset_asks() {
 }
 
 #[test]
-fn an_episode_stops_after_the_kick_only_where_the_preset_asks() {
+fn an_episode_stops_after_the_kick_only_where_the_preset_says_so() {
     for (share, expected) in [("1", true), ("0", false)] {
         let share = format!("sampling.stop_share={share}");
         let mut task = task("stage2", &["sampling.stop_after_kick_s=0.1", &share], 1, 40);

@@ -37,7 +37,7 @@ fn a_lift_of_the_whole_robot_fails_by_anchor_height_and_is_counted() {
 }
 
 #[test]
-fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_asks() {
+fn a_robot_that_stays_behind_fails_by_anchor_distance_only_where_the_preset_says_so() {
     for (limit, ends) in [("0.0", 0), ("0.5", 1)] {
         let clip = clip(&RobotModel::g1(), &RobotSpec::g1(), 1);
         let set = format!("terminations.anchor_distance.limit_m={limit}");
@@ -53,7 +53,7 @@ fn broken_reward() -> f32 {
 }
 
 #[test]
-fn a_kick_with_the_labeled_foot_pays_contact_swing_and_outcome() {
+fn a_kick_with_the_labeled_foot_earns_contact_swing_and_outcome() {
     let mut right = task("stage2", &[], 1, 40);
     steps(&mut right, 39);
     right.take_metrics();
@@ -86,18 +86,18 @@ fn a_kick_with_the_labeled_foot_pays_contact_swing_and_outcome() {
 }
 
 #[test]
-fn a_touch_long_before_the_strike_pays_nothing() {
+fn a_touch_long_before_the_strike_earns_nothing() {
     // The reference strikes in frame 40; 0.2 s are ten frames.
-    for (kick_at, pays) in [(29, 0), (30, 1), (40, 1)] {
+    for (kick_at, rewarded) in [(29, 0), (30, 1), (40, 1)] {
         let mut early = task("stage2", &["rewards.kick.early_s=0.2"], 1, kick_at);
         steps(&mut early, FRAMES - 1);
         let kick = early.take_metrics().kick;
-        assert_eq!((kick.contacts, kick.correct_foot), (1, pays), "{kick_at}");
+        assert_eq!((kick.contacts, kick.correct_foot), (1, rewarded), "{kick_at}");
     }
 }
 
 #[test]
-fn a_kick_with_the_other_foot_pays_nothing() {
+fn a_kick_with_the_other_foot_earns_nothing() {
     let mut left = task("stage2", &[], 0, 40);
     steps(&mut left, 50);
     let metrics = left.take_metrics();

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_kernel_around_the_strike_pays_nothing_elsewhere() {
+    fn a_kernel_around_the_strike_is_zero_elsewhere() {
         let inside = (-1.0_f64).exp();
         for (to_strike, around, expected) in
             [(0.2, 0.3, inside), (-0.2, 0.3, inside), (0.4, 0.3, 0.0), (-0.4, 0.3, 0.0), (9.0, 0.0, inside)]

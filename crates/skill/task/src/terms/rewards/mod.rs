@@ -165,7 +165,7 @@ macro_rules! reward_terms {
                 $(
                     let place = places.next().expect("a place for each term");
                     *place = V::zero();
-                    if pays(self.$name.weight, $Term::NEEDS, input.config) {
+                    if is_on(self.$name.weight, $Term::NEEDS, input.config) {
                         *place = self.$name.value(input) * V::c(self.$name.weight * input.config.dt_s);
                         total += *place;
                     }
@@ -219,7 +219,7 @@ pub(crate) fn keys() -> &'static [&'static str] {
 
 /// False for a term of weight 0, and for one about the ball in a scene without it.
 #[inline(always)]
-fn pays(weight: f64, needs: &[Requirement], config: &TaskConfig) -> bool {
+fn is_on(weight: f64, needs: &[Requirement], config: &TaskConfig) -> bool {
     weight != 0.0 && (config.preset.scene.ball || !needs.contains(&Requirement::Ball))
 }
 
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_term_that_a_preset_leaves_out_pays_nothing_and_an_unknown_one_is_refused() {
+    fn a_term_that_a_preset_leaves_out_is_off_and_an_unknown_one_is_refused() {
         let preset = TaskPreset::builtin("paper_stage2").expect("valid").rewards;
         let kick = toml::Value::try_from(&preset.kick).expect("writes");
         let text = format!("body_kernel = 'exp_of_mean'\nkick = {kick}\n");

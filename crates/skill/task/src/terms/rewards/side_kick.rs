@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn the_foot_that_kicks_pays_at_the_contact_only() {
+    fn the_kicking_foot_is_rewarded_at_the_contact_only() {
         let mut fixture = Fixture::new();
         fixture.foot(0).com_vel = Vec3([4.0, -3.0, 0.0]);
         fixture.foot(1).com_vel = Vec3([3.0, 4.0, 0.0]);

@@ -23,8 +23,8 @@ impl RewardTerm for Speed {
     fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let least = input.config.preset.rewards.kick.min_ball_speed;
         let speed2 = horizontal2(input.state.ball.vel);
-        let pays = input.kick.window.and(speed2.ge(V::c(least * least)));
-        V::select(pays, V::one() - gaussian(speed2, self.sigma), V::zero())
+        let rewarded = input.kick.window.and(speed2.ge(V::c(least * least)));
+        V::select(rewarded, V::one() - gaussian(speed2, self.sigma), V::zero())
     }
 }
 
@@ -35,7 +35,7 @@ mod tests {
     use paid_lanes::Vec3;
 
     #[test]
-    fn horizontal_speed_saturates_and_pays_within_the_window() {
+    fn horizontal_speed_saturates_and_is_rewarded_within_the_window() {
         let mut fixture = Fixture::new();
         fixture.kick.window = true;
         fixture.state.ball.vel = Vec3([0.0, 1.2, 9.0]);

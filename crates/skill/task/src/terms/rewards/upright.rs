@@ -28,7 +28,7 @@ mod tests {
     use paid_lanes::Mat3;
 
     #[test]
-    fn a_lying_robot_pays_one_and_an_upright_one_nothing() {
+    fn a_lying_robot_costs_one_and_an_upright_one_nothing() {
         let mut fixture = Fixture::new();
         close(Upright::default().value(&fixture.input()), 0.0);
         // Gravity in the base frame is minus the third row: (0.6, 0, -0.8).

@@ -24,9 +24,9 @@ impl RewardTerm for VelAlign {
     fn value<V: Real>(&self, input: &TermInput<'_, V>) -> V {
         let kick = &input.config.preset.rewards.kick;
         let speed2 = horizontal2(input.state.ball.vel);
-        let pays = input.kick.window.and(speed2.ge(V::c(kick.min_ball_speed * kick.min_ball_speed)));
+        let rewarded = input.kick.window.and(speed2.ge(V::c(kick.min_ball_speed * kick.min_ball_speed)));
         let aligned = alignment(input.state.ball.vel, input.ball_before(), input.group.goal, self.sigma);
-        V::select(pays, aligned * speed_share(speed2.sqrt(), kick.full_ball_speed), V::zero())
+        V::select(rewarded, aligned * speed_share(speed2.sqrt(), kick.full_ball_speed), V::zero())
     }
 }
 
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn it_pays_within_the_window_and_above_the_least_speed() {
+    fn direction_is_rewarded_within_the_window_above_the_least_speed() {
         let mut fixture = Fixture::new();
         fixture.group.goal = Vec3([0.0, 5.0, 0.1]);
         // The preset's least speed is 0.5 m/s.
