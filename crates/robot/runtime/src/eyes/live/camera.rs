@@ -17,13 +17,24 @@ pub(super) struct Camera {
     clock: StampClock,
     latency_ns: u64,
     own: DeviceClock,
+    /// What to say if no image comes.
+    pub silent: String,
     /// The readers live no longer than their network.
     _topics: RosTopics,
 }
 
 impl Camera {
     pub fn open(input: &CameraInput, topics: RosTopics) -> Result<Self, DeployError> {
+        // Today's RealSense driver puts the camera's name into its topics.
+        let renamed = input.color.starts_with("/camera/") && !input.color.starts_with("/camera/camera/");
+        let hint = if renamed {
+            " (today's RealSense driver has /camera/camera/color/image_raw and so on: set camera.color, camera.depth and camera.info)"
+        } else {
+            ""
+        };
+        let silent = format!("camera: no image for a second on {} and {}{hint}", input.color, input.depth);
         Ok(Self {
+            silent,
             info: topics.reader(&input.info, CAMERA_INFO, input.reliable)?,
             depth: topics.reader(&input.depth, IMAGE, input.reliable)?,
             color: topics.reader(&input.color, IMAGE, input.reliable)?,

@@ -107,7 +107,13 @@ impl Follow {
     }
 
     /// By another odometry's topic.
-    fn topic(&mut self, mut reader: RosReader, child: &str, clock: StampClock, stop: &AtomicBool) {
+    fn topic(
+        &mut self,
+        mut reader: RosReader,
+        [name, child]: [&str; 2],
+        clock: StampClock,
+        stop: &AtomicBool,
+    ) {
         let (mut eyes, mut own, mut came_ns) = (TorsoEyes::other(), DeviceClock::default(), 0);
         while !stop.load(Ordering::Acquire) {
             let now_ns = self.desk.now_ns();
@@ -139,7 +145,7 @@ impl Follow {
                 Ok(Some(Err(error))) => self.teller.tell(error.to_string()),
                 Ok(None) => {
                     if now_ns > came_ns + SILENT_NS {
-                        self.teller.tell("odometry: no pose for a second".to_owned());
+                        self.teller.tell(format!("odometry: no pose for a second on {name}"));
                         self.state.clear();
                     }
                     std::thread::sleep(Duration::from_millis(1));
@@ -157,7 +163,7 @@ impl Follow {
 pub(super) enum Torso {
     Lidar(Box<(UdpSource, TorsoEyes)>),
     LidarTopics(Box<(LidarTopics, TorsoEyes)>),
-    Topic { reader: Box<RosReader>, child: String, clock: StampClock },
+    Topic { reader: Box<RosReader>, name: String, child: String, clock: StampClock },
 }
 
 impl Torso {
@@ -187,7 +193,7 @@ impl Torso {
             }
             OdometryInput::Topic { topic, child, clock } => {
                 let reader = Box::new(topics.reader(topic, ODOMETRY, false)?);
-                Self::Topic { reader, child: child.clone(), clock: *clock }
+                Self::Topic { reader, name: topic.clone(), child: child.clone(), clock: *clock }
             }
         })
     }
@@ -202,7 +208,7 @@ impl Torso {
                 let (source, eyes) = *parts;
                 follow.lidar_topics(source, eyes, stop);
             }
-            Self::Topic { reader, child, clock } => follow.topic(*reader, &child, clock, stop),
+            Self::Topic { reader, name, child, clock } => follow.topic(*reader, [&name, &child], clock, stop),
         }
     }
 }

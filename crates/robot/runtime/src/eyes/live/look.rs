@@ -56,7 +56,7 @@ impl Look {
             if looked {
                 looked_ns = now_ns;
             } else if now_ns > looked_ns + SILENT_NS {
-                self.teller.tell("camera: no image for a second".to_owned());
+                self.teller.tell(self.camera.silent.clone());
                 looked_ns = now_ns;
             }
             if looked || now_ns > reported_ns + REPORT_NS {
@@ -83,7 +83,7 @@ impl Look {
         let Some(mut picture) = self.camera.joiner.take(now_ns) else { return false };
         picture.captured_ns = self.camera.captured_ns(picture.captured_ns, now_ns);
         match self.eyes.picture(picture, now_ns, &self.phase) {
-            Ok(None) => self.teller.tell("camera: images arriving".to_owned()),
+            Ok(None) => self.teller.well("camera: images arriving"),
             Ok(Some(fault)) => self.teller.tell(format!("camera: {fault}")),
             Err(error) => self.teller.tell(error.to_string()),
         }
