@@ -62,7 +62,7 @@ fn what_does_not_go_together_is_refused() {
         ("--height", "1.2", "--height: expected a human's motion"),
         ("--speed-limit", "off", "--speed-limit: expected a human's motion"),
         ("--clip", "foo", "--clip: expected a folder of motions, found the file"),
-        ("--fps", "30", "key 'fps': expected no --fps beside the 50 frames a second that the file states"),
+        ("--fps", "30", "key 'fps': expected no --fps other than the file's 50 frames a second"),
         ("--joint-order", "policy", "--joint-order: expected a file that does not state its order"),
     ] {
         let error = refused(&[file, "--record", "a.gif", option, value]);

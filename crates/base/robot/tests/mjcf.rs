@@ -116,9 +116,9 @@ fn unknown_elements_and_attributes_are_named_with_their_line() {
 #[test]
 fn what_is_not_simulated_says_what_to_do() {
     for (tag, words) in [
-        ("tendon", "tendons are not simulated: take this section out"),
-        ("equality", "take this section out, and what it ties"),
-        ("include", "put the included file's elements in this place"),
+        ("tendon", "tendons are not simulated: remove this section"),
+        ("equality", "remove this section, and what it constrains"),
+        ("include", "included files are not read: put their elements here"),
     ] {
         let error = fault("<contact>", &format!("<{tag}/><contact>"));
         assert!(error.starts_with(&format!("twig.xml:31:3: <{tag}>: ")) && error.ends_with(words), "{error}");

@@ -175,7 +175,7 @@ fn a_given_frame_rate_must_be_the_files_own() {
         };
         assert_eq!(at(50.0).expect("the same").fps, 50.0);
         let error = at(60.0).expect_err("another").to_string();
-        let expected = "expected no --fps beside the 50 frames a second that the file states, found --fps 60";
+        let expected = "expected no --fps other than the file's 50 frames a second, found --fps 60";
         assert!(error.ends_with(&format!("{place}: {expected}")), "{error}");
     }
 }

@@ -174,7 +174,7 @@ fn a_given_frame_rate_must_be_the_files_own() {
     assert_eq!(at(30.0).expect("the same").fps, 30.0);
     assert_eq!(
         at(60.0).expect_err("another").to_string(),
-        "a.pkl: key 'fps': expected no --fps beside the 30 frames a second that the file states, found --fps 60"
+        "a.pkl: key 'fps': expected no --fps other than the file's 30 frames a second, found --fps 60"
     );
 }
 

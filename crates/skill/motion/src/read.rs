@@ -138,7 +138,7 @@ pub(crate) fn a_rate() -> String {
 
 /// What is expected of `--fps` for a file that states its rate; `stated` is that rate as it shall be shown.
 pub fn no_other_rate(stated: impl Display) -> String {
-    format!("no --fps beside the {stated} frames a second that the file states")
+    format!("no --fps other than the file's {stated} frames a second")
 }
 
 fn frame_rate(npz: &mut Npz) -> Result<f64, MotionError> {

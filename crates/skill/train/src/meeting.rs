@@ -78,7 +78,7 @@ impl Introduction {
         self.tell("robot", Print::default().with(text.as_bytes()));
     }
 
-    /// The contents of motions: numbers of the clips, and what was found out about them.
+    /// The contents of motions: numbers of the clips, and what was derived from them.
     pub fn tell_motions(&mut self, library: &ReferenceLibrary) {
         self.tell("number of motions", library.len());
         for (clip, facts) in library.clips().iter().zip(library.facts()) {

@@ -192,7 +192,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         Ok(())
     }
 
-    /// A mesh that touches nothing is skipped: masses stand in `<inertial>`.
+    /// A mesh that touches nothing is skipped: masses are in `<inertial>`.
     fn check_mesh(&self, at: &Attributes) -> Result<(), MjcfError> {
         if ["contype", "conaffinity"].iter().all(|bits| at.text(bits) == Some("0")) {
             return Ok(());
@@ -210,7 +210,7 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         }
         if at.text("mesh").is_some() {
             return Err(at.error(MjcfProblem::Unsupported(
-                "a shape fitted to a mesh: give its size, and take 'mesh' out".to_owned(),
+                "a shape fitted to a mesh: give its size, and remove 'mesh'".to_owned(),
             )));
         }
         let count = self.bodies[body].geoms.len();

@@ -95,7 +95,7 @@ impl Source<'_, '_> {
         self.error_at(node, node.range().start, problem)
     }
 
-    /// The error of an element that may not stand here; `known` are the ones that may.
+    /// The error of an element that is not allowed here; `known` are the ones that may.
     pub fn stranger(&self, node: Node, known: &[&str]) -> MjcfError {
         let tag = node.tag_name().name();
         let problem = match UNSUPPORTED.iter().find(|(name, _)| *name == tag) {

@@ -9,14 +9,11 @@ pub(super) const SKIPPED_SECTIONS: &[&str] =
 pub(super) const SECTIONS: &[&str] = &["compiler", "default", "worldbody", "contact", "actuator"];
 /// Elements that change the mechanics in a way that is not simulated, and what to do about it.
 pub(super) const UNSUPPORTED: &[(&str, &str)] = &[
-    (
-        "equality",
-        "joints and bodies that are tied to each other are not simulated: take this section out, and what it ties",
-    ),
-    ("include", "files are not joined: put the included file's elements in this place"),
-    ("tendon", "tendons are not simulated: take this section out"),
-    ("deformable", "soft bodies are not simulated: take this section out"),
-    ("extension", "plugins are not simulated: take this section out"),
+    ("equality", "equality constraints are not simulated: remove this section, and what it constrains"),
+    ("include", "included files are not read: put their elements here"),
+    ("tendon", "tendons are not simulated: remove this section"),
+    ("deformable", "soft bodies are not simulated: remove this section"),
+    ("extension", "plugins are not simulated: remove this section"),
 ];
 /// Elements with defaults.
 pub(super) const DEFAULT_ELEMENTS: &[&str] = &["joint", "geom", "motor", "position"];

@@ -154,11 +154,11 @@ fn a_folder_of_mixed_frame_rates_is_checked_clip_by_clip_and_the_mixture_is_repo
     assert_eq!(reports.iter().map(|r| r.fps).collect::<Vec<_>>(), [24.0, 30.0, 50.0, 240.0]);
     let rate =
         |r: &ClipReport| r.findings.iter().find(|f| f.aspect == Aspect::Rate).map(|f| f.reason.clone());
-    let told = rate(&reports[0]).expect("24 are few");
+    let text = rate(&reports[0]).expect("24 are few");
     assert!(
-        told.starts_with("has 24 frames a second, expected 30 or more: at the kick the foot moves ")
-            && told.ends_with(" cm from one to the next"),
-        "{told}"
+        text.starts_with("has 24 frames a second, expected 30 or more: at the kick the foot moves ")
+            && text.ends_with(" cm from one to the next"),
+        "{text}"
     );
     assert_eq!(reports[1..].iter().filter_map(rate).count(), 0);
     assert!(reports.iter().all(|r| r.verdict < Verdict::Fail), "{:?}", reports[3].findings);
