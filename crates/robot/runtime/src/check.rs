@@ -50,7 +50,7 @@ pub struct Checker {
     last_us: u64,
     states: u64,
     bad_crc: u64,
-    /// States whose orientation is no unit quaternion.
+    /// States whose orientation is not a unit quaternion.
     bad_quat: u64,
     bad_length: u64,
     others: u64,
@@ -198,7 +198,7 @@ impl Checker {
         let tilt = f64::from(state.imu.rpy[0]).hypot(f64::from(state.imu.rpy[1]));
         let _ = writeln!(
             text,
-            "pelvis        tilted by {tilt:.3} rad, acceleration {:.2?} m/s^2, {} orientations that are no unit quaternion",
+            "pelvis        tilted by {tilt:.3} rad, acceleration {:.2?} m/s^2, {} orientations that are not unit quaternions",
             state.imu.accelerometer, self.bad_quat
         );
         let limits = &self.limits;
@@ -313,7 +313,7 @@ mod tests {
     fn an_orientation_of_zeros_and_a_slow_clock_are_not_good() {
         let report = moved(&[], |state| state.imu.quaternion = [0.0; 4]);
         assert!(
-            !report.good && report.text.contains("250 orientations that are no unit quaternion"),
+            !report.good && report.text.contains("250 orientations that are not unit quaternions"),
             "{}",
             report.text
         );
