@@ -232,7 +232,7 @@ pub fn run(
     match report.died {
         None => Ok(ExitCode::SUCCESS),
         Some(panic) => {
-            println!("the runtime died: {panic}");
+            println!("the runtime panicked: {panic}");
             Ok(ExitCode::from(1))
         }
     }

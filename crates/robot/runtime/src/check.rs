@@ -267,7 +267,7 @@ impl Checker {
                     return (
                         false,
                         format!(
-                            "{one} moved before {other}: either they were not moved in the table's order, or the robot's is another"
+                            "{one} moved before {other}: either they were not moved in the table's order, or the robot's order differs"
                         ),
                     );
                 }

@@ -261,7 +261,7 @@ impl Outlet for DdsOutlet {
             Ok(()) => self.stuck = 0,
             Err(WriteError::WouldBlock { .. }) if self.stuck < STUCK => self.stuck += 1,
             Err(WriteError::WouldBlock { .. }) => {
-                return Err(fail("the way out has been full for 50 ms".to_owned()));
+                return Err(fail("the send queue has been full for 50 ms".to_owned()));
             }
             Err(error) => return Err(fail(error.to_string())),
         }

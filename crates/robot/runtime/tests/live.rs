@@ -325,7 +325,7 @@ fn a_thinker_that_hangs_finds_the_robot_damped_and_hears_why() {
 #[test]
 fn a_link_that_cannot_be_read_damps_and_says_so() {
     let (patient, said, report) = run(Wrong::Reading);
-    assert_eq!(said, ["nothing is heard: the link is closed: the other end has ended"]);
+    assert_eq!(said, ["nothing can be received: the link is closed: the other end has ended"]);
     assert!(matches!(report, Err(DeployError::Link(LinkError::Closed))), "{report:?}");
     assert!(commands(&patient).0 > 200);
 }

@@ -58,6 +58,6 @@ fn the_vendors_controller_is_found_in_command_and_released_over_the_wire() {
         assert!(error.starts_with("refused to start: the vendor's controller 'ai' is in command"), "{error}");
         (robot.join().expect("robot"), told)
     });
-    assert_eq!(told, ["releases the vendor's controller 'ai'", "the vendor's controller is released"]);
+    assert_eq!(told, ["releasing the vendor's controller 'ai'", "the vendor's controller is released"]);
     assert_eq!(kept, Some(0), "the motors are off");
 }

@@ -211,7 +211,7 @@ pub fn run_live(
                     failed = last_words.try_recv().ok().or_else(|| others.heard());
                     failed = failed
                         .take()
-                        .or_else(|| deaf.as_ref().map(|error| format!("nothing is heard: {error}")));
+                        .or_else(|| deaf.as_ref().map(|error| format!("nothing can be received: {error}")));
                     failed = failed.take().or_else(|| silent_writer(shared, &runtime, now_us));
                     packets.extend(failed.clone().map(Packet::Broken));
                 }

@@ -35,7 +35,7 @@ static UNPRINTED: Mutex<Vec<(String, Backtrace)>> = Mutex::new(Vec::new());
 pub(super) fn said(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(ToString::to_string);
     text.or_else(|| panic.downcast_ref::<String>().cloned())
-        .unwrap_or_else(|| "a panic without words".to_owned())
+        .unwrap_or_else(|| "a panic without a message".to_owned())
 }
 
 /// Watches the calling thread until dropped. `tell` gets a panic as `the ... thread has panicked: ...`, before anything is printed.
@@ -68,7 +68,7 @@ fn hear(info: &PanicHookInfo<'_>) -> Prints {
     WATCH.with(|watch| {
         let Ok(watch) = watch.try_borrow() else { return Prints::AtOnce };
         let Some(watch) = &*watch else { return Prints::AtOnce };
-        (watch.tell)(info.payload_as_str().unwrap_or("a panic without words").to_owned());
+        (watch.tell)(info.payload_as_str().unwrap_or("a panic without a message").to_owned());
         watch.told.set(true);
         if watch.prints == Prints::Later {
             let mut unprinted = UNPRINTED.lock().unwrap_or_else(PoisonError::into_inner);

@@ -100,7 +100,7 @@ impl Runtime {
         if !still && seconds(self.entered_us) < limits.settle_s {
             return;
         }
-        let reason = if still { "the robot stands still" } else { "time to settle is over" };
+        let reason = if still { "the robot stands still" } else { "the time to settle is over" };
         if limits.policy_holds {
             self.enter(now_us, State::Ready, reason);
         } else {

@@ -142,7 +142,7 @@ pub fn await_release<L: Line>(
                 }
                 Some(Reply::Master(master)) => {
                     if !releasing {
-                        told(&format!("releases the vendor's controller '{}'", master.name));
+                        told(&format!("releasing the vendor's controller '{}'", master.name));
                         (releasing, until) = (true, Instant::now() + patience.release);
                     }
                     last = Some(format!("'{}' is still in command", master.name));
@@ -238,7 +238,7 @@ mod tests {
         let released =
             await_release(&mut SwitcherClient::new(&mut robot), true, SHORT, &ON, |line| said += line);
         released.expect("released");
-        assert_eq!(said, "releases the vendor's controller 'ai'the vendor's controller is released");
+        assert_eq!(said, "releasing the vendor's controller 'ai'the vendor's controller is released");
         assert_eq!((robot.service.master(), robot.releases), ("", 3));
     }
 

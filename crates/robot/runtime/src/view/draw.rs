@@ -37,7 +37,7 @@ impl Widget for &View {
         line(&body(status), plain);
         line(&ball(status), plain);
         line(&hottest(status), plain);
-        line("keys      u: stand up (L2+Up)  k: kicks (R1+X)  b: damping (L2+B)  q: the end", plain);
+        line("keys      u: stand up (L2+Up)  k: kicks (R1+X)  b: damping (L2+B)  q: quit", plain);
         let head = cells("joint", ["angle", "target", "Nm", "deg"].map(str::to_owned));
         line(&format!("{head} {head}"), Style::new().add_modifier(Modifier::BOLD));
         for k in 0..HALF {
@@ -236,7 +236,7 @@ mod tests {
                 "body      2 ms ago  tilt 0.03 rad  place 0.50 0.25 0.74 m 10 ms ago",
                 "ball      1.20 m ahead, 0.10 m right, seen 300 ms ago  goal 0.05 rad left",
                 "hottest   winding 51 (L knee)  casing 44 (L knee)  battery 81%",
-                "keys      u: stand up (L2+Up)  k: kicks (R1+X)  b: damping (L2+B)  q: the end",
+                "keys      u: stand up (L2+Up)  k: kicks (R1+X)  b: damping (L2+B)  q: quit",
                 "joint             angle target   Nm deg joint             angle target   Nm deg",
             ]
         );

@@ -98,7 +98,7 @@ pub(super) fn ball(
         (0..LISTED).zip(names).map(|(class, name)| format!("{class} {name:?}")).collect();
     let more = if names.len() > LISTED { ", ..." } else { "" };
     wrong(
-        "the number of the ball's class, as the names do not tell".to_owned(),
+        "the number of the ball's class, because the names do not show it".to_owned(),
         format!("none; classes are {}{more}", listed.join(", ")),
     )
 }
