@@ -8,7 +8,7 @@ use paid_terminal::{EXIT_CODES, end_with_the_reader, prepared};
 
 /// Run a policy on a Unitree G1.
 #[derive(Debug, Parser)]
-#[command(name = "paid-robot", version, about, after_help = EXIT_CODES)]
+#[command(name = "paid-robot", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

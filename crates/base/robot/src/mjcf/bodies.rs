@@ -192,21 +192,10 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         Ok(())
     }
 
-    /// A mesh that touches nothing is skipped: masses are in `<inertial>`.
-    fn check_mesh(&self, at: &Attributes) -> Result<(), MjcfError> {
-        if ["contype", "conaffinity"].iter().all(|bits| at.text(bits) == Some("0")) {
-            return Ok(());
-        }
-        Err(at.error(MjcfProblem::Unsupported(
-            "a mesh that touches other shapes: replace it by spheres, capsules or boxes, or give it contype=\"0\" conaffinity=\"0\""
-                .to_owned(),
-        )))
-    }
-
     fn read_geom(&mut self, node: Node<'a, 'd>, body: usize, childclass: usize) -> Result<(), MjcfError> {
         let (at, class) = self.defaults.resolve(self.source, self.compiler, node, childclass)?;
         if at.text("type") == Some("mesh") {
-            return self.check_mesh(&at);
+            return check_mesh(&at);
         }
         if at.text("mesh").is_some() {
             return Err(at.error(MjcfProblem::Unsupported(
@@ -223,4 +212,15 @@ impl<'s, 'a, 'd> Tree<'s, 'a, 'd> {
         self.bodies[body].geoms.push(geom);
         Ok(())
     }
+}
+
+/// A mesh that touches nothing is skipped: masses are in `<inertial>`.
+fn check_mesh(at: &Attributes) -> Result<(), MjcfError> {
+    if ["contype", "conaffinity"].iter().all(|bits| at.text(bits) == Some("0")) {
+        return Ok(());
+    }
+    Err(at.error(MjcfProblem::Unsupported(
+        "a mesh that touches other shapes: replace it by spheres, capsules or boxes, or give it contype=\"0\" conaffinity=\"0\""
+            .to_owned(),
+    )))
 }
