@@ -14,6 +14,7 @@ use prost::{DecodeError, Message};
 
 use crate::error::OnnxError;
 use crate::proto::{EXTERNAL, TensorProto};
+use crate::raw::pointer;
 
 /// Most bytes of a model with its weights: no protobuf message may be longer.
 const MOST_BYTES: u64 = i32::MAX as u64;
@@ -190,7 +191,11 @@ impl Inliner<'_> {
                         found,
                     ));
                 }
-                place.insert(std::fs::read(&file).map_err(|e| wrong(expected(), e.to_string()))?)
+                let bytes = std::fs::read(&file).map_err(|e| wrong(expected(), e.to_string()))?;
+                if let Some(words) = pointer(&bytes) {
+                    return Err(wrong(expected(), words.to_owned()));
+                }
+                place.insert(bytes)
             }
         };
         let end = length.map_or(Some(file.len()), |length| offset.checked_add(length));
@@ -299,6 +304,14 @@ mod tests {
                 assert!(error.contains(part), "{part}: {error}");
             }
         }
+        let folder = tempfile::tempdir().expect("a folder");
+        let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n";
+        std::fs::write(folder.path().join("w"), pointer).expect("writes");
+        std::fs::write(folder.path().join("a.onnx"), model(&[("location", "w")])).expect("writes");
+        let error = OnnxFile::read(&folder.path().join("a.onnx")).expect_err("a pointer").to_string();
+        assert!(error.contains("git lfs pull"), "{error}");
+        let error = OnnxFile::read(&folder.path().join("w")).expect_err("a pointer").to_string();
+        assert!(error.contains("not a complete ONNX model: a Git LFS pointer"), "{error}");
         let bytes = model(&[("location", "a.onnx.data")]);
         let error = OnnxFile::from_bytes(bytes, Path::new("a.onnx")).expect_err("no folder").to_string();
         assert!(error.contains("\"a.onnx.data\"") && error.contains("without a folder"), "{error}");

@@ -161,9 +161,19 @@ impl OnnxFile {
     }
 }
 
+/// What is said of a file that Git LFS has left as a pointer.
+pub(crate) fn pointer(bytes: &[u8]) -> Option<&'static str> {
+    bytes
+        .starts_with(b"version https://git-lfs")
+        .then_some("a Git LFS pointer, not the file itself; fetch it with `git lfs pull`")
+}
+
 /// Decodes a file's bytes; `path` only names them.
 fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
     let wrong = |reason: String| OnnxError::Decode { path: path.to_owned(), reason };
+    if let Some(words) = pointer(bytes) {
+        return Err(wrong(words.to_owned()));
+    }
     let proto = ModelProto::decode(bytes).map_err(|e| wrong(e.to_string()))?;
     if proto.graph.is_none() {
         return Err(wrong("it has no graph".to_owned()));
