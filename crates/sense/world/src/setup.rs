@@ -95,6 +95,9 @@ pub(crate) struct SetupRecord {
     pub finder: String,
     /// Lowest score of the network's detections.
     pub confidence: Option<f64>,
+    /// Which class a network of the user took for the ball; `None` in recordings of earlier programs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<usize>,
     pub noise: [f64; 3],
     pub tracker: TrackerPreset,
     pub memory: MemoryPreset,
@@ -103,11 +106,12 @@ pub(crate) struct SetupRecord {
 
 impl SetupRecord {
     pub fn of(setup: &SightSetup) -> Self {
-        let (finder, confidence) = match &setup.finder {
-            Finder::Boxes => ("boxes", None),
+        let (finder, confidence, class) = match &setup.finder {
+            Finder::Boxes => ("boxes", None, None),
             Finder::Network(detector) => {
                 let own = detector.kind() == paid_vision::detect::Kind::Own;
-                (if own { "own" } else { "file" }, Some(detector.options().confidence))
+                let (confidence, class) = (detector.options().confidence, detector.options().class);
+                (if own { "own" } else { "file" }, Some(confidence), (!own).then_some(class))
             }
         };
         Self {
@@ -120,6 +124,7 @@ impl SetupRecord {
             decay: setup.decay,
             finder: finder.to_owned(),
             confidence,
+            class,
             noise: [setup.noise.c_min, setup.noise.c_vel, setup.noise.c_dist],
             tracker: setup.tracker.clone(),
             memory: setup.memory.clone(),
@@ -146,6 +151,12 @@ impl SetupRecord {
             (None, "boxes") => None,
             (None, other) => return refuse("own or boxes, or --detector with the file".to_owned(), other),
         };
+        if let (Some(class), Some(detector)) = (self.class, &network)
+            && class != detector.options().class
+        {
+            let found = format!("class {}", detector.options().class);
+            return refuse(format!("the ball as class {class} of the detector (--class {class})"), &found);
+        }
         let network = network.map(|detector| match self.confidence {
             Some(least) => detector.with_confidence(least),
             None => detector,
@@ -164,5 +175,29 @@ impl SetupRecord {
             lidar: base.lidar.filter(|_| self.lidar),
             ..base
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_replay_takes_the_class_that_was_recorded() {
+        let test = "a_replay_takes_the_class_that_was_recorded";
+        let Some(path) = paid_testing::shared_data(test, "cases/names_ball_1.onnx") else { return };
+        let detector = |class| Detector::load(&path, class).expect("reads");
+        let finder = Finder::Network(Box::new(detector(Some(2))));
+        let record = SetupRecord::of(&SightSetup { finder, ..SightSetup::g1().expect("the robot") });
+        let error = record.setup(Some(detector(None))).expect_err("another class").to_string();
+        assert!(
+            error.contains("class 2 of the detector (--class 2)") && error.contains("class 1"),
+            "{error}"
+        );
+        record.setup(Some(detector(Some(2)))).expect("the same");
+        // Earlier recordings do not say.
+        let earlier = SetupRecord { class: None, ..record };
+        assert!(!earlier.to_json().contains("class"));
+        earlier.setup(Some(detector(None))).expect("whatever is given");
     }
 }
