@@ -89,7 +89,10 @@ pub fn check_runs(
         let off = (factor - 1.0).abs() > CLOCK && (fall.acceleration - gravity).abs() > SURE * fall.error;
         if off {
             let expected = format!("a ball that falls at {gravity:.2} m/s^2");
-            let found = format!("{:.3e} m/s^2", fall.acceleration);
+            let found = match fall.acceleration {
+                g if g.abs() < 1e-3 => format!("{g:.2e} m/s^2"),
+                g => format!("{g:.3} m/s^2"),
+            };
             return wrong("the drops".to_owned(), expected, found, cause(fall.acceleration, share, factor));
         }
     }
@@ -284,7 +287,7 @@ mod tests {
         let run = Run { name: "a".into(), times, values, spin: None };
         let error = check_runs(Path::new("a.csv"), &[run], Quantity::Height, G, &Options::default());
         let error = error.expect_err("refused").to_string();
-        assert!(error.contains("found -2.000e0 m/s^2: height_m is the height over the ground"), "{error}");
+        assert!(error.contains("found -2.000 m/s^2: height_m is the height over the ground"), "{error}");
     }
 
     #[test]

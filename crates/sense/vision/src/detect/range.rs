@@ -65,10 +65,13 @@ fn place(outline: &PixelBox, certain: bool, [width, height]: [usize; 2]) -> Resu
     if sound {
         return Ok(());
     }
-    let [x, y] = middle;
+    let [w, h, x, y] = [w, h, middle[0], middle[1]].map(|pixels| match pixels {
+        _ if pixels.abs() < 1e5 => format!("{pixels:.1}"),
+        _ => format!("{pixels:.1e}"),
+    });
     let expected = format!("boxes in the input of {width} x {height} pixels");
     let found = format!(
-        "one of {w:.3e} x {h:.3e} at ({x:.3e}, {y:.3e}): decoded twice or not at all, transposed, or in shares of the input"
+        "one of {w} x {h} at ({x}, {y}): decoded twice or not at all, transposed, or in shares of the input"
     );
     Err(["boxes".to_owned(), expected, found])
 }
