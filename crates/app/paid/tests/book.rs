@@ -184,7 +184,7 @@ fn shortened(args: &[String]) -> Vec<&str> {
             args.extend(["--size", "160x120", "--pictures", "5"]);
         }
         ["sysid", first, ..] if first.starts_with('-') => {
-            args.extend(["--restarts", "2", "--generations", "20"]);
+            args.extend(["--restarts", "2"]);
         }
         _ => {}
     }

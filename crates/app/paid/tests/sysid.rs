@@ -97,7 +97,7 @@ fn every_source_makes_files_that_read_back() {
     film(folder.path(), &["--from", "turf", "--rate", "30"]);
     assert_eq!(names(&folder.path().join("film")), ["drop.csv", "roll.csv"]);
     let args = [
-        &["sysid", "--drop", "film/drop.csv", "--roll", "film/roll.csv", "--generations", "20", "--json"][..],
+        &["sysid", "--drop", "film/drop.csv", "--roll", "film/roll.csv", "--json"][..],
         &["--restarts", "2", "--repeats", "mean", "--set", "scene.ground.restitution=1"],
     ]
     .concat();
@@ -174,7 +174,7 @@ fn results_that_cannot_be_written_leave_nothing_behind() {
     let folder = tempfile::tempdir().expect("folder");
     film(folder.path(), &[]);
     fs::write(folder.path().join("file"), "precious").expect("file");
-    let quick = ["--generations", "5", "--restarts", "1"];
+    let quick = ["--restarts", "1"];
     let args = ["sysid", "--drop", "film/drop.csv", "--plots", "plots", "--out", "file/yard.toml"];
     let error = refuses(&paid(folder.path(), &[&args[..], &quick].concat()));
     assert!(error.contains("file/yard.toml"), "{error}");
