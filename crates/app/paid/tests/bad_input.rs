@@ -79,7 +79,7 @@ fn a_preset_without_a_ball_for_stage_two_or_beside_a_resumed_run_is_refused_befo
     succeeds(&paid(folder.path(), &small(&one)));
     let resumed = ["train", "stage1", "--resume", "--iterations", "2", "--preset", "stage1"];
     let error = refuses(&paid(folder.path(), &resumed));
-    assert!(error.contains("runs/stage1 has its preset") && error.contains("--set"), "{error}");
+    assert!(error.contains("runs/stage1 has a preset") && error.contains("--set"), "{error}");
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn export_names_what_is_missing_or_cannot_be_written() {
     assert!(error.contains("absent.npz"), "{error}");
     assert!(!folder.path().join("small.safetensors").exists());
     let error = refuses(&paid(folder.path(), &["export", "a", "--out", "p", "--checkpoint", "p"]));
-    assert!(error.contains("--checkpoint: expected another file than --out, found p"), "{error}");
+    assert!(error.contains("--checkpoint: expected a file other than --out, found p"), "{error}");
 }
 
 #[test]

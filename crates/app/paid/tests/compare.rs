@@ -160,7 +160,7 @@ fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
     fs::write(entry.join("origin.txt"), "other clips").expect("writes");
     let error = refuses(&paid(path, &line("here", "Two stages")));
     assert!(
-        error.contains("origin.txt: expected runs that began with the built-in kicks, found other clips"),
+        error.contains("origin.txt: expected runs of the origin 'the built-in kicks', found 'other clips"),
         "{error}"
     );
 }

@@ -40,7 +40,7 @@ pub struct RunArgs {
     /// They start from the true values and add random errors.
     #[arg(long)]
     virtual_senses: bool,
-    /// Release the vendor's controller if it is active. THE ROBOT GOES LIMP: it must hang on the gantry.
+    /// Release the vendor's controller if it is in command. THE ROBOT GOES LIMP: it must hang on the gantry.
     #[arg(long, conflicts_with = "no_switcher")]
     release: bool,
     /// Run everything, but send no joint commands. With --release the vendor's controller is still released: THE ROBOT GOES LIMP.

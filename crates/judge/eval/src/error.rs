@@ -146,7 +146,7 @@ pub enum EvalError {
         found: String,
     },
     /// Runs in a folder began with another policy or other clips.
-    #[error("{}: expected runs that started from {expected}, found {found}; use another --out", path.display())]
+    #[error("{}: expected runs of the origin '{expected}', found '{found}'; use another --out", path.display())]
     Origin {
         /// The file that says so.
         path: PathBuf,

@@ -99,7 +99,9 @@ fn a_plan_that_cannot_be_done_is_refused_before_anything_is_trained() {
     assert!(with("samples = 100000", "samples = 0").contains("samples: expected at least 1, found 0"));
     assert!(with("trials = 2", "trails = 2").contains("unknown field `trails`"));
     assert!(with("seeds = [1, 2]", "seeds = [1, 1]").contains("each once"));
-    assert!(with(r#"name = "AMP""#, r#"name = "ours two stages""#).contains("a name of its own"));
+    assert!(
+        with(r#"name = "AMP""#, r#"name = "ours two stages""#).contains("a different name for each entry")
+    );
     assert!(with(r#"preset = "amp""#, r#"preset = "amq""#).contains("amq"));
     assert!(with(r#"stages = [{ preset = "amp" }]"#, "").contains("either stages or a policy, found AMP"));
     let missing = with(TRAINED, r#"policy = "no/such/run""#);
@@ -151,7 +153,7 @@ fn two_stages_in_one_folder_are_refused() {
     let twice = r#"stages = [{ preset = "stage2" }, { preset = "stage2_lstm" }]"#;
     let text = PLAN.replace(r#"stages = [{ preset = "amp" }]"#, twice);
     let error = refused(&text);
-    assert!(error.contains("expected a folder of its own for every stage"), "{error}");
+    assert!(error.contains("expected a different folder for each stage"), "{error}");
     assert!(error.contains("found amp/seed-7/stage2 twice in 'AMP'"), "{error}");
     let named = text
         .replace(r#"{ preset = "stage2_lstm" }"#, r#"{ preset = "stage2_lstm", sets = ['stage="second"'] }"#);

@@ -80,8 +80,8 @@ mod tests {
 
         write("policy.safetensors", "weightt");
         let error = origin().refuse_another(&out).expect_err("another policy").to_string();
-        assert!(error.contains("origin.txt: expected runs that began with from "), "{error}");
-        assert!(error.ends_with(&format!("found {}; use another --out", first.0)), "{error}");
+        assert!(error.contains("origin.txt: expected runs of the origin 'from "), "{error}");
+        assert!(error.ends_with(&format!("found '{}'; use another --out", first.0)), "{error}");
         write("policy.safetensors", "weights");
         write("clips/a.csv", "2");
         assert!(origin().refuse_another(&out).is_err(), "other clips");

@@ -269,7 +269,10 @@ mod tests {
         assert!(distance(next.ball, [1.2, -0.8]) < 1e-9, "{next:?}");
         assert_eq!(next.leg, Some(KickLeg::Right));
         assert!((next.nearest_m - 0.32_f64.sqrt()).abs() < 1e-9, "the diagonal of two squares: {next:?}");
-        assert!(next.to_string().ends_with("k, is 57 cm off. The mirror image of k would do"), "{next}");
+        assert!(
+            next.to_string().ends_with("k, is 57 cm away. The mirror image of k would fill it"),
+            "{next}"
+        );
     }
 
     #[test]

@@ -177,7 +177,10 @@ mod tests {
         fs::remove_file(folder.path().join(PRESET_FILE)).expect("removed");
         let told = || refuse_another(folder.path(), &preset(2)).map_err(|e| e.to_string());
         let error = told().expect_err("no preset");
-        assert!(error.contains("preset.toml: expected the preset of the run whose metrics.jsonl"), "{error}");
+        assert!(
+            error.contains("preset.toml: expected the preset of the run next to its metrics.jsonl"),
+            "{error}"
+        );
         fs::remove_file(folder.path().join(METRICS_FILE)).expect("removed");
         assert_eq!(told(), Ok(()), "nothing is there");
     }

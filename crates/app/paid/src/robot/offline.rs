@@ -77,7 +77,7 @@ pub struct SimArgs {
         required_unless_present = "lockstep"
     )]
     interface: Option<std::net::IpAddr>,
-    /// Vendor's controller that is active at the start, such as ai [default: released].
+    /// Vendor's controller in command at the start, such as ai [default: released].
     ///
     /// It holds the robot, and commands have no effect until it is released.
     #[arg(

@@ -111,7 +111,7 @@ pub(super) fn serve_network(
         let held = if standing { "a support until its joints hold it" } else { "a gantry" };
         println!("a virtual G1 on domain {domain}, interface {interface}, held by {held}");
         if !args.master.is_empty() {
-            println!("the vendor's controller '{}' is active", args.master);
+            println!("the vendor's controller '{}' is in command", args.master);
         }
         if referee.is_some() {
             print_head();

@@ -61,7 +61,7 @@ pub(super) fn mouth(laterals: &[f64], short: usize, half_width: f64) -> String {
         out,
         "<text class=\"tick\" x=\"{:.1}\" y=\"12\" text-anchor=\"end\">{most} balls</text>\
          <text class=\"axis\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">left of the goal's middle [m]; {short} shots did not \
-         get there</text></svg>",
+         reach it</text></svg>",
         margin + 46.0,
         0.5 * width,
         height - 8.0
