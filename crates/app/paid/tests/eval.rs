@@ -86,7 +86,7 @@ fn shooting_writes_every_trial_and_every_figure() {
     }
     assert_eq!(page.matches("<svg").count(), 11, "three images and two charts per ball, and the panels");
     assert_eq!(page.matches("<tr class=").count(), 2 * 63, "a row a shot");
-    assert!(page.contains("To repeat it:</p><pre>paid eval shooting"), "the command");
+    assert!(page.contains("Command:</p><pre>paid eval shooting"), "the command");
     assert!(!page.contains("src=\"http") && !page.contains("http-equiv"), "the report needs no network");
 }
 

@@ -243,13 +243,13 @@ fn a_folder_is_checked_and_cleaned_with_options_and_past_a_bad_file() {
 fn clips_that_fail_the_check_are_drawn_with_a_note_that_names_them() {
     let folder = tempfile::tempdir().expect("folder");
     let mut clip = swing(KickLeg::Right);
-    clip.body_pos.as_flattened_mut().iter_mut().for_each(|x| *x *= 100.0);
-    write_clip(folder.path(), &Clip { name: "centimeters".to_owned(), ..clip });
+    clip.body_pos.iter_mut().for_each(|position| position[2] += 0.3);
+    write_clip(folder.path(), &Clip { name: "floating".to_owned(), ..clip });
     let output = paid(folder.path(), &["motion", "plot", "motions", "--out", "plots"]);
     succeeds(&output);
     let note = String::from_utf8(output.stderr).expect("UTF-8");
     assert!(note.contains("note: 1 of 1 clips fail `paid motion check`"), "{note}");
-    assert!(note.contains("motions/centimeters.npz") && note.contains("look like centimeters"), "{note}");
+    assert!(note.contains("motions/floating.npz") && note.contains("floats"), "{note}");
     assert!(folder.path().join("plots/coverage.svg").is_file());
     let output = paid(folder.path(), &["motion", "plot", "--out", "plots"]);
     succeeds(&output);

@@ -192,7 +192,7 @@ mod tests {
         let mut filled = first.clone();
         filled.data[40 * 20..].fill(1200);
         let fault = look(&filled).expect_err("a driver that fills in");
-        assert_eq!(fault.to_string(), "depth torn: its last 10 rows are not of it");
+        assert_eq!(fault.to_string(), "depth torn: its last 10 rows are from another image");
         assert!(!fault.is_blind() && !PictureFault::DepthFrozen { pictures: 2 }.is_blind());
         // The ground is too near to be seen.
         let mut near = third.clone();

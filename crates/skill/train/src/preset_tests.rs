@@ -201,5 +201,5 @@ fn a_policy_with_memory_does_not_play_in_the_mirror() {
     let mirror = "task.mirror_left_kicks=true";
     RunPreset::resolve("stage2", &[mirror.to_owned()]).expect("an MLP may");
     let error = refused("stage2", &[mirror, "learn.actor.kind=lstm", "learn.ppo.mirror.weight=0"]);
-    assert!(error.contains("task.mirror_left_kicks") && error.contains("memory"), "{error}");
+    assert!(error.contains("task.mirror_left_kicks") && error.contains("recurrent policy"), "{error}");
 }
