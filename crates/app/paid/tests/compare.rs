@@ -56,7 +56,7 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
     }
     assert_eq!(fs::read_to_string(folder.path().join("out/comparison.txt")).expect("a table"), table);
     assert!(
-        table.contains("near each clip's own place") && table.matches("Two stages").count() > 5,
+        table.contains("near each clip's own ball") && table.matches("Two stages").count() > 5,
         "{table}"
     );
     let page = fs::read_to_string(folder.path().join("out/report.html")).expect("a page");

@@ -249,7 +249,7 @@ fn clips_that_fail_the_check_are_drawn_with_a_note_that_names_them() {
     succeeds(&output);
     let note = String::from_utf8(output.stderr).expect("UTF-8");
     assert!(note.contains("note: 1 of 1 clips fail `paid motion check`"), "{note}");
-    assert!(note.contains("motions/floating.npz") && note.contains("floats"), "{note}");
+    assert!(note.contains("motions/floating.npz (no kick: the foot reaches 0.60 m/s"), "{note}");
     assert!(folder.path().join("plots/coverage.svg").is_file());
     let output = paid(folder.path(), &["motion", "plot", "--out", "plots"]);
     succeeds(&output);
