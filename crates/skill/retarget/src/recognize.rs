@@ -164,7 +164,7 @@ pub(crate) fn recognize(mut motion: HumanMotion, unit: Unit) -> Result<HumanMoti
         motion.notes.push(format!("{name} was taken for up: the trunk points there"));
     }
     motion.notes.extend(parts.pace(&motion));
-    // What is wrong with the axes is said by whoever needs them.
+    // The code that needs the axes reports what is wrong with them.
     motion.notes.extend(Naming::of(&motion).ok().and_then(|naming| naming.note()));
     Ok(motion)
 }
