@@ -10,6 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use paid_files::FileError;
 use thiserror::Error;
 
 /// The version that the bindings in `paid-mujoco` are written for.
@@ -53,18 +54,9 @@ pub enum Error {
         /// What is wrong.
         source: zip::result::ZipError,
     },
-    /// A file could not be read or written.
-    #[error("{file}: {source}")]
-    Io {
-        /// The file or folder.
-        file: PathBuf,
-        /// What went wrong.
-        source: io::Error,
-    },
-}
-
-fn io_error(file: &Path) -> impl FnOnce(io::Error) -> Error + '_ {
-    move |source| Error::Io { file: file.to_owned(), source }
+    /// A file could not be read or written, or a program could not be started.
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// File name of the library on this platform, as in the wheel.
@@ -81,7 +73,7 @@ fn library_name() -> String {
 /// # Errors
 /// If pip is missing or fails, the wheel is not as expected, or a file cannot be written.
 pub fn install() -> Result<PathBuf, Error> {
-    let program = std::env::current_exe().map_err(io_error(Path::new("the running program")))?;
+    let program = std::env::current_exe().map_err(FileError::at(Path::new("the running program")))?;
     // The program lies in <target folder>/<profile>/.
     let target = program.ancestors().nth(2).unwrap_or(Path::new("target"));
     let folder = target.join("mujoco");
@@ -91,11 +83,11 @@ pub fn install() -> Result<PathBuf, Error> {
     }
     let download = folder.join("download.tmp");
     if download.exists() {
-        fs::remove_dir_all(&download).map_err(io_error(&download))?;
+        fs::remove_dir_all(&download).map_err(FileError::at(&download))?;
     }
-    fs::create_dir_all(&download).map_err(io_error(&download))?;
+    fs::create_dir_all(&download).map_err(FileError::at(&download))?;
     let result = download_wheel(&download).and_then(|wheel| extract(&wheel, &library));
-    fs::remove_dir_all(&download).map_err(io_error(&download))?;
+    fs::remove_dir_all(&download).map_err(FileError::at(&download))?;
     result.map(|()| library)
 }
 
@@ -115,14 +107,14 @@ fn download_wheel(folder: &Path) -> Result<PathBuf, Error> {
     command.args(["--python-version", WHEEL_PYTHON, "--disable-pip-version-check", "--no-input", "--quiet"]);
     command.arg("--dest").arg(folder);
     eprintln!("fetching MuJoCo {VERSION} with '{}'", pip.join(" "));
-    let output = command.output().map_err(io_error(Path::new(pip[0])))?;
+    let output = command.output().map_err(FileError::at(Path::new(pip[0])))?;
     if !output.status.success() {
         return Err(Error::Pip {
             command: format!("{} download {requirement}", pip.join(" ")),
             stderr: String::from_utf8_lossy(&output.stderr).trim_end().to_owned(),
         });
     }
-    let entries = fs::read_dir(folder).map_err(io_error(folder))?;
+    let entries = fs::read_dir(folder).map_err(FileError::at(folder))?;
     let wheel =
         entries.filter_map(Result::ok).map(|e| e.path()).find(|p| p.extension() == Some(OsStr::new("whl")));
     wheel.ok_or_else(|| Error::Missing { place: folder.to_owned(), expected: "a wheel (*.whl)".to_owned() })
@@ -131,7 +123,7 @@ fn download_wheel(folder: &Path) -> Result<PathBuf, Error> {
 /// Copies the library out of `wheel` to `library`, under a temporary name until it is whole.
 fn extract(wheel: &Path, library: &Path) -> Result<(), Error> {
     let wheel_error = |source| Error::Wheel { file: wheel.to_owned(), source };
-    let file = File::open(wheel).map_err(io_error(wheel))?;
+    let file = File::open(wheel).map_err(FileError::at(wheel))?;
     let mut archive = zip::ZipArchive::new(file).map_err(wheel_error)?;
     let suffix = format!("/{}", library_name());
     let names = archive.file_names().filter_map(Result::ok).map(std::borrow::Cow::into_owned);
@@ -141,9 +133,9 @@ fn extract(wheel: &Path, library: &Path) -> Result<(), Error> {
     };
     let mut source = archive.by_name(&inside).map_err(wheel_error)?;
     let partial = library.with_extension("part.tmp");
-    let mut out = File::create(&partial).map_err(io_error(&partial))?;
-    io::copy(&mut source, &mut out).and_then(|_| out.sync_all()).map_err(io_error(&partial))?;
-    fs::rename(&partial, library).map_err(io_error(library))
+    let mut out = File::create(&partial).map_err(FileError::at(&partial))?;
+    io::copy(&mut source, &mut out).and_then(|_| out.sync_all()).map_err(FileError::at(&partial))?;
+    Ok(fs::rename(&partial, library).map_err(FileError::at(library))?)
 }
 
 #[cfg(test)]

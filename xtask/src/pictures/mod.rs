@@ -5,11 +5,11 @@ mod speed;
 
 use std::ffi::OsString;
 use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
+use paid_files::FileError;
 use tempfile::TempDir;
 use thiserror::Error;
 
@@ -57,18 +57,9 @@ pub enum Error {
     /// The browser failed.
     #[error("the browser failed: {0}")]
     Browser(String),
-    /// A file could not be read or written, or a program not be started.
-    #[error("{file}: {source}")]
-    Io {
-        /// The file.
-        file: PathBuf,
-        /// What went wrong.
-        source: io::Error,
-    },
-}
-
-fn io_error(file: &Path) -> impl FnOnce(io::Error) -> Error + '_ {
-    move |source| Error::Io { file: file.to_owned(), source }
+    /// A file could not be read or written, or a program could not be started.
+    #[error(transparent)]
+    File(#[from] FileError),
 }
 
 /// What the pictures are made with.
@@ -144,7 +135,7 @@ pub fn command(options: &[&str]) -> ExitCode {
     for (name, file, make) in PICTURES.iter().filter(|p| names.is_empty() || names.contains(&p.0)) {
         let path = folder.join(file);
         let made = make(&studio).and_then(|bytes| {
-            fs::write(&path, &bytes).map_err(io_error(&path))?;
+            fs::write(&path, &bytes).map_err(FileError::at(&path))?;
             Ok(bytes.len())
         });
         match made {
@@ -176,9 +167,9 @@ fn refused(message: &str) -> ExitCode {
 /// Size of the files of a folder `[B]`.
 fn total(folder: &Path) -> Result<u64, Error> {
     let mut size = 0;
-    for file in fs::read_dir(folder).map_err(io_error(folder))? {
-        let file = file.map_err(io_error(folder))?;
-        size += file.metadata().map_err(io_error(&file.path()))?.len();
+    for file in fs::read_dir(folder).map_err(FileError::at(folder))? {
+        let file = file.map_err(FileError::at(folder))?;
+        size += file.metadata().map_err(FileError::at(&file.path()))?.len();
     }
     Ok(size)
 }
@@ -199,7 +190,7 @@ impl Studio {
 
     /// Runs the program to its end.
     fn run(&self, arguments: &[&str]) -> Result<(), Error> {
-        let output = self.command(arguments)?.output().map_err(io_error(&self.paid))?;
+        let output = self.command(arguments)?.output().map_err(FileError::at(&self.paid))?;
         if output.status.success() {
             return Ok(());
         }
@@ -213,10 +204,10 @@ impl Studio {
     /// Starts the program with its output in the scratch folder.
     fn start(&self, arguments: &[&str]) -> Result<Running, Error> {
         let log = self.scratch.path().join("log");
-        let file = fs::File::options().create(true).append(true).open(&log).map_err(io_error(&log))?;
-        let twin = file.try_clone().map_err(io_error(&log))?;
+        let file = fs::File::options().create(true).append(true).open(&log).map_err(FileError::at(&log))?;
+        let twin = file.try_clone().map_err(FileError::at(&log))?;
         let child = self.command(arguments)?.stdout(file).stderr(twin).spawn();
-        child.map(Running).map_err(io_error(&self.paid))
+        Ok(child.map(Running).map_err(FileError::at(&self.paid))?)
     }
 
     /// A file or folder of the scratch folder.
@@ -226,7 +217,7 @@ impl Studio {
 
     fn read(&self, name: &str) -> Result<Vec<u8>, Error> {
         let path = self.scratch.path().join(name);
-        fs::read(&path).map_err(io_error(&path))
+        Ok(fs::read(&path).map_err(FileError::at(&path))?)
     }
 
     /// A browser that shows the page of a program at `port`.

@@ -37,14 +37,6 @@ impl QuatOrder {
             Self::Wxyz => q,
         }
     }
-
-    /// The other order.
-    fn other(self) -> Self {
-        match self {
-            Self::Xyzw => Self::Wxyz,
-            Self::Wxyz => Self::Xyzw,
-        }
-    }
 }
 
 /// A reading as wrong as this is doubted at all: mean tilt of the base `[rad]` plus mean speed of the slower foot `[m/s]`.
@@ -59,7 +51,7 @@ pub(crate) fn stands_in_the_other_order(clip: &Clip, model: &RobotModel, spec: &
     let swapped: Vec<Base> = (0..clip.frames)
         .map(|t| {
             let [w, x, y, z] = clip.body_quat(t)[0];
-            (clip.body_pos(t)[0], QuatOrder::Xyzw.other().quat([x, y, z, w]))
+            (clip.body_pos(t)[0], QuatOrder::Wxyz.quat([x, y, z, w]))
         })
         .collect();
     let other = Clip::from_poses(model, clip.fps, &swapped, &clip.joint_pos);

@@ -51,8 +51,6 @@ impl Teller {
         if quiet && !std::mem::replace(&mut self.works, true) {
             self.lately.clear();
             let _ = self.to.try_send(line.to_owned());
-        } else if !quiet {
-            self.works = false;
         }
     }
 }
