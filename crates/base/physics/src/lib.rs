@@ -34,6 +34,6 @@ pub mod simulator;
 pub use compliance::{Compliance, Cone, ContactCompliance, ContactKind, SoleShape};
 pub use contact::{Combine, Material};
 pub use engine::{Engine, EngineSpec, PhysicsError, SolverConstants};
-pub use scene::{BallParams, EnvParams, SceneConfig, Terrain};
+pub use scene::{BallParams, EnvParams, MotorScale, SceneConfig, Terrain};
 pub use segments::nearest_points;
 pub use simulator::{BallState, BodyState, GroupState, LaneState, Simulator};

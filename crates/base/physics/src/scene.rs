@@ -84,6 +84,9 @@ pub struct EnvParams {
     pub mass_scale: Vec<f64>,
     /// Actuator stiffness and damping are multiplied by these.
     pub gain_scale: [f64; 2],
+    /// Each joint's motor relative to the model's, model order; empty means the model's.
+    #[serde(default)]
+    pub motor_scale: Vec<MotorScale>,
     /// The ball.
     pub ball: BallParams,
     /// Offset into the terrain grid `[m]`.
@@ -91,6 +94,24 @@ pub struct EnvParams {
     /// Kind of contacts and controllers.
     #[serde(default)]
     pub kind: ContactKind,
+}
+
+/// A joint's motor and controller relative to the model's.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MotorScale {
+    /// Factor of the armature.
+    pub armature: f64,
+    /// Factor of the controller's stiffness.
+    pub stiffness: f64,
+    /// Factor of the controller's damping.
+    pub damping: f64,
+    /// Factor of the largest torque.
+    pub effort: f64,
+}
+
+impl MotorScale {
+    /// The model's motor.
+    pub const ONE: Self = Self { armature: 1.0, stiffness: 1.0, damping: 1.0, effort: 1.0 };
 }
 
 impl Default for SceneConfig {
@@ -153,6 +174,7 @@ impl Default for EnvParams {
             base_com_offset: [0.0; 3],
             mass_scale: Vec::new(),
             gain_scale: [1.0; 2],
+            motor_scale: Vec::new(),
             ball: BallParams::default(),
             terrain_offset: [0.0; 2],
             kind: ContactKind::default(),

@@ -3,7 +3,7 @@
 use crate::common::{biped, lane_at, reset_all, stance};
 use paid_lanes::rng::Rng;
 use paid_lanes::{F32Array, Isa, IsaVisitor, Real};
-use paid_physics::{Engine, EnvParams, LaneState, Material, SceneConfig, Simulator, Terrain};
+use paid_physics::{Engine, EnvParams, LaneState, Material, MotorScale, SceneConfig, Simulator, Terrain};
 
 type V = F32Array<8>;
 
@@ -32,6 +32,12 @@ fn params(env: u32) -> EnvParams {
     p.mass_scale[0] = rng.uniform(0.9, 1.1);
     p.base_com_offset = [rng.uniform(-0.02, 0.02), 0.0, 0.0];
     p.gain_scale = [rng.uniform(0.9, 1.1), rng.uniform(0.9, 1.1)];
+    if env % 2 == 1 {
+        p.motor_scale = vec![
+            MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.7 };
+            biped().0.joints.len()
+        ];
+    }
     p.robot = Material { static_friction: rng.uniform(0.4, 1.2), dynamic_friction: 0.4, restitution: 0.1 };
     p.terrain_offset = [rng.uniform(0.0, 3.0), rng.uniform(0.0, 3.0)];
     p
@@ -82,6 +88,41 @@ fn a_lane_does_not_depend_on_its_neighbors() {
     assert_eq!(a[1], b[1]);
     assert_eq!(a[5], b[5]);
     assert_eq!(a[2], b[7]);
+}
+
+#[test]
+fn an_environment_with_other_motors_is_a_robot_that_is_built_with_them() {
+    let scale = MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.75 };
+    let run = |built: bool| {
+        let (mut model, mut spec) = biped();
+        let joints = model.joints.len();
+        let scene = scene();
+        let mut params = EnvParams { terrain_offset: [0.5, 0.5], ..EnvParams::default() };
+        if built {
+            for joint in &mut model.joints {
+                joint.armature *= scale.armature;
+                joint.effort_limit *= scale.effort;
+            }
+            spec.stiffness.iter_mut().for_each(|x| *x *= scale.stiffness);
+            spec.damping.iter_mut().for_each(|x| *x *= scale.damping);
+        } else {
+            params.motor_scale = vec![scale; joints];
+        }
+        let mut engine = Engine::<f64>::new(&model, spec, &scene, 1).unwrap();
+        engine.set_params(0, 0, &params);
+        engine.reset_lane(0, 0, &start(&model, 1));
+        engine.refresh(0);
+        for step in 0..40 {
+            engine.step(0, &targets(&model, 1, step));
+        }
+        (engine.save_lane(0, 0), engine.state(0).joint_torque.clone())
+    };
+    let ((scaled, torques), (built, expected)) = (run(false), run(true));
+    let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9 * b.abs().max(1.0));
+    assert!(
+        near(&scaled.joint_pos, &built.joint_pos) && near(&torques, &expected),
+        "{torques:?} {expected:?}"
+    );
 }
 
 #[test]

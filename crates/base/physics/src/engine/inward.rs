@@ -5,7 +5,7 @@ use paid_lanes::Real;
 use super::articulated::{Articulated, BaseFactor};
 use super::group::{Group, JointWork, Work};
 use super::layout::{Link, ModelLayout, Visit};
-use super::params::GroupParams;
+use super::params::{GroupParams, MotorLanes};
 use super::phase::phase;
 use super::solver::SOLVER;
 use super::spatial::Force;
@@ -21,26 +21,44 @@ pub(crate) enum Drive<'a, V> {
     Torques(&'a [V]),
 }
 
-/// Torque at the start of the step and its implicit share: `torque - diagonal * acceleration`, armature included.
+/// The motor of joint `j` and its controller in each lane.
+#[inline(always)]
+fn motor<V: Real>(link: &Link<V::Scalar>, params: &GroupParams<V>, j: usize) -> MotorLanes<V> {
+    let mut motor = MotorLanes {
+        armature: V::splat(link.armature),
+        stiffness: V::splat(link.stiffness) * params.gain_scale[0],
+        damping: V::splat(link.gain_damping) * params.gain_scale[1],
+        effort: V::splat(link.effort),
+    };
+    if let Some(scales) = &params.motor_scale {
+        let scale = &scales[j];
+        motor.armature *= scale.armature;
+        motor.stiffness *= scale.stiffness;
+        motor.damping *= scale.damping;
+        motor.effort *= scale.effort;
+    }
+    motor
+}
+
+/// Torque of joint `j` at the start of the step and its implicit share: `torque - diagonal * acceleration`, armature included.
 #[inline(always)]
 fn joint_torque<V: Real>(
     link: &Link<V::Scalar>,
-    params: &GroupParams<V>,
+    motor: &MotorLanes<V>,
+    pd_implicitness: V,
     q: V,
     qd: V,
     target: V,
     h: V,
 ) -> (V, V) {
     let zero = V::zero();
-    let stiffness = V::splat(link.stiffness) * params.gain_scale[0];
-    let damping = V::splat(link.gain_damping) * params.gain_scale[1];
+    let MotorLanes { armature, stiffness, damping, effort: limit } = *motor;
     // The torque is (1 - s) of the step's start and s of its end.
-    let known = params.pd_implicitness * h;
-    let limit = V::splat(link.effort);
+    let known = pd_implicitness * h;
     let wanted = stiffness.mul_add(known, damping).neg_mul_add(qd, stiffness * (target - q));
     let free = wanted.abs().lt(limit);
     let mut torque = wanted.min(limit).max(-limit);
-    let mut diagonal = V::splat(link.armature) + V::select(free, stiffness.mul_add(h, damping) * known, zero);
+    let mut diagonal = armature + V::select(free, stiffness.mul_add(h, damping) * known, zero);
 
     let over = (V::splat(link.range[0]) - q).max(zero) + (V::splat(link.range[1]) - q).min(zero);
     let at_stop = zero.lt(over.abs());
@@ -101,8 +119,11 @@ pub(crate) fn inward<'a, V>(
             soft::ground_contact(layout, constants, g, j + 1, link.capsules, &w.ends, vel, &mut art, forces);
         }
         let (torque, diagonal) = match drive {
-            Drive::Targets(t) => joint_torque(link, &g.params, g.q[j], g.qd[j], t[j], h),
-            Drive::Torques(t) => (t[j], V::splat(link.armature)),
+            Drive::Targets(t) => {
+                let motor = motor(link, &g.params, j);
+                joint_torque(link, &motor, g.params.pd_implicitness, g.q[j], g.qd[j], t[j], h)
+            }
+            Drive::Torques(t) => (t[j], motor(link, &g.params, j).armature),
         };
         reduce(&mut art, &mut w.joints[j], torque, diagonal);
     }
@@ -160,17 +181,16 @@ pub(crate) fn dynamics<V: Real>(
     finish(layout, constants, g, w, drive);
 }
 
-/// Actuator torque at the end of the step: the implicit controller's, within the effort limit `[N m]`.
+/// Actuator torque of joint `j` at the end of the step: the implicit controller's, within the effort limit `[N m]`.
 #[inline(always)]
 pub(crate) fn actuator_torque<V: Real>(
     link: &Link<V::Scalar>,
     params: &GroupParams<V>,
+    j: usize,
     q: V,
     qd: V,
     target: V,
 ) -> V {
-    let stiffness = V::splat(link.stiffness) * params.gain_scale[0];
-    let damping = V::splat(link.gain_damping) * params.gain_scale[1];
-    let limit = V::splat(link.effort);
+    let MotorLanes { stiffness, damping, effort: limit, .. } = motor(link, params, j);
     damping.neg_mul_add(qd, stiffness * (target - q)).min(limit).max(-limit)
 }

@@ -5,7 +5,7 @@ use paid_lanes::{Real, Vec3};
 use super::block::Friction;
 use super::cone::ConeLanes;
 use super::spring::SpringLanes;
-use crate::{BallParams, Cone, ContactKind, EnvParams, Material, SceneConfig, SoleShape};
+use crate::{BallParams, Cone, ContactKind, EnvParams, Material, MotorScale, SceneConfig, SoleShape};
 
 /// Coefficients of a contact between two surfaces, one value per lane.
 #[derive(Clone, Copy, Debug)]
@@ -55,6 +55,28 @@ pub(crate) struct SoleLanes<V> {
     pub rounding: V,
 }
 
+/// A joint's [`MotorScale`], one value per lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MotorLanes<V> {
+    pub armature: V,
+    pub stiffness: V,
+    pub damping: V,
+    pub effort: V,
+}
+
+impl<V: Real> MotorLanes<V> {
+    fn one() -> Self {
+        let one = V::one();
+        Self { armature: one, stiffness: one, damping: one, effort: one }
+    }
+    fn set_lane(&mut self, lane: usize, motor: MotorScale) {
+        self.armature.set_lane(lane, motor.armature);
+        self.stiffness.set_lane(lane, motor.stiffness);
+        self.damping.set_lane(lane, motor.damping);
+        self.effort.set_lane(lane, motor.effort);
+    }
+}
+
 /// [`EnvParams`] of a group, prepared for stepping.
 #[derive(Clone, Debug)]
 pub(crate) struct GroupParams<V> {
@@ -63,6 +85,8 @@ pub(crate) struct GroupParams<V> {
     /// Per body; `None` while every lane has the model's masses.
     pub mass_scale: Option<Vec<V>>,
     pub gain_scale: [V; 2],
+    /// Per joint; `None` while every lane has the model's motors.
+    pub motor_scale: Option<Vec<MotorLanes<V>>>,
     pub terrain_offset: [V; 2],
     pub ball: BallLanes<V>,
     /// The robot's surface against itself.
@@ -100,6 +124,7 @@ impl<V: Real> GroupParams<V> {
             base_com_offset: Vec3::zero(),
             mass_scale: None,
             gain_scale: [V::one(); 2],
+            motor_scale: None,
             terrain_offset: [z; 2],
             ball,
             robot: ContactLanes::new(zero),
@@ -130,12 +155,18 @@ impl<V: Real> GroupParams<V> {
         ball.angular_keep.set_lane(lane, (1.0 - b.angular_damping * dt).max(0.0));
     }
 
-    /// Sets the parameters of one lane. `mass_scale` must be empty or have one value per body.
+    /// Sets the parameters of one lane. `mass_scale` must be empty or have one value per body, `motor_scale` one per joint.
     pub fn set_lane(&mut self, lane: usize, p: &EnvParams, scene: &SceneConfig, bodies: usize) {
         assert!(
             p.mass_scale.is_empty() || p.mass_scale.len() == bodies,
             "mass_scale: expected 0 or {bodies} values, found {}",
             p.mass_scale.len()
+        );
+        let joints = bodies - 1;
+        assert!(
+            p.motor_scale.is_empty() || p.motor_scale.len() == joints,
+            "motor_scale: expected 0 or {joints} values, found {}",
+            p.motor_scale.len()
         );
         self.base_com_offset.set_lane(lane, p.base_com_offset);
         for k in 0..2 {
@@ -146,6 +177,12 @@ impl<V: Real> GroupParams<V> {
             let scale = self.mass_scale.get_or_insert_with(|| vec![V::one(); bodies]);
             for (b, s) in scale.iter_mut().enumerate() {
                 s.set_lane(lane, p.mass_scale.get(b).copied().unwrap_or(1.0));
+            }
+        }
+        if !p.motor_scale.is_empty() || self.motor_scale.is_some() {
+            let motors = self.motor_scale.get_or_insert_with(|| vec![MotorLanes::one(); joints]);
+            for (j, motor) in motors.iter_mut().enumerate() {
+                motor.set_lane(lane, p.motor_scale.get(j).copied().unwrap_or(MotorScale::ONE));
             }
         }
         self.set_ball(lane, &p.ball, scene.physics_dt_s);

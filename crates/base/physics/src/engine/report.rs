@@ -64,7 +64,8 @@ pub(crate) fn ball<V: Real>(g: &mut Group<V>) {
 #[inline(always)]
 pub(crate) fn torques<V: Real>(layout: &ModelLayout<V::Scalar>, g: &mut Group<V>, targets: &[V]) {
     for j in 0..layout.links.len() {
-        g.state.joint_torque[j] = actuator_torque(&layout.links[j], &g.params, g.q[j], g.qd[j], targets[j]);
+        g.state.joint_torque[j] =
+            actuator_torque(&layout.links[j], &g.params, j, g.q[j], g.qd[j], targets[j]);
     }
 }
 
