@@ -35,6 +35,7 @@ impl RobotSpec {
         let velocity_limit = self.per_joint(model, "velocity_limit", &self.velocity_limit)?;
         let stiffness = self.per_joint(model, "stiffness", &self.stiffness)?;
         let damping = self.per_joint(model, "damping", &self.damping)?;
+        let action_scale = self.per_joint(model, "action_scale", &self.action_scale)?;
         let mut control = ControlSpec {
             default_pos,
             stiffness: Vec::new(),
@@ -66,7 +67,8 @@ impl RobotSpec {
             control.damping.push(damping[j].unwrap_or(own));
             let stiffness = stiffness[j].unwrap_or(joint.armature * omega * omega);
             control.stiffness.push(stiffness);
-            control.action_scale.push(self.action_scale_factor * joint.effort_limit / stiffness);
+            let own = self.action_scale_factor * joint.effort_limit / stiffness;
+            control.action_scale.push(action_scale[j].unwrap_or(own));
             control
                 .velocity_limit
                 .push(velocity_limit[j].ok_or_else(|| missing("velocity_limit", "the limit"))?);
@@ -77,7 +79,7 @@ impl RobotSpec {
     }
 
     /// One entry per joint of `model`; the last pattern that matches holds.
-    fn per_joint(
+    pub(crate) fn per_joint(
         &self,
         model: &RobotModel,
         key: &str,

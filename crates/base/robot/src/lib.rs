@@ -30,6 +30,7 @@ pub mod model;
 pub mod names;
 pub mod order;
 pub mod spec;
+pub mod variant;
 
 pub use control::ControlSpec;
 pub use frames::{BodyAngVel, WorldAngVel};
@@ -40,3 +41,4 @@ pub use mjcf::{MjcfError, MjcfProblem};
 pub use model::{Body, Geom, Joint, RobotModel, Shape};
 pub use order::{OrderError, Permutation};
 pub use spec::{JointValue, RobotSpec, SpecError};
+pub use variant::{Difference, LinkDifference};

@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::variant::Difference;
+
 /// The robot's TOML file (`configs/robots/*.toml`). Joint and body entries are by name.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -46,8 +48,17 @@ pub struct RobotSpec {
     pub damping: Vec<JointValue>,
     /// Action scale as a share of effort limit over stiffness.
     pub action_scale_factor: f64,
+    /// Action scale of joints that do not follow the factor `[rad]`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub action_scale: Vec<JointValue>,
     /// Velocity limits `[rad/s]`; every joint has one.
     pub velocity_limit: Vec<JointValue>,
+    /// The `mode_machine` of the robots that this file is for; empty for a robot that has no such number.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mode_machines: Vec<u8>,
+    /// What some of them have instead of the numbers above and in the MJCF.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub differences: Vec<Difference>,
     /// The file that this came from, for error messages.
     #[serde(skip)]
     pub file: String,
@@ -120,6 +131,16 @@ pub enum SpecError {
         /// What is missing.
         what: String,
     },
+    /// A variant that the file does not have.
+    #[error("{file}: expected a robot of mode_machine {known}, found {found}")]
+    NoVariant {
+        /// File name as given.
+        file: String,
+        /// The number that was asked for.
+        found: u8,
+        /// Those of the file.
+        known: String,
+    },
 }
 
 impl RobotSpec {
@@ -157,6 +178,10 @@ impl RobotSpec {
         for (i, entry) in spec.velocity_limit.iter().enumerate() {
             spec.check(&format!("velocity_limit[{i}]"), entry.value, positive, "a positive speed [rad/s]")?;
         }
+        for (i, entry) in spec.action_scale.iter().enumerate() {
+            spec.check(&format!("action_scale[{i}]"), entry.value, positive, "a positive angle [rad]")?;
+        }
+        spec.check_differences()?;
         Ok(spec)
     }
 
@@ -171,7 +196,7 @@ impl RobotSpec {
         }
     }
 
-    fn check(
+    pub(crate) fn check(
         &self,
         key: &str,
         found: f64,

@@ -5,3 +5,4 @@ mod kinematics;
 mod mjcf;
 mod motions;
 mod spec;
+mod variant;
