@@ -43,6 +43,7 @@
 //! let contract = Contract {
 //!     format: FORMAT,
 //!     robot: "leg".into(),
+//!     mode_machines: Vec::new(),
 //!     license: "MIT".into(),
 //!     control_period_s: 0.02,
 //!     action: "joint position target = default_pos + action_scale * action".into(),

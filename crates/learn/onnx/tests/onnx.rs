@@ -37,6 +37,7 @@ fn contract(recurrent: Option<(usize, usize)>) -> Contract {
     Contract {
         format: FORMAT,
         robot: "arm".to_owned(),
+        mode_machines: Vec::new(),
         license: "test".to_owned(),
         control_period_s: 0.02,
         action: "joint position target = default + scale * action".to_owned(),

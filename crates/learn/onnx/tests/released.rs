@@ -28,6 +28,7 @@ fn contract() -> Contract {
     Contract {
         format: FORMAT,
         robot: "arm".to_owned(),
+        mode_machines: Vec::new(),
         license: "test".to_owned(),
         control_period_s: 0.02,
         action: "target".to_owned(),

@@ -19,6 +19,9 @@ pub struct Contract {
     pub format: u32,
     /// Name of the robot.
     pub robot: String,
+    /// The variants of it that the policy was trained on, by their `mode_machine`. Empty: the one of the robot's files alone.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub mode_machines: Vec<u8>,
     /// Terms under which the file may be used, with their reason (the motions that it was trained on).
     // Files of earlier versions spell it the British way.
     #[serde(alias = "licence")]
@@ -142,7 +145,7 @@ impl Contract {
     }
 
     /// How `found` differs from `self` in anything that changes what the policy sees or does: one sentence per difference, empty if
-    /// the two agree. License, embedded reference and play do not count.
+    /// the two agree. License, variants, embedded reference and play do not count.
     pub fn differences(&self, found: &Self) -> Vec<String> {
         let mut out = Vec::new();
         let d = &mut out;

@@ -37,6 +37,7 @@ pub fn robot_contract(
     Ok(Contract {
         format: FORMAT,
         robot: spec.name.clone(),
+        mode_machines: Vec::new(),
         license: String::new(),
         control_period_s,
         action: ACTION.to_owned(),
@@ -65,6 +66,7 @@ pub fn policy_contract(
     let lstm = &policy.net.lstm;
     Ok(Contract {
         license: license.to_owned(),
+        mode_machines: play.randomization.mode_machines.clone(),
         recurrent: lstm.first().map(|l| RecurrentContract { layers: lstm.len(), hidden: l.size }),
         play: Some(play.contract()).filter(|play| *play != PlayContract::default()),
         ..robot_contract(model, spec, play.control_dt_s(), &play.observations.policy)?

@@ -28,5 +28,7 @@ pub use motion::{
 };
 pub use own_place::OwnPlace;
 pub use policy_file::{NO_PRESET, POLICY_FILE, PRESET_FILE, PolicyFile, is_onnx, load_robot};
-pub use preset::{PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedScene};
+pub use preset::{
+    PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedRandomization, PlayedScene,
+};
 pub use scene::{BelievedScene, SceneMemory};

@@ -28,6 +28,9 @@ pub struct PlayPreset {
     pub observations: PlayedObservations,
     /// Motions and their balls.
     pub ball: PlayedPlacement,
+    /// What it was trained on.
+    #[serde(default)]
+    pub randomization: PlayedRandomization,
     /// The ball tracker and the noise that it expects; camera and odometry of a simulated robot.
     #[serde(default)]
     pub eyes: EyesPreset,
@@ -78,6 +81,14 @@ pub struct PlayedPlacement {
     /// What is shown of the ball after the strike.
     #[serde(default)]
     pub after_strike: AfterStrikePreset,
+}
+
+/// Of a task's randomization.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PlayedRandomization {
+    /// The robots that the policy was trained on, by their `mode_machine`. Empty: the one of the robot's files alone.
+    #[serde(default)]
+    pub mode_machines: Vec<u8>,
 }
 
 /// Tables whose keys are anything.

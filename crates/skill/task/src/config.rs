@@ -5,6 +5,7 @@ use paid_play::{MotionFacts, ReferenceLibrary, body_index, followed_bodies, side
 use paid_policy::{Dimensions, ObservationLayout, Sides};
 use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 
+use crate::episode::variant::Variant;
 use crate::preset::ReferenceSource;
 use crate::preset::observation::ObservationConfig;
 use crate::{TaskError, TaskPreset};
@@ -38,6 +39,8 @@ pub(crate) struct TaskConfig {
     pub waist: Vec<usize>,
     /// Height of the base in the default pose `[m]`.
     pub nominal_height_m: f64,
+    /// The robots that episodes are drawn from; none: the robot as its files have it.
+    pub variants: Vec<Variant>,
     /// Center of mass of the base in its frame `[m]`.
     pub base_com: [f64; 3],
     /// True if episodes follow a reference motion.
@@ -120,6 +123,7 @@ impl TaskConfig {
             waist,
             bodies: robot.bodies.len(),
             nominal_height_m: spec.nominal_height_m,
+            variants: Variant::all(robot, spec, &control, &preset.randomization.mode_machines)?,
             base_com: robot.bodies[0].com,
             has_reference: preset.reference == ReferenceSource::Motions,
             dt_s,

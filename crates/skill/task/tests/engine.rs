@@ -9,7 +9,7 @@ use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
 use paid_task::{
     Agent, Disturbances, EndCause, EpisodeRules, InitialState, ShardSetup, TaskMetrics, TaskPreset,
-    TaskSetup, TaskShard, build_shard, run_agent,
+    TaskSetup, TaskShard, build_shard, observe_agent, run_agent,
 };
 
 /// The paper's motions, or `None` (the test is skipped).
@@ -51,6 +51,18 @@ fn facts_of_the_motions_are_the_releases() {
         );
         assert!(facts.strike_speed > 4.5 && facts.strike_frame > facts.frames / 3, "{facts:?}");
     }
+}
+
+#[test]
+fn episodes_are_drawn_from_the_robots_that_the_preset_names() {
+    let run = |machines: &str| {
+        let set = format!("randomization.mode_machines={machines}");
+        let mut shard =
+            shard("stage2", &[&set], 32, "episodes_are_drawn_from_the_robots_that_the_preset_names")?;
+        Some(observe_agent(&mut *shard, Agent::Zero, 40, 1).expect("finite").policy)
+    };
+    let (Some(one), Some(other), Some(both)) = (run("[5]"), run("[11]"), run("[5, 11]")) else { return };
+    assert!(one != other && both != one && both != other);
 }
 
 #[test]

@@ -55,6 +55,9 @@ pub struct Setting {
         requires = "policy"
     )]
     robot: Option<String>,
+    /// Variant of the robot, by the mode_machine that it reports: 5, 11, 13, 15 or 18 for a G1 [default: 5].
+    #[arg(long, hide_short_help = true, help_heading = "Simulation", value_name = "N", requires = "policy")]
+    mode_machine: Option<u8>,
     /// Folder of motion files [default: those the policy was trained on].
     ///
     /// For an ONNX file of another program the default is the built-in kicks.
@@ -173,6 +176,7 @@ impl Setting {
         }
         Ok(SubjectSpec {
             robot: self.robot.clone().unwrap_or_else(|| "g1".to_owned()),
+            mode_machine: self.mode_machine,
             motions: self.motions.clone(),
             task: self.task.clone(),
             fallback_task: fallback_task.to_owned(),

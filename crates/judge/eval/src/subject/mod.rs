@@ -40,6 +40,8 @@ pub struct SubjectSpec {
     pub policy: PathBuf,
     /// Built-in robot or robot file, for policies that do not name theirs.
     pub robot: String,
+    /// The `mode_machine` of the variant of the robot that is simulated; `None`: the robot as its files have it.
+    pub mode_machine: Option<u8>,
     /// Folder of the motion files; `None`: those that the policy was trained on, the built-in kicks if it does not say.
     pub motions: Option<PathBuf>,
     /// Run preset, built in or a file, whose task to score in; `None`: the one that the policy was trained in.
@@ -68,6 +70,7 @@ impl SubjectSpec {
         Self {
             policy: policy.into(),
             robot: "g1".to_owned(),
+            mode_machine: None,
             motions: None,
             task: None,
             fallback_task: "paper_stage2".to_owned(),
@@ -155,6 +158,9 @@ impl Subject {
         };
         let library = Arc::new(library);
         let maker = source.driver(&mut robot, &mut robot_spec, &library, &task)?;
+        if let Some(mode_machine) = spec.mode_machine {
+            (robot, robot_spec) = robot_spec.as_variant(&robot, mode_machine)?;
+        }
         let setup = EvalSetup {
             engine: spec.engines.first(&scene),
             isa: spec.isa,

@@ -84,6 +84,10 @@ impl StartContext<'_> {
         if ranges.kinds() {
             params.kind = draw_kind(ranges, &preset.scene, &params, rng);
         }
+        let variants = &self.config.variants;
+        if !variants.is_empty() {
+            variants[rng.below(variants.len())].apply(&mut params);
+        }
         (params, offsets)
     }
 }

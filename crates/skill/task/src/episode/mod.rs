@@ -9,3 +9,4 @@ pub(crate) mod rules;
 pub(crate) mod sampler;
 pub(crate) mod stance;
 pub(crate) mod starts;
+pub(crate) mod variant;

@@ -10,7 +10,9 @@ pub(crate) mod randomization;
 use std::path::Path;
 
 use paid_physics::{BallParams, ContactKind, Material, SceneConfig};
-use paid_play::{PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedScene};
+use paid_play::{
+    PlayPreset, PlayedBall, PlayedObservations, PlayedPlacement, PlayedRandomization, PlayedScene,
+};
 use paid_policy::PlayContract;
 use paid_policy::observation::ObservationId;
 use serde::{Deserialize, Serialize};
@@ -209,6 +211,7 @@ impl TaskPreset {
                 contact_s: self.ball.contact_s.clone(),
                 after_strike: self.ball.after_strike.clone(),
             },
+            randomization: PlayedRandomization { mode_machines: self.randomization.mode_machines.clone() },
             eyes: self.eyes.clone(),
         }
     }

@@ -109,10 +109,14 @@ pub struct RandomizationPreset {
     /// above.
     pub surfaces: Vec<SurfacePreset>,
     /// Relative standard deviation of every parameter of a surface. The paper writes a unit variance, which cannot be right:
-    /// a restitution of 0.75 would leave [0, 1] in 63% of the draws.
+    /// a restitution of 0.75 would leave [0, 1] in 53% of the draws.
     pub surface_deviation: f64,
     /// Factor of the joint controllers' stiffness, and another of their damping; [1, 1] is none.
     pub gain_scale: Range,
+    /// Robots that episodes are drawn from, by their `mode_machine` in the robot's file: motors, gains, and masses of links. Empty: the robot
+    /// as its files have it.
+    #[serde(default)]
+    pub mode_machines: Vec<u8>,
     /// Factor of mass and inertia of every body but the base, drawn for each body; [1, 1] is none.
     pub link_mass_scale: Range,
     /// Factor of mass and inertia of the base; [1, 1] is none.
