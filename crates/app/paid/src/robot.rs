@@ -7,10 +7,11 @@ mod verify;
 mod watch;
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use clap::Subcommand;
-use paid_robot_program::{CheckArgs, RunArgs, check};
-use paid_runtime::DeployError;
+use paid_robot_program::{CheckArgs, PlayerArgs, RunArgs, check};
+use paid_runtime::{DeployError, Limits, Player};
 use paid_twin::TwinError;
 
 use crate::failure::Failure;
@@ -36,6 +37,25 @@ enum Command {
     Replay(verify::DrawnReplayArgs),
     /// Inject each fault into a simulated G1 and measure how soon it is damped.
     Drill(verify::DrillArgs),
+}
+
+/// Which G1 is simulated.
+#[derive(Debug, clap::Args)]
+struct VariantArgs {
+    /// G1 to simulate, by the mode_machine that it reports: 5, 11, 13, 15 or 18.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    mode_machine: u8,
+}
+
+impl VariantArgs {
+    /// Player of that robot, and limits.
+    fn load(&self, player: &PlayerArgs) -> Result<(Arc<Player>, Limits), Failure> {
+        let (player, limits) = player.load()?;
+        let player = player
+            .as_variant(self.mode_machine)
+            .map_err(|error| Failure::input(format!("--mode-machine: {error}")))?;
+        Ok((Arc::new(player), limits))
+    }
 }
 
 /// Arguments of `paid robot run`.

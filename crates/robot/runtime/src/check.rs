@@ -6,9 +6,10 @@ use std::fmt::Write as _;
 use paid_robot::RobotModel;
 
 use crate::limits::Limits;
+use crate::machine;
 use crate::message::Packet;
 use crate::motors::{G1_MOTORS, motors_of};
-use crate::wire::{LowState, MODE_MACHINE_G1_29, MotorState, machine};
+use crate::wire::{LowState, MotorState};
 
 /// A joint this far from its first angle has been moved `[rad]`: more than what moves along when its neighbor is.
 const MOVED_RAD: f64 = 0.15;
@@ -184,8 +185,9 @@ impl Checker {
         );
         let _ = writeln!(
             text,
-            "mode_machine  {mode}: {} (expected {MODE_MACHINE_G1_29}), mode_pr {}",
-            machine(mode),
+            "mode_machine  {mode}: {} (expected {}), mode_pr {}",
+            machine::words(mode),
+            machine::EXPECTED,
             state.mode_pr
         );
         let (released, master) = match &self.master {
@@ -236,7 +238,7 @@ impl Checker {
             && CLOCK.contains(&clock)
             && self.others == 0
             && released
-            && mode == MODE_MACHINE_G1_29
+            && machine::KNOWN.contains(&mode)
             && gap(1.0) < 20.0
             && cool
             && ordered

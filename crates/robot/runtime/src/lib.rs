@@ -32,6 +32,7 @@ mod limits;
 mod link;
 mod live;
 pub mod log;
+mod machine;
 mod mailbox;
 mod message;
 mod motors;

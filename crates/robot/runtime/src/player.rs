@@ -1,6 +1,7 @@
 //! What is played: a policy with its motions, on the robot that it was trained for.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use paid_lanes::{Mat3, Quat, Vec3};
 use paid_motion::MotionLibrary;
@@ -11,6 +12,7 @@ use paid_robot::{ControlSpec, Permutation, RobotModel, RobotSpec};
 use serde::{Deserialize, Serialize};
 
 use crate::DeployError;
+use crate::machine::MODE_MACHINE_G1;
 use crate::motors::motors_of;
 
 /// Where a player comes from.
@@ -27,6 +29,8 @@ pub struct PlayerSpec {
 /// A policy, its motions and its robot.
 #[derive(Clone, Debug)]
 pub struct Player {
+    /// Which G1 it is for, see [`Player::as_variant`].
+    pub mode_machine: u8,
     /// Tree and limits: the G1's, whatever robot file the policy was trained with.
     pub model: RobotModel,
     /// Names and gains, the G1's too.
@@ -40,9 +44,9 @@ pub struct Player {
     /// What was changed of that, each `KEY=VALUE`.
     pub sets: Vec<String>,
     /// The motions.
-    pub library: ReferenceLibrary,
+    pub library: Arc<ReferenceLibrary>,
     /// The network.
-    pub policy: Policy,
+    pub policy: Arc<Policy>,
     /// Model joint of each policy joint.
     pub to_model: Vec<usize>,
     /// Motor of each model joint.
@@ -93,9 +97,10 @@ impl Player {
     ///
     /// # Errors
     /// As [`Player::load`].
-    pub fn new(file: PolicyFile, library: ReferenceLibrary) -> Result<Self, DeployError> {
+    pub fn new(file: PolicyFile, library: impl Into<Arc<ReferenceLibrary>>) -> Result<Self, DeployError> {
         let contract = file.contract("").map_err(DeployError::policy)?;
         let PolicyFile { path, play, sets, model: theirs, policy, .. } = file;
+        let library = library.into();
         let terms = &play.observations.policy;
         // The robot as this program knows it, not as the policy's file has it: a robot file of the policy's own may have the same gains,
         // and ranges, speeds and torques that limit nothing.
@@ -133,19 +138,41 @@ impl Player {
         };
         Ok(Self {
             path,
+            mode_machine: MODE_MACHINE_G1,
             model,
             spec,
             control,
             play,
             sets,
             library,
-            policy,
+            policy: Arc::new(policy),
             to_model,
             motors,
             mirrors,
             anchor,
             waist,
         })
+    }
+
+    /// The player of the G1 that reports `mode_machine`, with that robot's limits and gains.
+    ///
+    /// # Errors
+    /// If the program does not know such a robot.
+    pub fn as_variant(&self, mode_machine: u8) -> Result<Self, DeployError> {
+        let (model, spec) =
+            RobotSpec::g1().as_variant(&RobotModel::g1(), mode_machine).map_err(DeployError::policy)?;
+        let control = spec.resolve(&model).map_err(DeployError::policy)?;
+        Ok(Self { mode_machine, model, spec, control, ..self.clone() })
+    }
+
+    /// True if the policy was trained on this G1.
+    pub fn is_trained(&self) -> bool {
+        let trained = &self.play.randomization.mode_machines;
+        if trained.is_empty() {
+            self.mode_machine == MODE_MACHINE_G1
+        } else {
+            trained.contains(&self.mode_machine)
+        }
     }
 
     /// How a motion's observations and actions read in a mirror, if it is played in one.

@@ -159,7 +159,7 @@ fn spoiled(player: &Player, with: f32) -> Arc<Player> {
     let mut player = player.clone();
     if let Some(last) = player.policy.net.mlp.last() {
         let bias = last.bias.clone();
-        player.policy.params[bias].fill(with);
+        Arc::make_mut(&mut player.policy).params[bias].fill(with);
     }
     Arc::new(player)
 }

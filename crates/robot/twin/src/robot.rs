@@ -7,7 +7,7 @@ use paid_lanes::{Quat, Vec3};
 use paid_mujoco::{MujocoSim, SceneOptions};
 use paid_physics::{GroupState, LaneState, Simulator};
 use paid_policy::Pose;
-use paid_runtime::wire::{LowCmd, LowState, MODE_MACHINE_G1_29, Remote};
+use paid_runtime::wire::{LowCmd, LowState, Remote};
 use paid_runtime::{Inlet, LinkError, Outlet, Packet, Player, quaternion};
 
 use crate::TwinError;
@@ -309,7 +309,7 @@ impl VirtualG1 {
         let quaternion = quaternion(&base.rot);
         let f32s = |v: Vec3<f64>| v.0.map(|x| x as f32);
         let mut state = LowState {
-            mode_machine: MODE_MACHINE_G1_29,
+            mode_machine: self.player.mode_machine,
             tick: (self.now_us / 1000) as u32,
             wireless_remote: self.remote,
             ..LowState::default()

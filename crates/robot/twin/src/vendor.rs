@@ -1,7 +1,7 @@
 //! The vendor's controller of a virtual robot: in command until it is released over the motion switcher's topics.
 
 use paid_runtime::switcher::{Line, SwitcherService};
-use paid_runtime::wire::{LowCmd, MODE_MACHINE_G1_29, MotorCmd};
+use paid_runtime::wire::{LowCmd, MotorCmd};
 use paid_runtime::{Inlet, Limits, Link, LinkError, Outlet, Packet, Player};
 
 /// A robot's end of the link with the vendor's controller in it. While that is in command it holds the standing pose, and commands from the
@@ -32,7 +32,7 @@ impl VendorLink {
 
 /// What holds the standing pose: the runtime's own standing gains.
 fn standing(player: &Player, limits: &Limits) -> LowCmd {
-    let mut command = LowCmd { mode_machine: MODE_MACHINE_G1_29, ..LowCmd::default() };
+    let mut command = LowCmd { mode_machine: player.mode_machine, ..LowCmd::default() };
     for (j, &motor) in player.motors.iter().enumerate() {
         let kp = (limits.stand_stiffness * player.control.stiffness[j]).min(limits.stand_stiffness_most);
         command.motors[motor] = MotorCmd {

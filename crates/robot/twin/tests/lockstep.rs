@@ -238,7 +238,11 @@ fn the_runtime_refuses_a_robot_that_is_not_fit() {
     let vendor = [Packet::Master("ai".to_owned())];
     let cases: [Case<'_>; 5] = [
         (&tilted, &[], "tilted by 0.91 rad"),
-        (&locked, &[], "mode_machine: expected 5 (29 free joints), found 6"),
+        (
+            &locked,
+            &[],
+            "mode_machine: expected 5, 11, 13, 15 or 18 (a G1 with 29 joints and a free waist), found 6: a G1 whose waist is locked",
+        ),
         (&|_| {}, &[Packet::OthersCommand], "another program commands the robot"),
         (&|_| {}, &[Packet::Battery(12.0)], "battery at 12%"),
         (&|_| {}, &vendor, "the vendor's controller 'ai' is in command"),
@@ -248,6 +252,53 @@ fn the_runtime_refuses_a_robot_that_is_not_fit() {
         assert_eq!(state, State::Passive, "{expected}");
         assert!(told.contains(expected), "{told}");
     }
+}
+
+#[test]
+fn the_runtime_takes_limits_and_gains_of_the_robot_that_reports_itself() {
+    let player = player();
+    let hip = player.model.joint_index("left_hip_pitch_joint").expect("joint");
+    let limits = Limits { listen_s: 0.0, ..Limits::default() };
+    let mut runtime = Runtime::new(Arc::clone(&player), limits);
+    let state = |tick: u32, mode_machine: u8, keys: &[Key]| {
+        let remote = Remote::pressing(keys);
+        let state = LowState { mode_machine, wireless_remote: remote, ..healthy(tick) };
+        [Packet::LowState(state.sealed().to_cdr())]
+    };
+    runtime.step(2_000, &state(2, 15, &[]), false);
+    let found = runtime.player();
+    assert_eq!(found.mode_machine, 15);
+    assert_eq!((found.model.joints[hip].effort_limit, found.control.velocity_limit[hip]), (139.0, 20.0));
+    // (2 pi 10 Hz)^2 times 0.025101925 kg m^2; an action means what it meant in training.
+    assert!((found.control.stiffness[hip] - 99.098_428).abs() < 1e-5);
+    assert_eq!(found.control.action_scale, player.control.action_scale);
+    runtime.step(4_000, &state(4, 15, &[Key::L2, Key::Up]), false);
+    assert_eq!(runtime.state(), State::StandUp);
+    runtime.step(6_000, &state(6, 5, &[]), false);
+    assert_eq!(runtime.state(), State::Damping);
+    let why = runtime.why().expect("damped").to_string();
+    assert_eq!(why, "mode_machine: it was 15 and is 5 now (a G1 with 29 joints)");
+}
+
+#[test]
+fn each_g1_kicks_and_faults_are_damped_on_two_of_them() {
+    if !crate::common::mujoco("each_g1_kicks_and_faults_are_damped_on_two_of_them") {
+        return;
+    }
+    for mode_machine in [11, 13, 15, 18] {
+        let player = Arc::new(player().as_variant(mode_machine).expect("known"));
+        let field = Field { kicks: 1, ..MatchOptions::default().field };
+        let options = MatchOptions { field, ..MatchOptions::default() };
+        let result = play_match(&player, &options, None, None, |_| {}).expect("match");
+        assert!(result.kicks.len() == 1 && result.stopped.is_none(), "{mode_machine}: {:?}", result.stopped);
+        if [11, 15].contains(&mode_machine) {
+            let faults = [Fault::JointSpeed, Fault::Torque, Fault::ModeMachine, Fault::Silence];
+            let report = drill(&player, &Limits::default(), &faults, 1, |_| {}).expect("drill");
+            assert!(report.passed(), "{mode_machine}: {}", report.table());
+        }
+    }
+    let error = player().as_variant(6).expect_err("a locked waist").to_string();
+    assert!(error.contains("expected a robot of mode_machine 5, 11, 13, 15, 18, found 6"), "{error}");
 }
 
 /// States and reasons of a runtime that gets healthy states 2 ms apart, and in step `k` the packets of `more`.

@@ -54,7 +54,7 @@ fn the_first_observation_of_a_kick_is_the_tasks() {
     let player = player();
     let task = trained_task(&player).expect("the demo's task");
     let preset = task.with_knowledge(paid_task::preset::KnowledgeMode::Truth);
-    let library = Arc::new(player.library.clone());
+    let library = Arc::clone(&player.library);
     let ball = RollingBall { place: BALL, velocity: [0.0; 2], decay: 1.0 };
     let motion = motion_for(library.facts(), &ball, 0.02);
 
@@ -131,7 +131,7 @@ fn with_memory(player: &Player) -> Arc<Player> {
         lstm: LstmConfig { layers: 2, size: 16 },
         ..NetworkConfig::default()
     };
-    let policy = &mut player.policy;
+    let policy = Arc::make_mut(&mut player.policy);
     policy.net = Network::new(policy.net.input, policy.net.output, &config);
     policy.params = policy.net.initialize(&mut Rng::new(6, 0, 0));
     Arc::new(player)

@@ -36,7 +36,7 @@ fn whole(player: &Player, j: usize) -> f64 {
 fn stubborn(player: &Player, action: f32) -> Arc<Player> {
     let mut player = player.clone();
     let last = player.policy.net.mlp.last().expect("a layer").clone();
-    player.policy.params[last.bias.clone()].fill(action);
+    Arc::make_mut(&mut player.policy).params[last.bias.clone()].fill(action);
     Arc::new(player)
 }
 

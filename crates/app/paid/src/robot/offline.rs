@@ -12,6 +12,7 @@ use paid_twin::{
     KickResult, LockstepOptions, MatchOptions, MatchResult, OwnEyesOptions, TorsoSource, Watcher, play_match,
 };
 
+use super::VariantArgs;
 use super::serve::serve_network;
 use super::watch::Watching;
 use crate::failure::Failure;
@@ -23,6 +24,8 @@ use paid_terminal::{STOPPED, flag};
 pub struct SimArgs {
     #[command(flatten)]
     pub(super) player: PlayerArgs,
+    #[command(flatten)]
+    variant: VariantArgs,
     /// Run the runtime in this program, and let simulated time wait for it.
     ///
     /// The results of a match are then the same on each machine.
@@ -206,7 +209,7 @@ pub fn sim(args: &SimArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.log {
         (args.seed..=last_seed).try_for_each(|seed| LogWriter::check_new(&log_of(args, file, seed)))?;
     }
-    let (player, limits) = args.player.load()?;
+    let (player, limits) = args.variant.load(&args.player)?;
     if let (Some(domain), Some(interface), false) = (args.domain, args.interface, args.lockstep) {
         return serve_network(args, &player, domain, interface);
     }

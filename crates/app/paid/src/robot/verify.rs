@@ -7,6 +7,7 @@ use paid_robot_program::{PlayerArgs, ReplayArgs, at_least_one};
 use paid_runtime::log::Course;
 use paid_twin::{Fault, draw_course};
 
+use super::VariantArgs;
 use crate::failure::Failure;
 
 /// Arguments of `paid robot replay`.
@@ -35,6 +36,8 @@ pub fn replay(args: &DrawnReplayArgs) -> Result<ExitCode, Failure> {
 pub struct DrillArgs {
     #[command(flatten)]
     player: PlayerArgs,
+    #[command(flatten)]
+    variant: VariantArgs,
     /// Trials of each fault, at different times.
     #[arg(long, value_name = "N", default_value_t = 20)]
     trials: usize,
@@ -46,7 +49,7 @@ pub struct DrillArgs {
 /// Drills. Exit code 1 if a fault was not damped in time.
 pub fn drill(args: &DrillArgs) -> Result<ExitCode, Failure> {
     let trials = at_least_one("--trials", args.trials)?;
-    let (player, limits) = args.player.load()?;
+    let (player, limits) = args.variant.load(&args.player)?;
     let faults = if args.faults.is_empty() { Fault::ALL.to_vec() } else { args.faults.clone() };
     let report = paid_twin::drill(&player, &limits, &faults, trials, |row| {
         eprintln!("{}: worst {:.0} ms", row.fault.name(), row.worst_ms());

@@ -1,8 +1,11 @@
 //! What comes from the robot, and whether it can be trusted.
 
-use super::{Reason, Runtime};
+use std::sync::Arc;
+
+use super::{Reason, Runtime, State};
 use crate::eyes::DeviceClock;
 use crate::limits::Limits;
+use crate::machine;
 use crate::message::{BallDetection, OdometryPose, Packet};
 use crate::pause::Silence;
 use crate::wire::{LowState, Remote};
@@ -110,6 +113,8 @@ impl Runtime {
             intake.crc_errors += 1;
             return;
         }
+        self.recognize(now_us, state.mode_machine);
+        let intake = &mut self.intake;
         intake.crc_errors = 0;
         intake.mode_machine = state.mode_machine;
         // A state that is sent again says nothing new of the robot.
@@ -124,6 +129,24 @@ impl Runtime {
             intake.remote_us = now_us;
         }
         intake.not_finite = !self.body.take(state, &self.player);
+    }
+
+    /// Takes limits and gains of the robot that reports itself, until its joints are under control.
+    fn recognize(&mut self, now_us: u64, mode_machine: u8) {
+        if self.state != State::Passive || mode_machine == self.player.mode_machine {
+            return;
+        }
+        let Some(player) = self.robots.iter().find(|player| player.mode_machine == mode_machine) else {
+            return;
+        };
+        self.player = Arc::clone(player);
+        if !self.player.is_trained() {
+            let robot = machine::words(mode_machine);
+            self.note(
+                now_us,
+                format!("mode_machine {mode_machine}, {robot}: the policy was not trained on it"),
+            );
+        }
     }
 
     /// True while it only listens: for a time, until the robot has sent a state, and for good once another program commands a robot that
@@ -149,8 +172,8 @@ impl Runtime {
         if intake.not_finite {
             out.push(Reason::StateNotFinite.to_string());
         }
-        if intake.mode_machine != crate::wire::MODE_MACHINE_G1_29 {
-            out.push(Reason::ModeMachine(intake.mode_machine).to_string());
+        if intake.mode_machine != self.player.mode_machine {
+            out.push(Reason::OtherRobot(intake.mode_machine).to_string());
         }
         if self.listens(now_us) && !intake.others {
             out.push("still listening for commands of another program".to_owned());

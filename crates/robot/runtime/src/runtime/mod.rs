@@ -89,7 +89,10 @@ struct Playing {
 
 /// See the module.
 pub struct Runtime {
+    /// The player of the robot that reports itself; the first one until it does.
     player: Arc<Player>,
+    /// The same of all robots that it may be.
+    robots: Vec<Arc<Player>>,
     limits: Limits,
     state: State,
     begun_us: Option<u64>,
@@ -133,6 +136,10 @@ impl Runtime {
     pub fn new(player: Arc<Player>, limits: Limits) -> Self {
         let joints = player.joints();
         let zeros = vec![0.0; joints];
+        let others = player.spec.mode_machines.iter().filter(|&&mode| mode != player.mode_machine);
+        let mut robots: Vec<_> =
+            others.filter_map(|&mode| player.as_variant(mode).ok()).map(Arc::new).collect();
+        robots.push(Arc::clone(&player));
         Self {
             body: Body::new(joints),
             intake: Intake::new(&limits),
@@ -146,6 +153,7 @@ impl Runtime {
             numbers: Vec::with_capacity(player.policy.obs_dim()),
             image: Vec::with_capacity(player.policy.obs_dim().max(joints)),
             player,
+            robots,
             limits,
             state: State::Passive,
             begun_us: None,

@@ -2,7 +2,7 @@
 
 use super::{Reason, Runtime, State};
 use crate::limits::Envelope;
-use crate::wire::{DAMPING_KEYS, MODE_MACHINE_G1_29};
+use crate::wire::DAMPING_KEYS;
 
 impl Runtime {
     /// The first condition that demands damping.
@@ -34,8 +34,8 @@ impl Runtime {
         if intake.not_finite {
             return Some(Reason::StateNotFinite);
         }
-        if intake.mode_machine != MODE_MACHINE_G1_29 {
-            return Some(Reason::ModeMachine(intake.mode_machine));
+        if intake.mode_machine != self.player.mode_machine {
+            return Some(Reason::ModeMachine([self.player.mode_machine, intake.mode_machine]));
         }
         if intake.others {
             return Some(Reason::OthersCommand);

@@ -4,7 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::wire::{MODE_MACHINE_G1_29, machine};
+use crate::machine;
 
 /// What the runtime is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -60,8 +60,10 @@ pub enum Reason {
     StateGap(f64),
     /// This many wrong checksums in a row.
     Checksum(u32),
-    /// `mode_machine` that is not the G1's with 29 joints.
-    ModeMachine(u8),
+    /// The `mode_machine` of a robot that the policy cannot move.
+    OtherRobot(u8),
+    /// `mode_machine` before and after a change on a running robot.
+    ModeMachine([u8; 2]),
     /// The remote has been silent for this long `[s]`.
     RemoteLost(f64),
     /// L2 and B.
@@ -95,9 +97,11 @@ impl fmt::Display for Reason {
             Self::StateNotFinite => f.write_str("a number of the robot's state is not finite"),
             Self::StateGap(x) => write!(f, "no new state for {:.0} ms", 1e3 * x),
             Self::Checksum(n) => write!(f, "{n} wrong checksums in a row"),
-            Self::ModeMachine(x) => {
-                let expected = MODE_MACHINE_G1_29;
-                write!(f, "mode_machine: expected {expected} (29 free joints), found {x}: {}", machine(*x))
+            Self::OtherRobot(x) => {
+                write!(f, "mode_machine: expected {}, found {x}: {}", machine::EXPECTED, machine::words(*x))
+            }
+            Self::ModeMachine([before, after]) => {
+                write!(f, "mode_machine: it was {before} and is {after} now ({})", machine::words(*after))
             }
             Self::RemoteLost(x) => write!(f, "the remote has been silent for {x:.1} s"),
             Self::StopKey => f.write_str("stop key"),
