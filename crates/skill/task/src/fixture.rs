@@ -8,7 +8,7 @@ use paid_robot::{RobotModel, RobotSpec};
 
 use crate::TaskPreset;
 use crate::config::TaskConfig;
-use crate::kernels::group::GroupTask;
+use crate::group::GroupTask;
 use crate::references::tracking::TrackingErrors;
 use crate::scene::kick::KickStep;
 use crate::terms::TermInput;

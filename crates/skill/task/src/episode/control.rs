@@ -1,9 +1,8 @@
 //! Deterministic episodes for evaluation, without a second implementation of the task.
 
-use paid_policy::{Pose, SceneView};
 use serde::{Deserialize, Serialize};
 
-use crate::{Disturbance, EpisodeRules, TaskError};
+use crate::{BelievedBall, Disturbance, EpisodeRules, Shown, TaskError};
 
 /// How an environment's next episodes begin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,29 +53,6 @@ pub struct NextKick {
     pub goal_xy: [f64; 2],
     /// Number of the robot's first look at a ball, where knowledge is perceived: equal numbers draw equal errors. An episode begins with 0.
     pub look: u64,
-}
-
-/// Ball and goal as shown to a policy, estimated by another program.
-#[derive(Clone, Copy, Debug)]
-pub struct Shown {
-    /// Ball, ball at the strike and goal in the base frame `[m]`.
-    pub scene: SceneView<f64>,
-    /// The base in the frame of the estimate: odometry's.
-    pub base: Pose<f64>,
-}
-
-/// A robot's estimate of the ball, relative to its base, as its policy is shown it. Odometry's error moves robot and ball alike and is
-/// left out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BelievedBall {
-    /// Center, world `[m]`.
-    pub pos: [f64; 3],
-    /// Standard deviation of x and of y `[m]`, as the tracker has it.
-    pub deviation_m: f64,
-    /// Time since the capture of the last image whose detection was accepted `[s]`.
-    pub age_s: f64,
-    /// True if the true ball is in the camera's image now, near enough to be detected.
-    pub in_view: bool,
 }
 
 /// The first contact of an episode between robot and ball.

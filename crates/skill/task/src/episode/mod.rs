@@ -4,6 +4,7 @@ pub(crate) mod control;
 pub(crate) mod curriculum;
 pub(crate) mod disturb;
 pub(crate) mod draw_params;
+pub(crate) mod eyes;
 pub(crate) mod reset;
 pub(crate) mod rules;
 pub(crate) mod sampler;

@@ -4,7 +4,7 @@ use paid_lanes::{Kernel, Real, load_f32};
 use paid_policy::action::{delayed_target, joint_target, limit_action};
 
 use crate::config::TaskConfig;
-use crate::kernels::group::GroupTask;
+use crate::group::GroupTask;
 
 /// Decodes the actions of a group, see [`paid_policy::action`].
 pub(crate) struct Act<'a, V> {

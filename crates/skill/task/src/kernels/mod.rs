@@ -2,7 +2,6 @@
 
 pub(crate) mod act;
 pub(crate) mod delay;
-pub(crate) mod group;
 pub(crate) mod observe;
 pub(crate) mod score;
 
@@ -11,7 +10,7 @@ use paid_physics::GroupState;
 use paid_play::ReferenceLibrary;
 
 use crate::config::TaskConfig;
-use crate::kernels::group::GroupTask;
+use crate::group::GroupTask;
 use crate::kernels::score::{OwnScore, Score, Sums, score};
 use crate::references::tracking::TrackingErrors;
 

@@ -8,8 +8,7 @@ use paid_policy::{Pose, PrivilegedView, RobotView, SceneView, Views};
 use paid_track::predicted_displacement;
 
 use crate::config::TaskConfig;
-use crate::kernels::delay::Delays;
-use crate::kernels::group::GroupTask;
+use crate::group::{Delays, GroupTask};
 use crate::scene::eyes::seen_scene;
 
 /// Purpose of the noise stream among an environment's random numbers.

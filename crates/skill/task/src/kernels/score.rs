@@ -4,7 +4,7 @@ use paid_lanes::{Mask, Real, Vec3};
 use paid_physics::GroupState;
 
 use crate::config::TaskConfig;
-use crate::kernels::group::GroupTask;
+use crate::group::GroupTask;
 use crate::references::tracking::TrackingErrors;
 use crate::scene::kick::KickStep;
 use crate::terms::TermInput;

@@ -3,9 +3,22 @@
 use paid_lanes::{Mat3, Real, Vec3};
 use paid_physics::GroupState;
 
-use crate::TRACKING_NAMES;
 use crate::config::TaskConfig;
 use crate::references::frame::Reference;
+
+/// Tracking errors that are logged, in the order of [`crate::TaskMetrics::tracking`]: anchor position `[m]` and orientation `[rad]`,
+/// mean body position `[m]` and orientation `[rad]` (yaw-aligned), mean body linear `[m/s]` and angular `[rad/s]` velocity,
+/// norm of the joint angle `[rad]` and joint velocity `[rad/s]` errors.
+pub const TRACKING_NAMES: [&str; 8] = [
+    "error_anchor_pos",
+    "error_anchor_ori",
+    "error_body_pos",
+    "error_body_ori",
+    "error_body_lin_vel",
+    "error_body_ang_vel",
+    "error_joint_pos",
+    "error_joint_vel",
+];
 
 /// Differences of one body from the yaw-aligned reference.
 #[derive(Clone, Copy, Debug)]

@@ -5,13 +5,10 @@ use paid_lanes::{Kernel, Mask, Real, Vec3};
 use paid_physics::{BodyState, GroupState};
 use paid_play::{BelievedScene, RollingBall};
 use paid_policy::{Pose, SceneView};
-use paid_track::{BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, EyesStart, TrueScene};
+use paid_track::{BallAtStart, BodyPose, Eyes, EyesNumbers, EyesPreset, TrueScene};
 use serde::{Deserialize, Serialize};
 
-use crate::BelievedBall;
 use crate::config::TaskConfig;
-use crate::episode::reset::Start;
-use crate::scene::rolling::roll_decay;
 
 /// What the policy knows of ball and goal, in training and in evaluations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,6 +20,20 @@ pub enum KnowledgeMode {
     /// The ball tracker's estimates from camera and odometry (`eyes`). The goal is known from the start; its error grows with odometry's
     /// drift. The critic is given the ground truth.
     Perceived,
+}
+
+/// A robot's estimate of the ball, relative to its base, as its policy is shown it. Odometry's error moves robot and ball alike and is
+/// left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BelievedBall {
+    /// Center, world `[m]`.
+    pub pos: [f64; 3],
+    /// Standard deviation of x and of y `[m]`, as the tracker has it.
+    pub deviation_m: f64,
+    /// Time since the capture of the last image whose detection was accepted `[s]`.
+    pub age_s: f64,
+    /// True if the true ball is in the camera's image now, near enough to be detected.
+    pub in_view: bool,
 }
 
 /// Purposes of an environment's random streams: starts of episodes, and two kinds of numbers of a control step.
@@ -60,32 +71,6 @@ pub(crate) fn believed(preset: &EyesPreset, ball: &RollingBall, height_m: f64, r
     let draw = preset.draw(rng);
     let seen = draw.first_look(preset, &start, rng).belief(&draw.before_start(&start), &preset.tracker).ball;
     RollingBall { place: seen.position, velocity: seen.velocity, decay: draw.decay(&start) }
-}
-
-/// Begins an episode of onboard perception in a lane.
-pub(crate) fn begin_lane<V: Real>(
-    eyes: &mut Eyes<V>,
-    lane: usize,
-    start: &Start,
-    heading: f64,
-    config: &TaskConfig,
-    rng: &mut Rng,
-) {
-    let (ball, preset) = (&start.params.ball, &config.preset.eyes);
-    let base = [start.state.base_pos[0], start.state.base_pos[1]];
-    let (sin, cos) = heading.sin_cos();
-    let local = |[x, y]: [f64; 2]| [cos * x + sin * y, cos * y - sin * x];
-    let ball = BallAtStart {
-        place: local([0, 1].map(|k| start.state.ball_pos[k] - base[k])),
-        velocity: local([start.state.ball_vel[0], start.state.ball_vel[1]]),
-        decay: roll_decay(ball),
-        height_m: config.nominal_height_m,
-    };
-    let draw = preset.draw(rng);
-    let elapsed_s = start.frame as f64 * config.dt_s;
-    let radius_m = start.params.ball.radius_m;
-    let start = EyesStart { draw, ball, heading, base, elapsed_s, radius_m };
-    eyes.begin_lane(lane, &start, preset, rng);
 }
 
 fn pose<V: Real>(body: &BodyState<V>) -> BodyPose<V> {

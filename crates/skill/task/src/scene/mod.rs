@@ -3,6 +3,7 @@
 pub(crate) mod contact_kind;
 pub(crate) mod eyes;
 pub(crate) mod kick;
+pub(crate) mod kick_preset;
 pub(crate) mod placement;
 pub(crate) mod rolling;
 pub(crate) mod shown;

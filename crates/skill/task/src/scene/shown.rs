@@ -3,7 +3,16 @@
 use paid_lanes::{Real, Vec3};
 use paid_policy::{Pose, SceneView};
 
-use crate::{Shown, TaskError};
+use crate::TaskError;
+
+/// Ball and goal as shown to a policy, estimated by another program.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// Ball, ball at the strike and goal in the base frame `[m]`.
+    pub scene: SceneView<f64>,
+    /// The base in the frame of the estimate: odometry's.
+    pub base: Pose<f64>,
+}
 
 /// [`Shown`], one environment a lane.
 #[derive(Clone, Debug)]

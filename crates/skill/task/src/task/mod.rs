@@ -17,15 +17,16 @@ use paid_play::{KickTimes, ReferenceLibrary};
 use paid_track::effective_time;
 
 use crate::config::TaskConfig;
+use crate::episode::eyes::begin_lane;
 use crate::episode::reset::{Start, StartContext};
 use crate::episode::stance::EndStates;
+use crate::group::GroupTask;
 use crate::kernels::Gather;
-use crate::kernels::group::GroupTask;
 use crate::kernels::observe::RobotBuffer;
 use crate::kernels::score::{OwnScore, Sums};
 use crate::references::anchoring::Anchoring;
 use crate::references::tracking::TrackingErrors;
-use crate::scene::eyes::{begin_lane, start_rng};
+use crate::scene::eyes::start_rng;
 use crate::scene::rolling::roll_decay;
 use crate::task::image::Image;
 use crate::{

@@ -4,9 +4,10 @@ use paid_lanes::Real;
 use paid_physics::Simulator;
 
 use super::begin_to_see;
+use crate::episode::eyes::begin_lane;
 use crate::episode::reset::Start;
 use crate::references::anchoring::{Anchoring, LaneAnchoring};
-use crate::scene::eyes::{begin_lane, start_rng};
+use crate::scene::eyes::start_rng;
 use crate::{NextKick, Task, TaskError};
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {

@@ -172,7 +172,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     }
 
     pub(crate) fn save_bytes(&self) -> Vec<u8> {
-        let group = |group: &crate::kernels::group::GroupTask<V>| {
+        let group = |group: &crate::group::GroupTask<V>| {
             let mut group = group.clone();
             widen(group.fields().into_iter().map(|field| &*field))
         };

@@ -8,9 +8,9 @@ use super::{EnvTask, Task};
 use crate::config::TaskConfig;
 use crate::episode::reset::velocity_noise;
 use crate::episode::stance::Stance;
+use crate::group::GroupTask;
 use crate::kernels::ScoreGroup;
 use crate::kernels::act::Act;
-use crate::kernels::group::GroupTask;
 use crate::kernels::score::Score;
 use crate::{
     AfterEnd, AfterKick, AtMotionEnd, EndCause, KickEvent, OnFailure, SamplingStatistics, TaskMetrics,

@@ -6,7 +6,7 @@ use paid_policy::{Pose, ReferenceView};
 
 use crate::TaskPreset;
 use crate::config::TaskConfig;
-use crate::kernels::group::GroupTask;
+use crate::group::GroupTask;
 use crate::references::tracking::TrackingErrors;
 use crate::scene::kick::{KickStep, is_set};
 

@@ -2,21 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{EndCause, end_names, reward_names};
-
-/// Tracking errors that are logged, in the order of [`TaskMetrics::tracking`]: anchor position `[m]` and orientation `[rad]`,
-/// mean body position `[m]` and orientation `[rad]` (yaw-aligned), mean body linear `[m/s]` and angular `[rad/s]` velocity,
-/// norm of the joint angle `[rad]` and joint velocity `[rad/s]` errors.
-pub const TRACKING_NAMES: [&str; 8] = [
-    "error_anchor_pos",
-    "error_anchor_ori",
-    "error_body_pos",
-    "error_body_ori",
-    "error_body_lin_vel",
-    "error_body_ang_vel",
-    "error_joint_pos",
-    "error_joint_vel",
-];
+use crate::{EndCause, TRACKING_NAMES, end_names, reward_names};
 
 /// What happened with the ball in the episodes that ended.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

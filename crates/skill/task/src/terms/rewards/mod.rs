@@ -6,7 +6,6 @@
 //! [`crate::TermSet`].
 
 mod kernel;
-mod kick_preset;
 
 mod action_rate;
 mod anchor_ori;
@@ -41,13 +40,12 @@ use serde::{Deserialize, Serialize};
 
 pub use ball_prox::ProximityPoint;
 pub use kernel::BodyKernel;
-pub use kick_preset::KickPreset;
 
-use crate::TaskError;
 use crate::config::TaskConfig;
 use crate::terms::parameters::{Parameters, Requirement};
 use crate::terms::table::TermInfo;
 use crate::terms::{OwnRewards, TermInput, own_reward_names, own_reward_table};
+use crate::{KickPreset, TaskError};
 
 /// A reward term: its parameters with a weight, and its value over lanes. [`reward_term!`](crate::reward_term) declares the parameters.
 pub trait RewardTerm: Weighted {

@@ -1,15 +1,18 @@
 //! What the task remembers of a lane group.
 
+mod delays;
+
 use paid_lanes::{Real, Vec3};
 use paid_play::SceneMemory;
 use paid_track::Eyes;
 
 use crate::config::TaskConfig;
-use crate::kernels::delay::Delays;
 use crate::references::anchoring::LaneAnchoring;
 use crate::references::frame::Reference;
 use crate::scene::kick::KickState;
 use crate::scene::shown::ShownScene;
+
+pub(crate) use delays::Delays;
 
 /// Task state of `V::LANES` environments.
 #[derive(Clone, Debug)]
