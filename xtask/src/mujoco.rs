@@ -120,7 +120,7 @@ fn download_wheel(folder: &Path) -> Result<PathBuf, Error> {
     wheel.ok_or_else(|| Error::Missing { place: folder.to_owned(), expected: "a wheel (*.whl)".to_owned() })
 }
 
-/// Copies the library out of `wheel` to `library`, under a temporary name until it is whole.
+/// Copies the library out of `wheel` to `library`, whole or not at all.
 fn extract(wheel: &Path, library: &Path) -> Result<(), Error> {
     let wheel_error = |source| Error::Wheel { file: wheel.to_owned(), source };
     let file = File::open(wheel).map_err(FileError::at(wheel))?;
@@ -132,10 +132,8 @@ fn extract(wheel: &Path, library: &Path) -> Result<(), Error> {
         return Err(Error::Missing { place: wheel.to_owned(), expected: library_name() });
     };
     let mut source = archive.by_name(&inside).map_err(wheel_error)?;
-    let partial = library.with_extension("part.tmp");
-    let mut out = File::create(&partial).map_err(FileError::at(&partial))?;
-    io::copy(&mut source, &mut out).and_then(|_| out.sync_all()).map_err(FileError::at(&partial))?;
-    Ok(fs::rename(&partial, library).map_err(FileError::at(library))?)
+    let copied = paid_files::replace(library, |out| io::copy(&mut source, out).map(drop));
+    Ok(copied.map_err(FileError::at(library))?)
 }
 
 #[cfg(test)]
