@@ -223,6 +223,7 @@ fn every_command_and_option_in_the_text_exists() {
     assert!(number > 40, "{number} commands of paid");
 }
 
+// Slow: runs every command of the book, because readers type them.
 #[test]
 fn the_commands_in_the_text_run() {
     // Pages are independent of each other, and few commands have work for all cores.

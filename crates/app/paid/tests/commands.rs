@@ -222,6 +222,7 @@ fn stage_two_starts_from_stage_one_and_a_run_resumes() {
     assert!(folder.path().join("two/model_2.safetensors").is_file());
 }
 
+// Slow: trains twice and measures contacts, because only a policy that kicks has contacts to measure.
 #[test]
 fn a_training_keeps_the_measured_contacts_in_its_policy_file() {
     let folder = tempfile::tempdir().expect("folder");
@@ -262,6 +263,7 @@ fn a_training_keeps_the_measured_contacts_in_its_policy_file() {
     );
 }
 
+// Slow: trains two stages, scores them and resumes, because one command does all of it.
 #[test]
 fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_second() {
     let folder = tempfile::tempdir().expect("folder");

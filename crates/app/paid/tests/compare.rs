@@ -34,6 +34,7 @@ const PLAN: &str = r#"
     stages = [{ preset = "stage1" }, { preset = "stage2" }]
 "#;
 
+// Slow: trains three methods and scores each in MuJoCo, because the table needs them all.
 #[test]
 fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
     let test = "methods_are_trained_and_judged_once_and_stand_beside_the_papers";
@@ -97,6 +98,7 @@ fn methods_are_trained_and_judged_once_and_stand_beside_the_papers() {
 }
 
 /// The first stage was trained elsewhere; of it came what the book says.
+// Slow: trains and scores a method, then twice from a carried stage, because it may have been killed there.
 #[test]
 fn a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained() {
     let test = "a_finished_stage_is_carried_and_only_what_is_asked_for_is_trained";
@@ -241,6 +243,7 @@ fn specialists_are_trained_and_judged_on_their_own_clips() {
 }
 
 /// Killed while it trains its second policy, which has a checkpoint, and called again.
+// Slow: trains and scores two methods, the second for 20 iterations, because there must be time to kill it.
 #[test]
 fn a_killed_comparison_goes_on_and_repeats_no_finished_part() {
     let test = "a_killed_comparison_goes_on_and_repeats_no_finished_part";

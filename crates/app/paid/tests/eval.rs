@@ -217,6 +217,7 @@ fn a_film_has_a_strip_and_frames() {
     }
 }
 
+// Slow: plays 63 shots and films two of them, because the command does all of it.
 #[test]
 fn a_demo_scores_draws_and_records() {
     let folder = folder();

@@ -41,6 +41,7 @@ fn without_clocks(report: &EyesReport) -> Vec<EyesOutcome> {
     report.seen.iter().map(still).collect()
 }
 
+// Slow: plays two shots twice with every image and scan, because two threads and one must give the same bits.
 #[test]
 fn balls_in_view_are_seen_believed_and_kicked_into_the_goal_and_the_seed_repeats_it() {
     let test = "balls_in_view_are_seen_believed_and_kicked_into_the_goal_and_the_seed_repeats_it";

@@ -47,11 +47,13 @@ fn minute(scene: SceneKind, rms_m: f64, rms_deg: f64) {
     assert!(report.rotation_rms_deg < rms_deg, "{}", report.rotation_rms_deg);
 }
 
+// Slow: simulates a minute with all points of the sensor, because the drift grows with time.
 #[test]
 fn a_minute_in_a_hall_is_followed_to_2_cm_and_half_a_degree() {
     minute(SceneKind::Hall, 0.02, 0.5);
 }
 
+// Slow: simulates a minute with all points of the sensor, because the drift grows with time.
 #[test]
 fn a_minute_on_a_pitch_with_goals_only_is_followed_to_6_cm_and_1_degree() {
     // Level ground, and of all that stands on it two goals 14 m apart.

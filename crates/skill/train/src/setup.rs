@@ -154,6 +154,7 @@ mod tests {
 
     use super::*;
 
+    // Slow: makes the built-in kicks for each preset, because the check before a run reads its clips.
     #[test]
     fn stages_begin_with_networks_of_their_own_shape_and_with_clips_of_their_robot() {
         let preset = |name: &str, sets: &[&str]| {

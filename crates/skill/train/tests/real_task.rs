@@ -80,6 +80,7 @@ fn the_papers_presets_train_as_they_stand() {
     }
 }
 
+// Slow: trains three presets twice, because a resumed run must end in the same weights.
 #[test]
 fn baselines_train_as_they_stand_and_a_style_reward_survives_an_interruption() {
     let folder = tempfile::tempdir().expect("folder");

@@ -133,6 +133,7 @@ fn a_recording_at_another_rate_is_brought_to_the_requested_one() {
     assert!(cleaned.clip.duration_s() < 10.0);
 }
 
+// Slow: makes all built-in kicks and cleans the one that turns most three times, because options change all of it.
 #[test]
 fn what_is_kept_before_the_kick_and_where_the_first_stand_faces_are_options() {
     let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
@@ -160,6 +161,7 @@ fn what_is_kept_before_the_kick_and_where_the_first_stand_faces_are_options() {
     assert!(error.starts_with("facing: expected 0 to 90 degrees, found 114"), "{error}");
 }
 
+// Slow: cleans a kick three times, because each way to name its frame needs a cleaning of its own.
 #[test]
 fn a_stated_kick_frame_is_kept_and_the_fastest_one_is_found_again() {
     let (model, spec, clip) = kick();
