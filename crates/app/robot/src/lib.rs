@@ -9,6 +9,7 @@
 extern crate paid_terminal;
 
 mod args;
+mod eyes;
 mod network;
 mod replay;
 mod screen;

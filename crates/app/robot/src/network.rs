@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use paid_runtime::eyes::{Eyes, EyesConfig, EyesPlace, Sensed, SensedLink};
+use paid_runtime::eyes::{Sensed, SensedLink};
 use paid_runtime::log::{LogHeader, LogWriter};
 use paid_runtime::switcher::{Patience, Reply, SwitcherClient, await_release};
 use paid_runtime::view::Screen;
@@ -19,6 +19,7 @@ use paid_terminal::{
 };
 
 use crate::args::{NetworkArgs, PlayerArgs, duration, print_event, print_latency, print_usage, read_limits};
+use crate::eyes;
 use crate::screen::Viewer;
 
 /// Receives the events and states of a run, in addition to the terminal.
@@ -34,6 +35,7 @@ pub struct RunArgs {
     network: NetworkArgs,
     /// Use the robot's camera and LiDAR for ball and odometry, as this TOML file sets.
     #[arg(long, value_name = "FILE", conflicts_with = "virtual_senses")]
+    #[arg(hide = cfg!(not(feature = "perception")))]
     eyes: Option<PathBuf>,
     /// Use the virtual senses of `paid robot sim` for ball and odometry.
     ///
@@ -78,11 +80,7 @@ pub fn run(
     let seconds = args.seconds.map(duration).transpose()?;
     let (player, limits) = args.player.load()?;
     let NetworkArgs { domain, interface, no_switcher } = args.network;
-    let place = EyesPlace { domain, interface };
-    let eyes = args.eyes.as_deref().map(EyesConfig::read).transpose()?;
-    if let Some(config) = &eyes {
-        Eyes::check(config, &player, place)?;
-    }
+    let eyes = args.eyes.as_deref().map(|file| eyes::plan(file, &player, &args.network)).transpose()?;
     if args.view {
         Screen::check().map_err(no_terminal)?;
     }
@@ -120,12 +118,11 @@ pub fn run(
     let writer = Writer::new(&limits, player.joints());
     let runtime = Runtime::new(Arc::clone(&player), limits);
     let last_words = LastWords::default();
-    let opened = eyes.map(|config| Eyes::open(&config, &player, place, runtime.phase(), &last_words));
-    let (eyes, lines) = opened.transpose()?.unzip();
-    let sensed = match &eyes {
-        Some(eyes) => eyes.sensed(),
-        None if args.virtual_senses => Sensed::Virtual,
-        None => Sensed::Nothing,
+    let opened = eyes.map(|open| open(runtime.phase(), &last_words)).transpose()?;
+    let (eyes, sensed, lines) = match opened {
+        Some((eyes, sensed, lines)) => (Some(eyes), sensed, Some(lines)),
+        None if args.virtual_senses => (None, Sensed::Virtual, None),
+        None => (None, Sensed::Nothing, None),
     };
     if matches!(sensed, Sensed::Nothing) && !args.json && !args.quiet {
         println!("without --eyes or --virtual-senses the robot sees no ball and does not kick");

@@ -1,6 +1,6 @@
-//! What a crate may know of the others: the layout in ARCHITECTURE.md, held against `cargo metadata`.
+//! What a crate may know of the others: the layout in ARCHITECTURE.md, held against `cargo metadata` and `cargo tree`.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::process::Command;
 
 use serde_json::Value;
@@ -27,6 +27,22 @@ const NEVER: [(&str, &[&str]); 6] = [
 /// What only the program links.
 const PROGRAM_ONLY: [&str; 4] = ["paid-lab", "paid-live", "paid-sysid", "paid-twin"];
 
+/// Onboard perception, and what only it links: linear algebra and the general ONNX runtime.
+const PERCEPTION: [&str; 5] = ["nalgebra", "paid-lidar", "paid-vision", "paid-world", "rten"];
+
+const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../Cargo.toml");
+
+/// What cargo answers.
+fn cargo(args: &[&str]) -> Vec<u8> {
+    let output = Command::new(env!("CARGO"))
+        .args(args)
+        .args(["--offline", "--manifest-path", MANIFEST])
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output.stdout
+}
+
 /// A crate of the workspace: its folder in `crates`, and the crates of ours that it links; not those of its tests.
 struct Crate {
     wing: String,
@@ -34,11 +50,8 @@ struct Crate {
 }
 
 fn crates() -> BTreeMap<String, Crate> {
-    let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../Cargo.toml");
-    let args = ["metadata", "--format-version", "1", "--offline", "--no-deps", "--manifest-path", manifest];
-    let output = Command::new(env!("CARGO")).args(args).output().expect("cargo runs");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let metadata = cargo(&["metadata", "--format-version", "1", "--no-deps"]);
+    let metadata: Value = serde_json::from_slice(&metadata).expect("JSON");
     let text = |value: &Value| value.as_str().expect("a text").to_owned();
     let list = |value: &Value| value.as_array().expect("a list").clone();
     let mut found = BTreeMap::new();
@@ -115,4 +128,20 @@ fn only_the_program_links_what_is_made_for_it() {
             .collect();
         assert_eq!(by, ["paid"], "{only}");
     }
+}
+
+#[test]
+fn the_robot_program_can_do_without_perception() {
+    let linked = |features: &[&str]| -> BTreeSet<String> {
+        let tree = ["tree", "--package", "paid-robot-program", "--edges", "normal", "--prefix", "none"];
+        let packages = cargo(&[&tree, features].concat());
+        let packages = String::from_utf8(packages).expect("a text");
+        packages.lines().filter_map(|line| line.split(' ').next()).map(str::to_owned).collect()
+    };
+    let (all, slim) = (linked(&[]), linked(&["--no-default-features"]));
+    for package in PERCEPTION {
+        assert!(all.contains(package), "{package} is not in the robot's program");
+        assert!(!slim.contains(package), "{package} is in the robot's program without perception");
+    }
+    assert!(slim.contains("paid-runtime"), "{slim:?}");
 }

@@ -46,6 +46,7 @@ impl DeployError {
     pub(crate) fn policy(error: impl ToString) -> Self {
         Self::Policy(error.to_string())
     }
+    #[cfg(feature = "perception")]
     pub(crate) fn eyes(error: impl ToString) -> Self {
         Self::Eyes(error.to_string())
     }

@@ -5,7 +5,7 @@
 //! - [`Runtime`]: packets in, a command out. No threads and no clock: the same packets give the same commands bit for bit.
 //! - [`Writer`]: the last hand before the robot, which damps if the runtime is silent.
 //! - [`switcher`]: who is in command of the robot, and the release of the vendor's controller.
-//! - [`eyes`]: the robot's camera and LiDAR; `ros` (feature `dds`): their topics.
+//! - [`eyes`]: the robot's camera and LiDAR (feature `perception`); `ros` (`dds` too): their topics.
 //! - `view` (feature `view`): the runtime on a terminal.
 //!
 //! What the policy observes comes from [`paid_policy`], where the ball is from [`paid_track`]: the code of training and evaluation.
@@ -40,7 +40,7 @@ mod pause;
 mod player;
 #[cfg(feature = "dds")]
 mod raw;
-#[cfg(feature = "dds")]
+#[cfg(all(feature = "dds", feature = "perception"))]
 pub mod ros;
 pub mod runtime;
 pub mod switcher;

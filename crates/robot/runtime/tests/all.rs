@@ -6,7 +6,7 @@ mod limits;
 mod live;
 mod log;
 mod refusals;
-#[cfg(feature = "dds")]
+#[cfg(all(feature = "dds", feature = "perception"))]
 mod ros;
 #[cfg(feature = "dds")]
 mod wire;

@@ -4,10 +4,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Instant;
 
-use super::TorsoFix;
 use crate::link::{Inlet, Link, LinkError, Outlet};
 use crate::mailbox::Mailbox;
-use crate::message::{EyesReport, Packet};
+use crate::message::{EyesReport, Packet, TorsoPose};
 use crate::wire::{LowCmd, LowState};
 
 /// Joint angles are passed to onboard perception with one state in this many: a hundred times a second.
@@ -19,7 +18,8 @@ const WAITING: usize = 64;
 
 /// Motor angles of a state that came at a time of perception's clock.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Joints {
+pub struct Joints {
+    /// When it came `[ns]`.
     pub at_ns: u64,
     /// Motor order `[rad]`.
     pub angles: [f32; 35],
@@ -29,8 +29,8 @@ pub(crate) struct Joints {
 #[derive(Debug)]
 pub struct Desk {
     begin: Instant,
-    pub(crate) torso: Mailbox<TorsoFix>,
-    /// With the time at which it held `[ns]`.
+    /// These two with the time at which they held `[ns]`.
+    pub(crate) torso: Mailbox<(u64, TorsoPose)>,
     pub(crate) report: Mailbox<(u64, EyesReport)>,
     joints: SyncSender<Joints>,
     goal: Option<[f64; 2]>,
@@ -40,7 +40,7 @@ pub struct Desk {
 
 impl Desk {
     /// A desk, and where joint angles come out.
-    pub(crate) fn new(goal: Option<[f64; 2]>, hears_goal: bool) -> (Arc<Self>, Receiver<Joints>) {
+    pub fn new(goal: Option<[f64; 2]>, hears_goal: bool) -> (Arc<Self>, Receiver<Joints>) {
         let (joints, from) = sync_channel(WAITING);
         let desk = Self {
             begin: Instant::now(),
@@ -54,7 +54,7 @@ impl Desk {
     }
 
     /// Time since perception began `[ns]`.
-    pub(crate) fn now_ns(&self) -> u64 {
+    pub fn now_ns(&self) -> u64 {
         self.begin.elapsed().as_nanos() as u64
     }
 }
@@ -138,13 +138,13 @@ impl Tap {
                 return Some(Packet::GoalAhead(goal));
             }
         }
-        if let Some(fix) = desk.torso.take() {
+        let age_us = |at_ns: u64| now_ns.saturating_sub(at_ns) / 1000;
+        if let Some((at_ns, pose)) = desk.torso.take() {
             self.poses = if self.poses < POSES { self.poses + 1 } else { self.poses };
-            return Some(Packet::Torso(fix.handed_over(now_ns)));
+            return Some(Packet::Torso(TorsoPose { age_us: age_us(at_ns), ..pose }));
         }
         if let Some((at_ns, report)) = desk.report.take() {
-            let age_us = now_ns.saturating_sub(at_ns) / 1000;
-            return Some(Packet::Eyes(EyesReport { age_us, ..report }));
+            return Some(Packet::Eyes(EyesReport { age_us: age_us(at_ns), ..report }));
         }
         None
     }
@@ -197,8 +197,7 @@ impl<L: Link> Link for SensedLink<L> {
 mod tests {
     use super::*;
     use crate::ChannelLink;
-    use crate::message::{BallDetection, OdometryPose, TorsoPose};
-    use paid_world::PoseMessage;
+    use crate::message::{BallDetection, OdometryPose};
 
     fn everything() -> [Packet; 8] {
         let quaternion = [1.0, 0.0, 0.0, 0.0];
@@ -247,9 +246,10 @@ mod tests {
         let report = EyesReport { age_us: 0, picture_age_us: Some(3), frame: 2, floor_m: None, ball: None };
         desk.report.put((desk.now_ns(), report));
         assert!(matches!(inlet.receive(), Ok(Some(Packet::Eyes(EyesReport { frame: 2, .. })))));
-        let pose = PoseMessage { stamp_ns: 0, position: [0.0; 3], quat: [1.0, 0.0, 0.0, 0.0] };
+        let quaternion = [1.0, 0.0, 0.0, 0.0];
+        let pose = TorsoPose { age_us: 0, frame: 2, position: [0.0; 3], quaternion };
         for _ in 0..10 {
-            desk.torso.put(TorsoFix { at_ns: 0, frame: 2, pose });
+            desk.torso.put((0, pose));
             assert!(matches!(inlet.receive(), Ok(Some(Packet::Torso(TorsoPose { frame: 2, .. })))));
         }
         // From here on the runtime knows where it is.

@@ -16,6 +16,7 @@ pub use low_cmd::{LowCmd, MotorCmd};
 pub use low_state::{ImuState, LowState, MotorState};
 pub use remote::{DAMPING_KEYS, Key, Remote};
 pub use walk::WireError;
+#[cfg(feature = "dds")]
 pub(crate) use walk::{Layout, Message};
 
 /// Motors of a message; a G1 with 29 joints uses the first 29.

@@ -31,7 +31,7 @@ impl Follow {
     }
 
     fn fix(&mut self, fix: TorsoFix) {
-        self.desk.torso.put(fix);
+        self.desk.torso.put((fix.at_ns, fix.handed_over(fix.at_ns)));
         // A ball thread that is a second behind has lost more than this pose.
         let _ = self.to_ball.try_send(fix);
     }
