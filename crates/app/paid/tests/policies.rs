@@ -28,6 +28,7 @@ fn goals(policy: &str, motions: Option<&Path>) -> [u64; 2] {
     [goals.next().expect("balls at rest"), goals.next().expect("rolling balls")]
 }
 
+// Slow: plays 126 shots in MuJoCo, because its page promises those scores.
 #[test]
 fn the_demo_scores_in_mujoco() {
     let Some(_) = paid_testing::mujoco("the_demo_scores_in_mujoco", Library::get()) else { return };
@@ -36,6 +37,7 @@ fn the_demo_scores_in_mujoco() {
     assert!(rolling >= 48, "{rolling} goals of 63; 92.4% of 630 are on the policy's page");
 }
 
+// Slow: plays 126 shots in MuJoCo, because its page promises those scores.
 #[test]
 fn paid13_scores_in_mujoco_by_its_own_eyes() {
     let test = "paid13_scores_in_mujoco_by_its_own_eyes";
