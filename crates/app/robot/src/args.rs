@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use paid_runtime::wire::LARGEST_DOMAIN;
+use paid_runtime::wire::check_domain;
 use paid_runtime::{Event, Latency, Limits, Player, PlayerSpec, Usage};
 
 use paid_terminal::Failure;
@@ -79,8 +79,7 @@ pub fn at_least_one(option: &str, found: usize) -> Result<usize, Failure> {
 /// # Errors
 /// What was expected.
 pub fn domain(text: &str) -> Result<u16, String> {
-    let number = text.parse().ok().filter(|number| *number <= LARGEST_DOMAIN);
-    number.ok_or_else(|| format!("expected a whole number from 0 to {LARGEST_DOMAIN}"))
+    check_domain(text.parse().ok())
 }
 
 /// The network, named in full: nothing is chosen by itself.

@@ -7,7 +7,7 @@ use rustdds::dds::{CreateError, CreateResult, WriteError, WriteResult};
 use rustdds::no_key::{Decode, DefaultDecoder, DeserializerAdapter, SerializerAdapter};
 use rustdds::{DomainParticipant, DomainParticipantBuilder, RepresentationIdentifier};
 
-use crate::wire::LARGEST_DOMAIN;
+use crate::wire::check_domain;
 
 /// The header of little-endian CDR.
 const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
@@ -63,10 +63,9 @@ impl<const HEADER: usize> Decode<'_, Vec<u8>> for RawDecoder<HEADER> {
 
 /// Joins a domain through the interface that has this address.
 pub(crate) fn participant(domain: u16, interface: IpAddr) -> CreateResult<DomainParticipant> {
-    if domain > LARGEST_DOMAIN {
-        let reason = format!("domain: expected 0 to {LARGEST_DOMAIN}, found {domain}");
-        return Err(CreateError::BadParameter { reason });
-    }
+    check_domain(Some(domain)).map_err(|expected| CreateError::BadParameter {
+        reason: format!("domain: {expected}, found {domain}"),
+    })?;
     let builder = DomainParticipantBuilder::new(domain);
     builder.same_host_loopback(interface.is_loopback()).with_only_networks([interface]).build()
 }

@@ -53,6 +53,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
 /// A detector of the user. What the file is taken for is printed to standard error: the results are elsewhere.
 pub fn load(path: &Path, class: Option<usize>) -> Result<Detector, Failure> {
     let detector = Detector::load(path, class).map_err(Failure::input)?;
-    eprintln!("{}: taken for {}", path.display(), detector.words());
+    eprintln!("{}", detector.taken_for());
     Ok(detector)
 }

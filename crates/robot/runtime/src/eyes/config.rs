@@ -9,7 +9,7 @@ use paid_vision::Intrinsics;
 use serde::{Deserialize, Serialize};
 
 use crate::DeployError;
-use crate::wire::LARGEST_DOMAIN;
+use crate::wire::check_domain;
 
 /// Which clock a device stamps by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -180,8 +180,8 @@ impl EyesConfig {
     /// # Errors
     /// A sentence that names the key.
     pub fn check(&self) -> Result<(), String> {
-        if let Some(domain) = self.domain.filter(|domain| *domain > LARGEST_DOMAIN) {
-            return Err(format!("'domain': expected 0 to {LARGEST_DOMAIN}, found {domain}"));
+        if let Some(domain) = self.domain {
+            check_domain(Some(domain)).map_err(|expected| format!("'domain': {expected}, found {domain}"))?;
         }
         let camera = &self.camera;
         let mut topics = vec![
@@ -283,6 +283,7 @@ mod tests {
     fn each_wrong_value_is_named_with_what_was_expected() {
         for (text, expected) in [
             ("goal_m = [5.0, 0.0]\n".to_owned(), "odometry"),
+            (format!("domain = 233\n{LIDAR}"), "'domain': expected a whole number from 0 to 232, found 233"),
             (format!("colour = 1\n{LIDAR}"), "colour"),
             (format!("[camera]\ndepth = \"depth\"\n{LIDAR}"), "'camera.depth': expected a topic"),
             (format!("[camera]\nlatency_s = 2.0\n{LIDAR}"), "'camera.latency_s': expected 0 to 0.5, found 2"),

@@ -24,4 +24,13 @@ pub const MOTORS: usize = 35;
 /// Time between two commands `[us]`.
 pub const COMMAND_US: u64 = 2_000;
 /// The largest DDS domain: the ports of a larger one, 7400 + 250 x domain and more, do not fit into 16 bits and wrap around to another's.
-pub const LARGEST_DOMAIN: u16 = 232;
+const LARGEST_DOMAIN: u16 = 232;
+
+/// A DDS domain whose ports exist. `None` is what is no number at all.
+///
+/// # Errors
+/// What was expected.
+pub fn check_domain(found: Option<u16>) -> Result<u16, String> {
+    let good = found.filter(|domain| *domain <= LARGEST_DOMAIN);
+    good.ok_or_else(|| format!("expected a whole number from 0 to {LARGEST_DOMAIN}"))
+}

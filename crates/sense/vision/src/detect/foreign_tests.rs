@@ -124,9 +124,13 @@ fn the_class_that_is_named_so_is_the_ball() {
     ] {
         assert_eq!(Detector::from_file(three(names), None).expect(names).options().class, class, "{names}");
     }
-    let words =
-        Detector::from_file(three("{0: 'person', 1: 'ball', 2: 'goalpost'}"), None).expect("reads").words();
-    assert_eq!(words, "YOLOv8 with an input of 64 x 32 pixels; the ball is class 1 of 3, \"ball\"");
+    let words = Detector::from_file(three("{0: 'person', 1: 'ball', 2: 'goalpost'}"), None)
+        .expect("reads")
+        .taken_for();
+    assert_eq!(
+        words,
+        "test.onnx: taken for YOLOv8 with an input of 64 x 32 pixels; the ball is class 1 of 3, \"ball\""
+    );
     // What is given goes first.
     assert_eq!(Detector::from_file(three("['ball', 'b', 'c']"), Some(2)).expect("reads").options().class, 2);
     for (names, found) in [

@@ -113,10 +113,10 @@ impl Detector {
         Ok(detector)
     }
 
-    /// What the file was taken for: kind, size of the input and the ball's class.
-    pub fn words(&self) -> String {
+    /// The file and what it was taken for: kind, size of the input and the ball's class. One line for the user, before the work.
+    pub fn taken_for(&self) -> String {
         let Interface { kind, size: [width, height], .. } = &self.interface;
-        let kind_and_size = format!("{} with an input of {width} x {height} pixels", kind.name());
+        let kind_and_size = format!("{} with an input of {width} x {height} pixels", self.kind_of_file());
         if *kind == Kind::Own {
             return kind_and_size;
         }
@@ -124,6 +124,11 @@ impl Detector {
         let name =
             self.class.as_ref().map_or_else(|| ", without a name".to_owned(), |name| format!(", {name:?}"));
         format!("{kind_and_size}; the ball is class {class} of {classes}{name}")
+    }
+
+    /// The file and the kind that it was taken for.
+    fn kind_of_file(&self) -> String {
+        format!("{}: taken for {}", self.model.path().display(), self.interface.kind.name())
     }
 
     /// Which kind it is.
@@ -201,7 +206,7 @@ impl Detector {
         let outputs = self.model.run(&[(name, vec![1, kind.inputs(), size[1], size[0]], input)], &wanted)?;
         range::check(*kind, *size, outputs.first().map_or(&[], |first| first)).map_err(
             |[what, expected, found]| {
-                let what = format!("{}: taken for {}: {what}", self.model.path().display(), kind.name());
+                let what = format!("{}: {what}", self.kind_of_file());
                 VisionError::value(what, expected, found)
             },
         )?;

@@ -124,7 +124,11 @@ fn a_yolox_export_is_decoded_by_its_grid() {
     let file = constant(&[1, 3, 32, 64], &[("output", vec![1, CELLS, 6], output)]);
     let detector = Detector::from_file(file, None).expect("YOLOX");
     assert_eq!(detector.kind(), Kind::YoloX { classes: 1 });
-    assert!(detector.words().starts_with("YOLOX with an input of 64 x 32 pixels; the ball is class 0 of 1"));
+    assert!(
+        detector.taken_for().starts_with(
+            "test.onnx: taken for YOLOX with an input of 64 x 32 pixels; the ball is class 0 of 1"
+        )
+    );
     let found = detector.detect(&ColorImage::filled(128, 64, [0; 3]), None).expect("runs");
     assert_eq!((found[0].outline.min, found[0].outline.max), ([32.0, 16.0], [48.0, 32.0]));
 }

@@ -82,8 +82,8 @@ impl Eyes {
         let (to_ball, fixes) = sync_channel(WAITING);
         let (tell, lines) = sync_channel(UNTOLD);
         let teller = || Teller::new(tell.clone());
-        if let (Some(path), Finder::Network(detector)) = (&config.detector, &setup.finder) {
-            teller().tell(format!("{}: taken for {}", path.display(), detector.words()));
+        if let (Some(_), Finder::Network(detector)) = (&config.detector, &setup.finder) {
+            teller().tell(detector.taken_for());
         }
         let torso = Torso::open(&config.odometry, &topics)?;
         let follow = Follow::new(to_ball, Arc::clone(&desk), teller());
