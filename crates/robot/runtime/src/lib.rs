@@ -39,6 +39,8 @@ mod motors;
 mod pause;
 mod player;
 #[cfg(feature = "dds")]
+mod published;
+#[cfg(feature = "dds")]
 mod raw;
 #[cfg(all(feature = "dds", feature = "perception"))]
 pub mod ros;

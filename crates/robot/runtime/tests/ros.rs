@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use paid_runtime::ros::{IMU, RosTopics};
+use paid_runtime::ros::{IMAGE, IMU, ODOMETRY, RosReader, RosTopics};
 
 /// Programs on a loopback without multicast find each other after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -38,4 +38,44 @@ fn samples_wait_for_a_reader_that_is_busy_with_a_scan() {
     let kept = std::iter::from_fn(|| reader.take().expect("well")).count();
     // A busy machine may lose some.
     assert!(kept >= 30, "{kept} of 40 samples");
+}
+
+/// Waits until this is said of a silent topic.
+fn until_said(reader: &mut RosReader, expected: &str) {
+    let begin = Instant::now();
+    let mut said = None;
+    while said.as_deref() != Some(expected) {
+        assert!(begin.elapsed() < PATIENCE, "{said:?}");
+        assert_eq!(reader.take().expect("well"), None);
+        std::thread::sleep(Duration::from_millis(20));
+        said = reader.silent();
+    }
+}
+
+#[test]
+fn of_a_silent_topic_it_is_said_whether_somebody_publishes_it_and_as_what() {
+    // Not the domain of the other test.
+    let open = || {
+        let domain = 20 + ((std::process::id() + 40) % 80) as u16;
+        RosTopics::open(domain, "127.0.0.1".parse().expect("an address")).expect("the loopback")
+    };
+    let (driver, computer) = (open(), open());
+    let mut color = computer.reader("/camera/color", IMAGE, false).expect("a topic");
+    let mut imu = computer.reader("/imu", IMU, false).expect("a topic");
+    assert_eq!(color.silent(), None, "not for a second yet");
+    until_said(&mut color, "found nobody who publishes /camera/color");
+    let _other = driver.writer("/camera/camera/color", IMAGE).expect("a topic");
+    until_said(
+        &mut color,
+        "found nobody who publishes /camera/color; sensor_msgs/msg/Image is published on /camera/camera/color",
+    );
+    let silent = driver.writer("/camera/color", IMAGE).expect("a topic");
+    until_said(&mut color, "/camera/color is published (sensor_msgs/msg/Image), but nothing arrives");
+    let _poses = driver.writer("/imu", ODOMETRY).expect("a topic");
+    until_said(&mut imu, "/imu is published as nav_msgs/msg/Odometry, expected sensor_msgs/msg/Imu");
+    drop(silent);
+    until_said(
+        &mut color,
+        "found nobody who publishes /camera/color; sensor_msgs/msg/Image is published on /camera/camera/color",
+    );
 }

@@ -90,6 +90,11 @@ impl LidarTopics {
         })
     }
 
+    /// For each of the two topics on which nothing has come for a second: who publishes it.
+    pub fn silent(&self) -> impl Iterator<Item = String> {
+        [&self.points, &self.imu].into_iter().filter_map(RosReader::silent)
+    }
+
     /// The next scan or sample; `None` if nothing came within `patience`.
     ///
     /// # Errors

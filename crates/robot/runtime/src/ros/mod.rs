@@ -15,12 +15,15 @@ mod lidar;
 pub use lidar::{AccelUnit, LidarTopics};
 
 use std::net::IpAddr;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use rustdds::no_key::{DataReader, DataWriter};
 use rustdds::policy::{Durability, History, Reliability};
 use rustdds::{DataWriterStatus, DomainParticipant, QosPolicies, QosPolicyBuilder, StatusEvented, TopicKind};
 
 use crate::link::LinkError;
+use crate::published::{Published, Wanted};
 use crate::raw::{Raw, participant, sent};
 
 /// `sensor_msgs/Image` on DDS.
@@ -38,6 +41,8 @@ pub const ODOMETRY: &str = "nav_msgs::msg::dds_::Odometry_";
 const WAITING: i32 = 4;
 /// ... but odometry needs every sample of an inertial sensor, also of the time in which it is busy with a scan: 0.6 s at 200 Hz.
 const WAITING_SAMPLES: i32 = 128;
+/// A topic without a message for this long is silent.
+const SILENT: Duration = Duration::from_secs(1);
 
 fn failed(error: impl ToString) -> LinkError {
     LinkError::Network { what: "ROS 2 topics", message: error.to_string() }
@@ -46,10 +51,17 @@ fn failed(error: impl ToString) -> LinkError {
 /// A participant for topics of ROS 2.
 pub struct RosTopics {
     participant: DomainParticipant,
+    published: Arc<Published>,
 }
 
 /// A subscription.
-pub struct RosReader(DataReader<Vec<u8>, Raw<4>>);
+pub struct RosReader {
+    reader: DataReader<Vec<u8>, Raw<4>>,
+    wanted: Wanted,
+    published: Arc<Published>,
+    /// When the last message came; at first when the subscription began.
+    came: Instant,
+}
 
 /// A publication.
 pub struct RosWriter {
@@ -64,7 +76,9 @@ impl RosTopics {
     /// If this machine does not have the address, or the network cannot be joined.
     pub fn open(domain: u16, interface: IpAddr) -> Result<Self, LinkError> {
         crate::interface::check(interface)?;
-        Ok(Self { participant: participant(domain, interface).map_err(failed)? })
+        let participant = participant(domain, interface).map_err(failed)?;
+        let published = Arc::new(Published::new(&participant));
+        Ok(Self { participant, published })
     }
 
     /// Reads `name`, such as `/camera/color/image_raw`. `reliable` asks for what was lost, and receives only from writers that offer that.
@@ -75,7 +89,9 @@ impl RosTopics {
         let qos = qos(reliable, if kind == IMU { WAITING_SAMPLES } else { WAITING });
         let topic = self.topic(name, kind, &qos)?;
         let subscriber = self.participant.create_subscriber(&qos).map_err(failed)?;
-        subscriber.create_datareader_no_key(&topic, Some(qos)).map(RosReader).map_err(failed)
+        let reader = subscriber.create_datareader_no_key(&topic, Some(qos)).map_err(failed)?;
+        let wanted = Wanted { topic: on_dds(name), kind: kind.to_owned(), reliable, ros: true };
+        Ok(RosReader { reader, wanted, published: Arc::clone(&self.published), came: Instant::now() })
     }
 
     /// Writes `name`.
@@ -91,9 +107,13 @@ impl RosTopics {
     }
 
     fn topic(&self, name: &str, kind: &str, qos: &QosPolicies) -> Result<rustdds::Topic, LinkError> {
-        let name = format!("rt{name}");
-        self.participant.create_topic(name, kind.to_owned(), qos, TopicKind::NoKey).map_err(failed)
+        self.participant.create_topic(on_dds(name), kind.to_owned(), qos, TopicKind::NoKey).map_err(failed)
     }
+}
+
+/// The name on DDS of a topic of ROS 2.
+fn on_dds(name: &str) -> String {
+    format!("rt{name}")
 }
 
 fn qos(reliable: bool, depth: i32) -> QosPolicies {
@@ -115,7 +135,17 @@ impl RosReader {
     /// # Errors
     /// A message that cannot be read; the next ones may be.
     pub fn take(&mut self) -> Result<Option<Vec<u8>>, LinkError> {
-        self.0.take_next_sample().map(|sample| sample.map(|sample| sample.into_value())).map_err(failed)
+        let sample = self.reader.take_next_sample().map_err(failed)?.map(|sample| sample.into_value());
+        match &sample {
+            Some(_) => self.came = Instant::now(),
+            None => self.published.update(),
+        }
+        Ok(sample)
+    }
+
+    /// If nothing has come for a second: who publishes the topic, by DDS's discovery, which takes seconds where there is no multicast.
+    pub fn silent(&self) -> Option<String> {
+        (self.came.elapsed() > SILENT).then(|| self.published.why(&self.wanted))
     }
 }
 

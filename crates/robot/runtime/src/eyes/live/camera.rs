@@ -17,24 +17,16 @@ pub(super) struct Camera {
     clock: StampClock,
     latency_ns: u64,
     own: DeviceClock,
-    /// What to say if no image comes.
-    pub silent: String,
+    /// The topics of color and depth.
+    names: [String; 2],
     /// The readers live no longer than their network.
     _topics: RosTopics,
 }
 
 impl Camera {
     pub fn open(input: &CameraInput, topics: RosTopics) -> Result<Self, DeployError> {
-        // Today's RealSense driver puts the camera's name into its topics.
-        let renamed = input.color.starts_with("/camera/") && !input.color.starts_with("/camera/camera/");
-        let hint = if renamed {
-            " (today's RealSense driver has /camera/camera/color/image_raw and so on: set camera.color, camera.depth and camera.info)"
-        } else {
-            ""
-        };
-        let silent = format!("camera: no image for a second on {} and {}{hint}", input.color, input.depth);
         Ok(Self {
-            silent,
+            names: [&input.color, &input.depth].map(String::clone),
             info: topics.reader(&input.info, CAMERA_INFO, input.reliable)?,
             depth: topics.reader(&input.depth, IMAGE, input.reliable)?,
             color: topics.reader(&input.color, IMAGE, input.reliable)?,
@@ -66,6 +58,15 @@ impl Camera {
             note(read_color(&bytes).map_err(words).and_then(|color| self.joiner.color(color, now_ns)));
         }
         first
+    }
+
+    /// What to say if no image has come for a second: on which topics nothing comes, and why.
+    pub fn silent(&self) -> String {
+        let [color, depth] = &self.names;
+        let why: Vec<String> =
+            [&self.color, &self.depth, &self.info].into_iter().filter_map(RosReader::silent).collect();
+        let why = if why.is_empty() { String::new() } else { format!(": {}", why.join("; ")) };
+        format!("camera: no image for a second on {color} and {depth}{why}")
     }
 
     /// Local time of an image's stamp.

@@ -71,6 +71,9 @@ impl Follow {
                     std::thread::sleep(Duration::from_millis(1));
                 }
             }
+            source
+                .silent()
+                .for_each(|why| self.teller.tell(format!("LiDAR: no message for a second: {why}")));
             self.state(&eyes);
         }
     }
@@ -145,7 +148,8 @@ impl Follow {
                 Ok(Some(Err(error))) => self.teller.tell(error.to_string()),
                 Ok(None) => {
                     if now_ns > came_ns + SILENT_NS {
-                        self.teller.tell(format!("odometry: no pose for a second on {name}"));
+                        let why = reader.silent().map_or_else(String::new, |why| format!(": {why}"));
+                        self.teller.tell(format!("odometry: no pose for a second on {name}{why}"));
                         self.state.clear();
                     }
                     std::thread::sleep(Duration::from_millis(1));

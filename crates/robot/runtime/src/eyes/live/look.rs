@@ -56,7 +56,7 @@ impl Look {
             if looked {
                 looked_ns = now_ns;
             } else if now_ns > looked_ns + SILENT_NS {
-                self.teller.tell(self.camera.silent.clone());
+                self.teller.tell(self.camera.silent());
                 looked_ns = now_ns;
             }
             if looked || now_ns > reported_ns + REPORT_NS {
