@@ -46,6 +46,7 @@
 //! ```
 
 mod config;
+mod data_fault;
 mod error;
 mod estimate;
 mod filter;
@@ -71,6 +72,7 @@ mod update;
 mod voxel;
 
 pub use config::{Config, g1_torso_from_lidar};
+pub use data_fault::DataFault;
 pub use error::LidarError;
 pub use estimate::Estimate;
 pub use health::{Health, LostReason, NotStill};

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use nalgebra::{Isometry3, Vector3};
 
 use crate::config::Config;
+use crate::data_fault::{DataFault, DataWatch};
 use crate::error::LidarError;
 use crate::estimate::Estimate;
 use crate::filter::Filter;
@@ -72,6 +73,7 @@ pub struct Odometry {
     last_output_s: Option<f64>,
     last_scan_s: Option<f64>,
     lateness: Lateness,
+    data: DataWatch,
     fault: Option<LostReason>,
     usual_share: Option<f64>,
     usual_off_ground: Option<f64>,
@@ -110,6 +112,7 @@ impl Odometry {
             last_output_s: None,
             last_scan_s: None,
             lateness: Lateness::default(),
+            data: DataWatch::default(),
             fault: None,
             usual_share: None,
             usual_off_ground: None,
@@ -137,6 +140,7 @@ impl Odometry {
         self.last_stamp_s = None;
         self.last_scan_end_s = None;
         self.lateness = Lateness::default();
+        self.data = DataWatch::default();
         self.fault = None;
         self.usual_share = None;
         self.usual_off_ground = None;
@@ -162,6 +166,12 @@ impl Odometry {
         self.dropped
     }
 
+    /// What is wrong with the data that come now.
+    #[must_use]
+    pub fn data_fault(&self) -> Option<DataFault> {
+        self.data.fault()
+    }
+
     /// Time of the newest sample of the IMU `[s]`: [`Odometry::pose_at`] knows the pose up to there, once it tracks.
     #[must_use]
     pub fn newest_s(&self) -> Option<f64> {
@@ -174,6 +184,7 @@ impl Odometry {
             self.dropped.not_finite += 1;
             return;
         }
+        self.data.imu(sample.time_s, arrival_s);
         if let Some(last) = self.last_stamp_s {
             if sample.time_s <= last {
                 self.dropped.backwards += 1;
@@ -208,6 +219,7 @@ impl Odometry {
 
     /// Takes a scan that came at `arrival_s` `[s]`, by this machine's clock.
     pub fn push_scan(&mut self, scan: Scan, arrival_s: f64) {
+        self.data.scan(&scan, arrival_s);
         if !(scan.start_s.is_finite() && scan.end_s.is_finite() && scan.end_s > scan.start_s) {
             self.dropped.not_finite += 1;
             return;

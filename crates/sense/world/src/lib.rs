@@ -42,7 +42,7 @@ pub use message::{
     Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,
 };
 pub use pipeline::{Believed, Sight, Sighted};
-pub use pose_watch::{OdometryState, PoseFault, PoseWatch};
+pub use pose_watch::{NoPose, OdometryState, PoseFault, PoseWatch};
 pub use reader::{Recorded, Recording, decode_any};
 pub use recorder::Recorder;
 pub use replay::{Replay, replay};

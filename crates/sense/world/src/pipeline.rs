@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use paid_lanes::Vec3;
-use paid_lidar::{Health, ImuSample, Odometry, Point, Scan, stamped};
+use paid_lidar::{ImuSample, Odometry, Point, Scan, stamped};
 use paid_track::{BallMemory, Candidate, Glance, Pose, PoseBuffer, Rolling, TrackedBall};
 use paid_vision::detect::{Depth, Detection};
 use paid_vision::locate::BallFinder;
@@ -11,7 +11,7 @@ use paid_vision::{DepthImage, PictureFault, PictureWatch, VisionError};
 use crate::body::OwnBody;
 use crate::horizon::Horizon;
 use crate::message::{ImuMessage, PictureMessage, PoseMessage, ScanMessage, seconds};
-use crate::pose_watch::{OdometryState, PoseWatch};
+use crate::pose_watch::{NoPose, OdometryState, PoseWatch};
 use crate::{Arrived, Finder, Message, SightError, SightSetup};
 
 /// Poses that are farther apart `[s]` say nothing of the time between them: odometry comes at 10 Hz or more.
@@ -69,6 +69,7 @@ pub struct Sight {
     lidar: Option<Odometry>,
     frame: Option<u32>,
     state: OdometryState,
+    no_pose: Option<NoPose>,
     /// Poses as they were known at their time, or those of another odometry.
     poses: PoseBuffer,
     /// Watches those of another odometry.
@@ -100,6 +101,7 @@ impl Sight {
             lidar: setup.lidar.map(Odometry::new).transpose()?,
             frame: None,
             state: OdometryState::Waiting,
+            no_pose: None,
             poses: no_poses(),
             pose_watch: PoseWatch::default(),
             floor: None,
@@ -141,6 +143,14 @@ impl Sight {
     /// The detections since the last call, with their places.
     pub fn take_sighted(&mut self) -> Vec<Sighted> {
         std::mem::take(&mut self.sighted)
+    }
+
+    /// What the LiDAR's odometry says against its data and of a pose that it does not have.
+    pub fn lidar_faults(&self) -> impl Iterator<Item = String> {
+        let data = self.lidar.as_ref().and_then(|lidar| lidar.data_fault());
+        let data = data.map(|fault| format!("LiDAR: {fault}"));
+        let pose = self.no_pose.as_ref();
+        data.into_iter().chain(pose.map(|why| format!("odometry: {}", self.state.with_reason(Some(why)))))
     }
 
     /// Every confirmed ball.
@@ -191,12 +201,8 @@ impl Sight {
     fn poll(&mut self, at_ns: u64) {
         let Some(lidar) = &mut self.lidar else { return };
         while let Some(estimate) = lidar.poll(seconds(at_ns)) {
-            self.state = match estimate.health {
-                Health::Initializing(_) => OdometryState::Waiting,
-                Health::Tracking => OdometryState::Tracking,
-                Health::Degenerate { direction } => OdometryState::Degenerate(direction.into()),
-                Health::Lost { .. } => OdometryState::Lost,
-            };
+            self.state = OdometryState::of(&estimate.health);
+            self.no_pose = NoPose::of(&estimate.health);
             if self.frame.replace(estimate.frame).is_some_and(|old| old != estimate.frame) {
                 // Places of the old frame mean nothing in the new one.
                 self.memory.clear();

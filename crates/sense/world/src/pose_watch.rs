@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use paid_lidar::{Health, LostReason, NotStill};
 use paid_track::StampedPose;
 
 /// How well the torso's pose is known.
@@ -19,7 +20,51 @@ pub enum OdometryState {
     Refused(PoseFault),
 }
 
+/// Why LiDAR-inertial odometry has no pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NoPose {
+    /// The sensor does not stand still, which it must to start.
+    NotStill(NotStill),
+    /// The scans do not give it.
+    Lost(LostReason),
+}
+
+impl NoPose {
+    /// Of the odometry's own health; `None`: there is a pose, or it just waits.
+    pub fn of(health: &Health) -> Option<Self> {
+        match health {
+            Health::Initializing(why) => why.map(Self::NotStill),
+            Health::Lost { reason, .. } => Some(Self::Lost(*reason)),
+            Health::Tracking | Health::Degenerate { .. } => None,
+        }
+    }
+}
+
+impl fmt::Display for NoPose {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotStill(why) => why.fmt(f),
+            Self::Lost(why) => why.fmt(f),
+        }
+    }
+}
+
 impl OdometryState {
+    /// Of LiDAR-inertial odometry.
+    pub fn of(health: &Health) -> Self {
+        match health {
+            Health::Initializing(_) => Self::Waiting,
+            Health::Tracking => Self::Tracking,
+            Health::Degenerate { direction } => Self::Degenerate((*direction).into()),
+            Health::Lost { .. } => Self::Lost,
+        }
+    }
+
+    /// In words, with the reason if there is one.
+    pub fn with_reason(&self, why: Option<&NoPose>) -> String {
+        why.map_or_else(|| self.to_string(), |why| format!("{self}: {why}"))
+    }
+
     /// Whether a place may be taken from the pose.
     pub fn is_usable(&self) -> bool {
         matches!(self, Self::Tracking | Self::Degenerate(_))

@@ -17,6 +17,22 @@ pub struct Replay {
     pub first_different_s: Option<f64>,
     /// From the first message to the last `[s]`.
     pub span_s: f64,
+    /// What the LiDAR's odometry said of its faults: each kind once, with its first time `[s]`.
+    pub faults: Vec<(f64, String)>,
+}
+
+/// More kinds of faults are not kept.
+const MOST_FAULTS: usize = 32;
+
+impl Replay {
+    /// Keeps a fault of a new kind: others have other figures.
+    fn fault(&mut self, at_s: f64, fault: String) {
+        let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit(), "");
+        let new = self.faults.iter().all(|(_, old)| kind(old) != kind(&fault));
+        if new && self.faults.len() < MOST_FAULTS {
+            self.faults.push((at_s, fault));
+        }
+    }
 }
 
 /// Feeds `sight` with what a recording holds, and compares its estimates with the recorded ones. `see` gets every estimate.
@@ -41,6 +57,9 @@ pub fn replay(
                     see(&believed);
                     tally.steps += 1;
                     last = Some(believed);
+                }
+                if matches!(arrived.message, Message::Scan(_)) {
+                    sight.lidar_faults().for_each(|fault| tally.fault(at_s, fault));
                 }
             }
             Recorded::Believed { at_ns, .. } => {

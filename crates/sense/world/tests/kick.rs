@@ -7,7 +7,7 @@ use paid_track::{BallState, Pose};
 use paid_vision::{ColorImage, Intrinsics, PictureFault};
 use paid_world::{
     Arrived, Believed, Finder, JointMessage, Message, OdometryState, PictureMessage, PoseMessage, Recorded,
-    Recorder, Recording, Sight, SightSetup, decode_any, replay, seconds,
+    Recorder, Recording, ScanMessage, Sight, SightSetup, decode_any, replay, seconds,
 };
 
 const STEP_NS: u64 = 20_000_000;
@@ -209,6 +209,36 @@ fn what_cannot_be_replayed_is_named_with_file_and_place() {
     let error = recording(&neck, 29).sight(None).expect_err("no neck").to_string();
     let named = error.contains("odd.mcap: /paid/setup: robot ");
     assert!(named && error.ends_with("expected a body 'neck', found none"), "{error}");
+}
+
+#[test]
+fn a_replay_tells_the_faults_of_the_lidars_data_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("mute.mcap");
+    let setup = || SightSetup { lidar: Some(paid_lidar::Config::g1()), ..setup() };
+    let mut recorder = Recorder::create(&path, &setup()).expect("a file");
+    let mut sight = Sight::new(setup()).expect("a setup");
+    // Ten scans in the first second, without a sample of the IMU.
+    for k in 1..=10_u64 {
+        let end_ns = k * 100_000_000;
+        let points = (0..200).map(|i| [3.0, 0.01 * f64::from(i), 0.0, 0.0005 * f64::from(i)]).collect();
+        let scan = Message::Scan(ScanMessage { start_ns: end_ns - 100_000_000, end_ns, points });
+        for message in [scan, Message::Step { to_strike_s: f64::INFINITY }] {
+            let arrived = Arrived { at_ns: end_ns + 20_000_000, message };
+            recorder.message(&arrived).expect("written");
+            if let Some(believed) = sight.take(&arrived).expect("well") {
+                recorder.believed(&believed).expect("written");
+            }
+        }
+    }
+    recorder.finish().expect("written");
+    let recording = Recording::open(&path).expect("a file");
+    let result = replay(&recording, &mut recording.sight(None).expect("a setup"), |_| {}).expect("whole");
+    assert_eq!((result.equal, result.first_different_s), (10, None));
+    let said = "LiDAR: scans come, but no samples of the IMU: without them there is no odometry";
+    let [(at_s, fault)] = &result.faults[..] else { panic!("one fault: {:?}", result.faults) };
+    // With the fifth scan.
+    assert!((at_s - 0.52).abs() < 1e-9 && fault == said, "{at_s} {fault}");
 }
 
 #[test]

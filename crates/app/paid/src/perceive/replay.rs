@@ -46,6 +46,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         result.span_s,
         result.span_s / cpu_s.max(1e-9)
     );
+    for (at_s, fault) in &result.faults {
+        eprintln!("note: {at_s:.2} s: {fault}");
+    }
     match result.first_different_s {
         None => {
             println!("{} estimates, all equal to the recorded ones bit for bit", result.equal);

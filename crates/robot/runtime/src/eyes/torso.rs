@@ -1,8 +1,8 @@
 //! Where the torso is: LiDAR-inertial odometry, or another odometry's poses.
 
 use nalgebra::Isometry3;
-use paid_lidar::{Config, Health, ImuSample, Odometry, Scan};
-use paid_world::{OdometryState, PoseMessage, PoseWatch, seconds};
+use paid_lidar::{Config, DataFault, Health, ImuSample, Odometry, Scan};
+use paid_world::{NoPose, OdometryState, PoseMessage, PoseWatch, seconds};
 
 use super::DeviceClock;
 use crate::DeployError;
@@ -42,6 +42,7 @@ pub struct TorsoEyes {
     way_ns: u64,
     clock: DeviceClock,
     state: OdometryState,
+    no_pose: Option<NoPose>,
     frame: u32,
     last_s: f64,
     watch: PoseWatch,
@@ -64,6 +65,7 @@ impl TorsoEyes {
             way_ns: 0,
             clock: DeviceClock::default(),
             state: OdometryState::Waiting,
+            no_pose: None,
             frame: 0,
             last_s: f64::NEG_INFINITY,
             watch: PoseWatch::default(),
@@ -73,6 +75,16 @@ impl TorsoEyes {
     /// How well the pose is known.
     pub fn state(&self) -> OdometryState {
         self.state
+    }
+
+    /// The same in words, with the reason where the LiDAR's odometry has one.
+    pub fn words(&self) -> String {
+        self.state.with_reason(self.no_pose.as_ref())
+    }
+
+    /// What is wrong with the data of LiDAR and IMU that come now.
+    pub fn data_fault(&self) -> Option<DataFault> {
+        self.lidar.as_ref()?.data_fault()
     }
 
     /// Takes in an inertial sample that came at `at_ns` `[ns]`; gives a pose where one is due.
@@ -112,17 +124,12 @@ impl TorsoEyes {
         let Some(lidar) = &mut self.lidar else { return };
         while let Some(estimate) = lidar.poll(seconds(at_ns)) {
             self.frame = estimate.frame;
-            self.state = match estimate.health {
-                Health::Initializing(_) => OdometryState::Waiting,
-                Health::Tracking => OdometryState::Tracking,
-                Health::Degenerate { direction } => OdometryState::Degenerate(direction.into()),
-                Health::Lost { refused: true, .. } => {
-                    // It does not come back by itself: it waits for the robot to stand still and begins a new frame.
-                    lidar.restart();
-                    OdometryState::Lost
-                }
-                Health::Lost { refused: false, .. } => OdometryState::Lost,
-            };
+            self.state = OdometryState::of(&estimate.health);
+            self.no_pose = NoPose::of(&estimate.health);
+            if matches!(estimate.health, Health::Lost { refused: true, .. }) {
+                // It does not come back by itself: it waits for the robot to stand still and begins a new frame.
+                lidar.restart();
+            }
         }
     }
 
@@ -215,6 +222,31 @@ mod tests {
         // Of one of the last two samples, by the time at which it was taken.
         assert!(last.at_ns.abs_diff(at(3.2, 0)) < 6_000_000, "{last:?}");
         assert_eq!(last.handed_over(last.at_ns + 7_000_000).age_us, 7000);
+    }
+
+    #[test]
+    fn the_reasons_of_the_lidars_odometry_are_told() {
+        let mut eyes = TorsoEyes::lidar(Config::g1(), 0.003).expect("a setup");
+        assert_eq!((eyes.words().as_str(), eyes.data_fault()), ("waiting", None));
+        let here = Isometry3::translation(0.0, 0.0, 0.8);
+        let mut sensor = in_the_hall((0..800).map(|k| (f64::from(k) * 0.002, here)).collect());
+        for _ in 0..6 {
+            let scan = sensor.next_frame().scan;
+            let end_s = scan.end_s;
+            eyes.scan(scan, at(end_s, 20));
+        }
+        assert_eq!(eyes.data_fault(), Some(DataFault::NoImu));
+        // Samples in multiples of gravity, 200 a second.
+        for k in 0..200 {
+            let time_s = 0.6 + 0.005 * f64::from(k);
+            let sample = ImuSample { time_s, gyro: [0.0; 3].into(), accel: [0.0, 0.0, 1.0].into() };
+            eyes.imu(sample, at(time_s, 3));
+        }
+        let scan = sensor.next_frame().scan;
+        eyes.scan(scan, at(1.6, 20));
+        let expected =
+            "waiting: acceleration at rest: expected 9.81 m/s^2 within 10%, found 1.00 (values in g?)";
+        assert_eq!((eyes.words().as_str(), eyes.data_fault()), (expected, None));
     }
 
     #[test]

@@ -37,7 +37,7 @@ impl Follow {
     }
 
     fn state(&mut self, eyes: &TorsoEyes) {
-        let state = eyes.state().to_string();
+        let state = eyes.words();
         // The same fault with other figures is reported once.
         let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit(), "");
         if kind(&state) != kind(&self.state) {
@@ -56,6 +56,9 @@ impl Follow {
             }
             Some(Data::Scan(scan)) => eyes.scan(scan, now_ns),
             None => eyes.poll(now_ns),
+        }
+        if let Some(fault) = eyes.data_fault() {
+            self.teller.tell(format!("LiDAR: {fault}"));
         }
     }
 
