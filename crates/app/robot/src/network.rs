@@ -10,6 +10,7 @@ use paid_runtime::eyes::{Sensed, SensedLink};
 use paid_runtime::log::{LogHeader, LogWriter};
 use paid_runtime::switcher::{Patience, Reply, SwitcherClient, await_release};
 use paid_runtime::view::Screen;
+use paid_runtime::wire::LowState;
 use paid_runtime::{
     BareTimer, Checker, DdsLink, DeployError, Inlet, LATENESS_EDGES_MS, LastWords, Live, Packet, Player,
     Runtime, Side, Told, Usage, Writer, lateness_table, run_live,
@@ -127,6 +128,7 @@ pub fn run(
     if matches!(sensed, Sensed::Nothing) && !args.json && !args.quiet {
         println!("without --eyes or --virtual-senses the robot sees no ball and does not kick");
     }
+    let mut states = link.state_topic();
     let link = SensedLink::new(link, sensed);
     let keys = args.view.then(Arc::default);
     let live = Live {
@@ -147,12 +149,17 @@ pub fn run(
     let timer = BareTimer::start();
     let (begin, before) = (Instant::now(), Usage::now());
     let report = run_live(live, link, &stop, move |told| {
-        for line in lines.iter().flat_map(|lines| lines.try_iter()) {
+        let from_eyes = lines.iter().flat_map(|lines| lines.try_iter()).map(|line| ("eyes", line));
+        let overdue = match told {
+            Told::Status(status) => states.overdue(status.runtime.states),
+            Told::Event(_) => None,
+        };
+        for (from, line) in from_eyes.chain(overdue.map(|line| ("robot", line))) {
             match shown.as_mut() {
-                Some(screen) => screen.note(&format!("eyes: {line}")),
-                None if args.json => json_line("eyes", &line),
+                Some(screen) => screen.note(&format!("{from}: {line}")),
+                None if args.json => json_line(from, &line),
                 None if args.quiet => {}
-                None => println!("eyes: {line}"),
+                None => println!("{from}: {line}"),
             }
         }
         if let Some(tell) = &mut teller {
@@ -276,10 +283,12 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     let mut switcher = SwitcherClient::new(link.switcher().map_err(Failure::input)?);
     let checker = if no_switcher { Checker::without_switcher() } else { Checker::default() };
     let mut checker = checker.with_limits(limits);
+    let states = link.state_topic();
     let begin = Instant::now();
-    let mut asked_s = 0;
+    let (mut asked_s, mut came) = (0, false);
     while begin.elapsed() < seconds && !stop.load(Ordering::Relaxed) {
         while let Some(packet) = link.receive().map_err(Failure::input)? {
+            came |= matches!(&packet, Packet::LowState(bytes) if LowState::from_cdr(bytes).is_ok());
             checker.take(begin.elapsed().as_micros() as u64, &packet);
         }
         if !no_switcher && begin.elapsed().as_secs() > asked_s {
@@ -295,6 +304,9 @@ pub fn check(args: &CheckArgs) -> Result<ExitCode, Failure> {
     }
     let report = checker.report();
     println!("{}", report.text);
+    if !came {
+        println!("{}", states.why());
+    }
     println!("{}", report.verdict());
     Ok(if report.good { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

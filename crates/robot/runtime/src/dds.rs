@@ -16,9 +16,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::link::{Inlet, Link, LinkError, Outlet};
 use crate::message::Packet;
+use crate::published::Published;
 use crate::raw::{Raw, RawError, participant, sent};
+use crate::state_topic::StateTopic;
 use crate::switcher::{Line, SWITCHER_TOPICS, SWITCHER_TYPES};
-use crate::wire::{BmsState, Layout, LowCmd, Message};
+use crate::wire::{BmsState, Layout, LowCmd, LowState, Message};
 
 /// Topics and types of the robot, and this project's own one.
 const LOW_STATE: [&str; 2] = ["rt/lowstate", "unitree_hg::msg::dds_::LowState_"];
@@ -122,6 +124,8 @@ struct DdsInlet {
     /// Commands on the network, to notice those of others.
     commands: Option<RawReader>,
     own: Arc<Own>,
+    /// Length of the last message on the topic of states that was none `[bytes]`; 0: there was none.
+    odd: Arc<AtomicUsize>,
 }
 
 fn network(what: &'static str) -> impl Fn(String) -> LinkError {
@@ -196,8 +200,22 @@ impl DdsLink {
                 stuck: 0,
                 participant,
             },
-            inlet: DdsInlet { side, main, battery: battery_in, senses: senses_in, commands, own },
+            inlet: DdsInlet {
+                side,
+                main,
+                battery: battery_in,
+                senses: senses_in,
+                commands,
+                own,
+                odd: Arc::default(),
+            },
         })
+    }
+
+    /// Why no state comes, for a runtime's side. One for each link: discovery is told once.
+    pub fn state_topic(&self) -> StateTopic {
+        let published = Published::new(&self.outlet.participant);
+        StateTopic::new(published, LOW_STATE, Arc::clone(&self.inlet.odd))
     }
 
     /// The motion switcher's topics: a robot reads requests, a runtime responses.
@@ -282,7 +300,12 @@ impl Inlet for DdsInlet {
         if let Some(bytes) = take(&mut self.main)? {
             return Ok(Some(match self.side {
                 Side::Robot => Packet::LowCmd(bytes),
-                Side::Runtime => Packet::LowState(bytes),
+                Side::Runtime => {
+                    if !(LowState::CDR_SIZE..=LowState::CDR_SIZE + 3).contains(&bytes.len()) {
+                        self.odd.store(bytes.len(), Ordering::Relaxed);
+                    }
+                    Packet::LowState(bytes)
+                }
             }));
         }
         if let Some(reader) = &mut self.battery {

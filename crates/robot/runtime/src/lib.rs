@@ -45,6 +45,8 @@ mod raw;
 #[cfg(all(feature = "dds", feature = "perception"))]
 pub mod ros;
 pub mod runtime;
+#[cfg(feature = "dds")]
+mod state_topic;
 pub mod switcher;
 #[cfg(feature = "view")]
 pub mod view;
@@ -67,4 +69,6 @@ pub use player::{Player, PlayerSpec};
 pub use runtime::{
     Event, JointStatus, Latency, LatencyFigures, Output, Phase, PolicyTrace, Reason, Runtime, State, Status,
 };
+#[cfg(feature = "dds")]
+pub use state_topic::StateTopic;
 pub use writer::Writer;

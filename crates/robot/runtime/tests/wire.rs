@@ -4,6 +4,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::time::{Duration, Instant};
 
 use crate::common::player;
+use paid_runtime::ros::RosTopics;
 use paid_runtime::wire::{Key, LowCmd, LowState, Remote};
 use paid_runtime::{DdsLink, Inlet, Limits, Outlet, Packet, Runtime, Side, State};
 
@@ -115,4 +116,32 @@ fn a_low_battery_is_reported_over_the_wire_and_refused() {
         }
     }
     assert_eq!(charge, 20.0, "it stood up with a low battery: {told:?}");
+}
+
+#[test]
+fn states_of_another_robot_are_told_by_their_type_and_length() {
+    let mut link = DdsLink::open(domain(0), LOOPBACK, Side::Runtime).expect("the loopback");
+    let mut states = link.state_topic();
+    assert_eq!(states.overdue(0), None, "not for long yet");
+    // On DDS the topic is rt/lowstate.
+    let go2 = RosTopics::open(domain(0), LOOPBACK).expect("the loopback");
+    let writer = go2.writer("/lowstate", "unitree_go::msg::dds_::LowState_").expect("a topic");
+    let expected = "no state of the robot: rt/lowstate is published as unitree_go::msg::dds_::LowState_, expected \
+                    unitree_hg::msg::dds_::LowState_; expected messages of 2088 bytes, found 1180: this program drives a G1 with 29 joints; \
+                    a Go2, B2 or H1 sends another LowState_, and so may other firmware";
+    let begin = Instant::now();
+    while states.why() != expected {
+        assert!(begin.elapsed() < PATIENCE, "{}", states.why());
+        // Four bytes are the header of CDR.
+        writer.send([[0, 1, 0, 0].as_slice(), &[0; 1180]].concat()).expect("sent");
+        std::thread::sleep(PAUSE);
+        while let Some(packet) = link.receive().expect("open") {
+            assert!(matches!(packet, Packet::LowState(_)), "{packet:?}");
+        }
+    }
+    // Once, and not again at once.
+    std::thread::sleep(Duration::from_secs(3).saturating_sub(begin.elapsed()));
+    assert_eq!(states.overdue(0).as_deref(), Some(expected));
+    assert_eq!(states.overdue(0), None);
+    assert_eq!(states.overdue(1), None, "a state has come");
 }

@@ -122,6 +122,8 @@ impl Message for LowState {
 impl LowState {
     /// Bytes of the C struct.
     pub const C_SIZE: usize = 2092;
+    /// Bytes on the network.
+    pub const CDR_SIZE: usize = 2088;
 }
 
 forms!(LowState);
@@ -139,7 +141,7 @@ mod tests {
         state.motors[1].q = -2.5;
         state.wireless_remote[2] = 0x20;
         let c = state.to_c();
-        assert_eq!(c.len(), 2092);
+        assert_eq!((c.len(), state.to_cdr().len()), (2092, LowState::CDR_SIZE));
         assert_eq!((c[9], &c[12..16]), (5, &[7, 0, 0, 0][..]));
         assert_eq!(c[68..72], [2, 1, 0, 0], "the sensor's temperature and two bytes of padding");
         assert_eq!(c[72], 1, "the first motor");
