@@ -1,5 +1,6 @@
 //! `paid train`: Stage I, Stage II from it, then the evaluation; or one stage.
 
+mod clips;
 mod printer;
 mod values;
 
@@ -18,9 +19,7 @@ use paid_eval::shooting::{Grid, ROLLING_SPEED, ShootingOptions};
 use paid_eval::subject::{Subject, SubjectSpec};
 use paid_files::write_whole;
 use paid_live::TrainingPage;
-use paid_motion::MotionLibrary;
-use paid_motion::check::doubts;
-use paid_play::{POLICY_FILE, PRESET_FILE, load_robot};
+use paid_play::{POLICY_FILE, PRESET_FILE};
 use paid_task::TaskPreset;
 use paid_terminal::{STOPPED, flag};
 use paid_train::folder::forget_unsaved;
@@ -219,6 +218,9 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
             }
             return Ok(ExitCode::SUCCESS);
         }
+        if joined.is_first() && !matches!(start, Start::Resume) {
+            clips::look_at(&[args.resolve(stage, &start, &out)?.preset], args.quiet)?;
+        }
         let watched = Watched { joined, page: page(&args, joined) };
         let outcome = run_stage(&args, stage, start, out, args.minutes, &stop, &watched)?;
         return Ok(exit_code(&outcome));
@@ -264,9 +266,12 @@ fn train(args: Args, joined: &Joined) -> Result<ExitCode, Failure> {
         }
         return Ok(ExitCode::SUCCESS);
     }
-    if !begun(Stage::Stage2) {
-        // A mistake in it is reported now and not after Stage I.
-        args.resolve(Stage::Stage2, &Start::Fresh, &out)?;
+    // A mistake in a stage that starts is reported now: in Stage II's not after Stage I, and once where both have it.
+    let starting = stages.iter().filter(|(stage, _)| !(args.resume && begun(*stage)));
+    let presets = starting.map(|&(stage, _)| Ok(args.resolve(stage, &Start::Fresh, &out)?.preset));
+    let presets = presets.collect::<Result<Vec<_>, Failure>>()?;
+    if joined.is_first() {
+        clips::look_at(&presets, args.quiet)?;
     }
     let watched = Watched { joined, page: page(&args, joined) };
     let clock = Instant::now();
@@ -365,15 +370,6 @@ fn run_stage(
     if !printer.quiet && job.ranks.count() == 1 && !matches!(job.start, Start::Resume) {
         // A resumed run keeps its shards.
         without_work(threads, &job.preset.run).iter().for_each(|text| eprintln!("{text}"));
-    }
-    if !printer.quiet && !job.preset.run.motions.is_empty() && !matches!(job.start, Start::Resume) {
-        let (model, spec) = load_robot(&job.preset.robot).map_err(Failure::input)?;
-        let folder = Path::new(&job.preset.run.motions);
-        let clips = MotionLibrary::load_unchanged(folder, &model, &spec).map_err(Failure::input)?.clips;
-        doubts(&clips, &model, &spec)
-            .map_err(Failure::input)?
-            .iter()
-            .for_each(|text| eprintln!("note: {}: {text}", folder.display()));
     }
     let mut judge = if first { judge(&job) } else { None };
     let mut report = |record: &Record| printer.iteration(record);

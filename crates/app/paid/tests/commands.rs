@@ -2,9 +2,11 @@
 
 use std::fs;
 
-use crate::common::{SMALL, paid, refuses, small, succeeds, write_motions};
+use crate::common::{SMALL, paid, refuses, small, succeeds, swing, write_motions};
+use paid_motion::{KickLeg, write_npz};
 use paid_onnx::OnnxPolicy;
 use paid_policy::Checkpoint;
+use paid_robot::{RobotModel, RobotSpec};
 use serde_json::Value;
 
 fn json(line: &str) -> Value {
@@ -297,6 +299,31 @@ fn one_command_trains_both_stages_and_scores_them_and_resuming_goes_on_with_the_
     let first = json(text.lines().next().expect("a line"));
     assert_eq!((first["stage"].as_str(), first["iteration"].as_u64()), (Some("stage2"), Some(2)));
     assert!(!folder.path().join("runs/stage1/model_2.safetensors").exists());
+}
+
+#[test]
+fn both_stages_say_once_which_clips_are_doubtful_and_refuse_bad_ones_of_the_second_before_the_first() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_motions(folder.path());
+    let both = ["train", "--motions", "motions", "--iterations", "1"];
+    // Stage II cannot make its folder, so nothing is scored.
+    fs::create_dir(folder.path().join("runs")).expect("a folder");
+    fs::write(folder.path().join("runs/stage2"), "").expect("a file");
+    let error = refuses(&paid(folder.path(), &small(&both)));
+    assert_eq!(error.matches("note: motions: 2 of 2 clips fail `paid motion check`").count(), 1, "{error}");
+    assert!(folder.path().join("runs/stage1/policy.onnx").is_file(), "{error}");
+
+    let mut clip = swing(KickLeg::Left);
+    clip.joint_pos.iter_mut().for_each(|q| *q = q.to_degrees());
+    fs::create_dir(folder.path().join("other")).expect("a folder");
+    let path = folder.path().join("other/degrees.npz");
+    write_npz(&path, &clip, &RobotModel::g1(), &RobotSpec::g1()).expect("a clip");
+    let second = "base = \"stage2\"\nstage = \"stage2\"\n[run]\nmotions = \"other\"\n";
+    fs::write(folder.path().join("second.toml"), second).expect("a preset");
+    let both = ["train", "--iterations", "1", "--out", "bad", "--stage2-preset", "second.toml", "--quiet"];
+    let error = refuses(&paid(folder.path(), &small(&both)));
+    assert!(error.contains("degrees.npz") && error.contains("these look like degrees"), "{error}");
+    assert!(!folder.path().join("bad").exists());
 }
 
 #[test]

@@ -63,11 +63,7 @@ impl MotionLibrary {
     ) -> Result<Self, MotionError> {
         check_rate(control_rate_hz)?;
         let mut library = Self::load_unchanged(dir, model, spec)?;
-        for clip in &library.clips {
-            if let Some(what) = Implausible::of(clip, model, spec) {
-                return Err(MotionError::Implausible { path: clip.path.clone(), what: what.to_string() });
-            }
-        }
+        library.refuse_implausible(model, spec)?;
         library.clips = library.clips.into_iter().map(|c| at_rate(c, model, control_rate_hz)).collect();
         Ok(library)
     }
@@ -107,6 +103,18 @@ impl MotionLibrary {
     ) -> Result<Clip, MotionError> {
         refuse_points(path)?;
         read_motion(path, model, spec, options)
+    }
+
+    /// Refuses the first clip that cannot be a motion of the robot, as [`MotionLibrary::load`] does.
+    ///
+    /// # Errors
+    /// [`MotionError::Implausible`].
+    pub fn refuse_implausible(&self, model: &RobotModel, spec: &RobotSpec) -> Result<(), MotionError> {
+        let found = |clip: &Clip| Some((clip.path.clone(), Implausible::of(clip, model, spec)?.to_string()));
+        match self.clips.iter().find_map(found) {
+            Some((path, what)) => Err(MotionError::Implausible { path, what }),
+            None => Ok(()),
+        }
     }
 
     /// Frames of the longest clip.
