@@ -54,6 +54,9 @@ pub fn replay(
         }
     }
     let found = paid_runtime::log::replay(&mut log, &player)?;
+    if let Some(cut) = log.cut_off() {
+        eprintln!("note: {cut}; what comes before was used");
+    }
     println!("{} steps, {} of them with the policy", found.frames, found.policy_steps);
     if args.times {
         print!("{}", found.times.table());

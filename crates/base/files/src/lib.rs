@@ -1,4 +1,5 @@
-//! The one writer of files: a file appears whole under its name or not at all; [`FileSet`]: all of several files or none.
+//! The one writer of files: a file appears whole under its name or not at all; [`FileSet`]: all of several files or none. And what all
+//! readers say of a file that is none ([`GIT_LFS_POINTER`]).
 //!
 //! ```
 //! # fn main() -> std::io::Result<()> {
@@ -10,6 +11,7 @@
 //! # }
 //! ```
 
+mod lfs;
 mod set;
 
 use std::fs::{self, File};
@@ -18,6 +20,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+pub use lfs::{GIT_LFS_POINTER, is_git_lfs_pointer};
 pub use set::FileSet;
 
 /// A file or folder that the system does not read or write.

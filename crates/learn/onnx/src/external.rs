@@ -193,7 +193,7 @@ impl Inliner<'_> {
                 }
                 let bytes = std::fs::read(&file).map_err(|e| wrong(expected(), e.to_string()))?;
                 if let Some(words) = pointer(&bytes) {
-                    return Err(wrong(expected(), words.to_owned()));
+                    return Err(wrong(expected(), words));
                 }
                 place.insert(bytes)
             }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use paid_files::{GIT_LFS_POINTER, is_git_lfs_pointer};
 use paid_policy::Contract;
 use prost::Message;
 
@@ -162,17 +163,15 @@ impl OnnxFile {
 }
 
 /// What is said of a file that Git LFS has left as a pointer.
-pub(crate) fn pointer(bytes: &[u8]) -> Option<&'static str> {
-    bytes
-        .starts_with(b"version https://git-lfs")
-        .then_some("a Git LFS pointer, not the file itself; fetch it with `git lfs pull`")
+pub(crate) fn pointer(bytes: &[u8]) -> Option<String> {
+    is_git_lfs_pointer(bytes).then(|| GIT_LFS_POINTER.join("; "))
 }
 
 /// Decodes a file's bytes; `path` only names them.
 fn decode(bytes: &[u8], path: &Path) -> Result<ModelProto, OnnxError> {
     let wrong = |reason: String| OnnxError::Decode { path: path.to_owned(), reason };
     if let Some(words) = pointer(bytes) {
-        return Err(wrong(words.to_owned()));
+        return Err(wrong(words));
     }
     let proto = ModelProto::decode(bytes).map_err(|e| wrong(e.to_string()))?;
     if proto.graph.is_none() {

@@ -73,6 +73,66 @@ fn after_kill_9_no_more_than_a_tenth_of_a_second_is_missing() {
     assert!(found >= 1235 - 50, "{found} frames");
 }
 
+/// The last step of a log, and what is said of its end.
+fn end_of(file: &Path) -> (Option<u64>, Option<String>) {
+    let mut reader = LogReader::open(file).expect("log");
+    let mut last = None;
+    while let Some(read) = reader.next_frame().expect("frame") {
+        last = Some(read.now_us);
+    }
+    (last, reader.cut_off())
+}
+
+#[test]
+fn a_log_that_is_cut_off_says_after_which_step() {
+    let dir = tempfile::tempdir().expect("dir");
+    let file = dir.path().join("cut.mcap");
+    let mut log = LogWriter::create(&file, &header()).expect("log");
+    (0..100).for_each(|k| log.write(&frame(k)));
+    log.finish().expect("ended");
+    assert_eq!(end_of(&file), (Some(198_000), None));
+    let whole = std::fs::read(&file).expect("read");
+    std::fs::write(&file, &whole[..whole.len() / 2]).expect("write");
+    let (last, cut) = end_of(&file);
+    let (last, cut) = (last.expect("a step"), cut.expect("cut off"));
+    assert!((2_000..198_000).contains(&last), "{last}");
+    let step = format!(
+        "cut.mcap: the log is cut off after the step at {:.3} s: its program was killed",
+        last as f64 * 1e-6
+    );
+    assert!(cut.contains(&step), "{cut}");
+}
+
+#[test]
+fn a_pointer_and_a_compressed_log_are_told_with_what_to_do() {
+    let dir = tempfile::tempdir().expect("dir");
+    let said = |name: &str, bytes: &[u8]| {
+        let file = dir.path().join(name);
+        std::fs::write(&file, bytes).expect("write");
+        LogReader::open(&file).map(drop).expect_err("refused").to_string()
+    };
+    let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n";
+    let error = said("pointer.mcap", pointer);
+    assert!(
+        error.contains("expected a log (MCAP), found a Git LFS pointer") && error.contains("git lfs pull"),
+        "{error}"
+    );
+    // The magic; a header with two empty texts; a chunk: two times, a size, a check sum, the compression, the length of what follows.
+    let record =
+        |kind: u8, content: &[u8]| [&[kind][..], &(content.len() as u64).to_le_bytes(), content].concat();
+    for compression in ["zstd", "lz4"] {
+        let name = [&(compression.len() as u32).to_le_bytes(), compression.as_bytes()].concat();
+        let chunk =
+            [&[0; 16][..], &8_u64.to_le_bytes(), &[0; 4], &name, &8_u64.to_le_bytes(), &[7; 8]].concat();
+        let bytes = [b"\x89MCAP0\r\n", &record(1, &[0; 8])[..], &record(6, &chunk)].concat();
+        let error = said("small.mcap", &bytes);
+        let expected = format!(
+            "small.mcap: expected chunks without compression, found chunks compressed with {compression}; `mcap decompress IN.mcap"
+        );
+        assert!(error.contains(&expected), "{error}");
+    }
+}
+
 #[test]
 fn a_log_that_is_there_already_is_refused_and_stays_whole() {
     let dir = tempfile::tempdir().expect("dir");

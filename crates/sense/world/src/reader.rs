@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use mcap::MessageStream;
+use mcap::read::Options;
+use paid_files::{GIT_LFS_POINTER, is_git_lfs_pointer};
 use paid_vision::detect::Detector;
 use paid_vision::{ColorImage, DepthImage, Intrinsics, PixelBox};
 
@@ -100,10 +102,11 @@ impl Recording {
         sight.map_err(|error| self.placed(schema::SETUP.name.to_owned(), error))
     }
 
-    /// Everything that it holds, in its order; topics of others are passed over.
+    /// Everything that it holds, in its order; topics of others are passed over. Of a file that was cut off ([`Self::cut_at`]), what comes
+    /// before.
     ///
     /// # Errors
-    /// If it is not a whole MCAP file, or a message is not what its topic says, or `take` fails. What came before has been given then.
+    /// If it is no MCAP file, or a message is not what its topic says, or `take` fails. What came before has been given then.
     pub fn read(&self, mut take: impl FnMut(Recorded) -> Result<(), SightError>) -> Result<(), SightError> {
         let mut parts = Parts::default();
         let (mut failed, mut number) = (None, 0_usize);
@@ -119,12 +122,25 @@ impl Recording {
         failed.map_or(Ok(()), Err)
     }
 
+    /// If the file is cut off: where its last whole record ends. [`Self::read`] reads up to there.
+    pub fn cut_at(&self) -> Option<usize> {
+        crate::chunks::fit(&self.bytes).ok().flatten().map(|cut| cut.end())
+    }
+
     /// Calls `see` with topic, time of arrival, time of making `[ns]` and data of every message, until it returns false.
     fn each(&self, see: &mut See<'_>) -> Result<(), SightError> {
         let whole = |error: mcap::McapError| self.wrong("the file", "a whole MCAP file", error.to_string());
-        crate::chunks::fit(&self.bytes)
+        if is_git_lfs_pointer(&self.bytes) {
+            return Err(self.wrong("the file", "an MCAP file", GIT_LFS_POINTER.join("; ")));
+        }
+        let cut = crate::chunks::fit(&self.bytes)
             .map_err(|(expected, found)| self.wrong("the file", &expected, found))?;
-        for (number, message) in MessageStream::new(&self.bytes).map_err(whole)?.enumerate() {
+        let repaired = cut.map(|cut| cut.repaired(&self.bytes));
+        let stream = match &repaired {
+            Some(bytes) => MessageStream::new_with_options(bytes, Options::IgnoreEndMagic.into()),
+            None => MessageStream::new(&self.bytes),
+        };
+        for (number, message) in stream.map_err(whole)?.enumerate() {
             let message = message.map_err(whole)?;
             let topic = message.channel.topic.as_str();
             match see(topic, message.log_time, message.publish_time, &message.data) {

@@ -258,16 +258,46 @@ fn any_bytes_are_a_message_or_an_error() {
 }
 
 #[test]
-fn cut_and_changed_recordings_are_errors_with_the_files_name_and_never_a_panic() {
+fn a_cut_recording_is_read_up_to_there_and_a_changed_one_is_never_a_panic() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("kick.mcap");
     recorded(&path);
     let whole = std::fs::read(&path).expect("a file");
+    let read = |recording: &Recording| {
+        let mut messages = 0;
+        let result = recording.read(|_| {
+            messages += 1;
+            Ok(())
+        });
+        (result, messages)
+    };
+    let mut last = 0;
     for share in 0..12 {
-        let cut = whole[..whole.len() * share / 12].to_vec();
-        let error = Recording::from_bytes(&path, cut).read(|_| Ok(())).expect_err("cut").to_string();
-        assert!(error.contains("kick.mcap") && error.contains("expected"), "{error}");
+        let length = whole.len() * share / 12;
+        let recording = Recording::from_bytes(&path, whole[..length].to_vec());
+        let (result, messages) = read(&recording);
+        if share == 0 {
+            let error = result.expect_err("empty").to_string();
+            assert!(error.contains("kick.mcap") && error.contains("expected"), "{error}");
+            continue;
+        }
+        // What is whole is read.
+        result.expect("whole up to there");
+        let end = recording.cut_at().expect("cut off");
+        assert!(end <= length && messages >= last, "{share}: {end} of {length}, {messages} messages");
+        last = messages;
     }
+    let recording = Recording::from_bytes(&path, whole.clone());
+    assert_eq!(recording.cut_at(), None);
+    let (result, messages) = read(&recording);
+    result.expect("whole");
+    assert!(0 < last && last < messages, "{last} of {messages}");
+    let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n".to_vec();
+    let error = Recording::from_bytes(&path, pointer).read(|_| Ok(())).expect_err("a pointer").to_string();
+    assert!(
+        error.contains("expected an MCAP file, found a Git LFS pointer") && error.contains("git lfs pull"),
+        "{error}"
+    );
     for k in 0..60_usize {
         let mut changed = whole.clone();
         let at = (k * 7919 * 31) % changed.len();

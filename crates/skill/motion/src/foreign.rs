@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use paid_files::{GIT_LFS_POINTER, is_git_lfs_pointer};
+
 use crate::MotionError;
 
 /// A known kind of file.
@@ -10,8 +12,7 @@ struct Kind {
     remedy: &'static str,
 }
 
-const GIT_LFS: Kind =
-    Kind { found: "a Git LFS pointer, not the file itself", remedy: "fetch it with `git lfs pull`" };
+const GIT_LFS: Kind = Kind { found: GIT_LFS_POINTER[0], remedy: GIT_LFS_POINTER[1] };
 const JOBLIB: Kind = Kind {
     found: "a pickle that joblib wrote, with its arrays outside of the pickle",
     remedy: "load it in Python with joblib.load and write each clip as a dictionary of fps, root_pos, root_rot and dof_pos with pickle.dump",
@@ -32,14 +33,21 @@ impl Kind {
     }
 }
 
+/// Refuses a file that Git LFS has left as a pointer, by its first bytes.
+///
+/// # Errors
+/// [`MotionError::Foreign`].
+pub fn refuse_git_lfs(path: &Path, head: &[u8]) -> Result<(), MotionError> {
+    if is_git_lfs_pointer(head) { Err(GIT_LFS.error(path)) } else { Ok(()) }
+}
+
 /// Refuses a known file by its first bytes.
 pub(crate) fn refuse_by_head(path: &Path, head: &[u8]) -> Result<(), MotionError> {
-    let kind = match head {
-        _ if head.starts_with(b"version https://git-lfs") => &GIT_LFS,
-        [0x78, 0x01 | 0x5e | 0x9c | 0xda, ..] | [0x1f, 0x8b, ..] => &COMPRESSED,
-        _ => return Ok(()),
-    };
-    Err(kind.error(path))
+    refuse_git_lfs(path, head)?;
+    match head {
+        [0x78, 0x01 | 0x5e | 0x9c | 0xda, ..] | [0x1f, 0x8b, ..] => Err(COMPRESSED.error(path)),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses a pickle whose arrays lie outside of it.

@@ -57,6 +57,7 @@ pub use balance::{Balance, GRAVITY, balance, hull, support_margin};
 pub use clip::{Clip, KickLeg};
 pub use csv::{parse_csv, read_csv, write_csv};
 pub use error::MotionError;
+pub use foreign::refuse_git_lfs;
 pub use format::{EXTENSIONS, JointOrder, ReadOptions, read_motion, write_motion};
 pub use gmr::{parse_gmr, read_gmr};
 pub use kick::{KickFacts, ball_ahead, displacement_in_heading, kick_facts, lowest_point};

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use paid_motion::{is_points_file, read_points};
+use paid_motion::{is_points_file, read_points, refuse_git_lfs};
 
 use crate::bvh::parse_bvh_at;
 use crate::points::{motion_of_points, parse_skeleton};
@@ -110,6 +110,7 @@ fn text(path: &Path) -> Result<String, RetargetError> {
     if bytes.len() as u64 > LARGEST {
         return Err(large(bytes.len() as u64));
     }
+    refuse_git_lfs(path, &bytes)?;
     // Old files name people in other encodings; all that matters is ASCII.
     Ok(String::from_utf8_lossy(&bytes).trim_start_matches('\u{feff}').to_owned())
 }

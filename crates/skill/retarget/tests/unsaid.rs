@@ -83,6 +83,19 @@ fn three_frames_are_refused_by_each_reader_with_the_file_and_what_was_expected()
 }
 
 #[test]
+fn a_file_that_git_lfs_has_left_as_a_pointer_is_called_so() {
+    let (_folder, paths) = files(&player(40));
+    for path in paths {
+        std::fs::write(&path, "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12\n")
+            .expect("written");
+        let error = read(&path).expect_err("a pointer").to_string();
+        let expected =
+            "expected a motion, found a Git LFS pointer, not the file itself; fetch it with `git lfs pull`";
+        assert_eq!(error, format!("{}: {expected}", path.display()));
+    }
+}
+
+#[test]
 fn meters_in_a_file_of_centimeters_are_recognized_and_said_by_each_reader() {
     // 0.94 units of hip height, where the formats mean centimeters; points state no unit, so they get centimeters.
     let (_folder, [bvh, amc, _]) = files(&scaled(player(40), 0.01));

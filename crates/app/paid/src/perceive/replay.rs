@@ -46,6 +46,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         result.span_s,
         result.span_s / cpu_s.max(1e-9)
     );
+    if let Some(end) = recording.cut_at() {
+        eprintln!(
+            "note: {}: the file is cut off: its last whole record ends at byte {end}, {:.2} s after the first message; what comes before was used",
+            args.file.display(),
+            result.span_s
+        );
+    }
     for (at_s, fault) in &result.faults {
         eprintln!("note: {at_s:.2} s: {fault}");
     }

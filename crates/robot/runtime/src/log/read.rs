@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use mcap::McapError;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use paid_files::{GIT_LFS_POINTER, is_git_lfs_pointer};
 
 use super::{Frame, LogHeader, NAME, STEP, VERSION};
 use crate::DeployError;
@@ -21,6 +22,10 @@ pub struct LogReader {
     records: LinearReader,
     steps: Option<u16>,
     ended: bool,
+    /// Whether the record was seen with which a whole log ends.
+    whole: bool,
+    /// Time of the last step `[us]`.
+    last_us: Option<u64>,
     /// What a replay needs.
     pub header: LogHeader,
 }
@@ -49,6 +54,8 @@ impl LogReader {
             records: LinearReader::new_with_options(options),
             steps: None,
             ended: false,
+            whole: false,
+            last_us: None,
             header: LogHeader { player: empty, limits: crate::Limits::default() },
         };
         match reader.next_found()? {
@@ -56,6 +63,11 @@ impl LogReader {
             _ => return Err(fail(format!("expected a metadata record '{NAME}' first, found none"))),
         }
         Ok(reader)
+    }
+
+    /// Whether Git LFS has left the file as a pointer.
+    fn is_pointer(&self) -> bool {
+        head(&self.file).is_ok_and(|head| is_git_lfs_pointer(&head))
     }
 
     fn fail(&self, message: String) -> DeployError {
@@ -69,11 +81,26 @@ impl LogReader {
     pub fn next_frame(&mut self) -> Result<Option<Frame>, DeployError> {
         loop {
             match self.next_found()? {
-                Some(Found::Frame(frame)) => return Ok(Some(*frame)),
+                Some(Found::Frame(frame)) => {
+                    self.last_us = Some(frame.now_us);
+                    return Ok(Some(*frame));
+                }
                 Some(Found::Header(_)) => {}
                 None => return Ok(None),
             }
         }
+    }
+
+    /// After the last frame, if the log was cut off: where its last whole step is.
+    pub fn cut_off(&self) -> Option<String> {
+        let place = |us: u64| format!("after the step at {:.3} s", us as f64 * 1e-6);
+        (self.ended && !self.whole).then(|| {
+            let last = self.last_us.map_or_else(|| "before its first step".to_owned(), place);
+            format!(
+                "{}: the log is cut off {last}: its program was killed, the disk was full, or the file was not copied whole",
+                self.file.display()
+            )
+        })
     }
 
     fn next_found(&mut self) -> Result<Option<Found>, DeployError> {
@@ -84,7 +111,16 @@ impl LogReader {
                     break;
                 }
                 Some(Err(McapError::BadMagic)) => {
-                    return Err(self.fail("expected a log (MCAP), found something else".to_owned()));
+                    let found = if self.is_pointer() {
+                        GIT_LFS_POINTER.join("; ")
+                    } else {
+                        "something else".to_owned()
+                    };
+                    return Err(self.fail(format!("expected a log (MCAP), found {found}")));
+                }
+                Some(Err(McapError::UnsupportedCompression(name))) => {
+                    let [expected, found] = paid_world::compressed(&name);
+                    return Err(self.fail(format!("expected {expected}, found {found}")));
                 }
                 Some(Err(error)) => return Err(self.fail(error.to_string())),
                 Some(Ok(event)) => event,
@@ -116,7 +152,7 @@ impl LogReader {
                             }
                             // From here on the file repeats itself.
                             Record::DataEnd(_) => {
-                                self.ended = true;
+                                (self.ended, self.whole) = (true, true);
                                 Ok(None)
                             }
                             _ => Ok(None),
@@ -132,6 +168,13 @@ impl LogReader {
         }
         Ok(None)
     }
+}
+
+/// The first bytes of a file.
+fn head(file: &Path) -> std::io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    File::open(file)?.take(64).read_to_end(&mut head)?;
+    Ok(head)
 }
 
 fn header(metadata: &std::collections::BTreeMap<String, String>) -> Result<Found, String> {
