@@ -287,8 +287,8 @@ fn each_g1_kicks_and_faults_are_damped_on_two_of_them() {
     }
     for mode_machine in [11, 13, 15, 18] {
         let player = Arc::new(player().as_variant(mode_machine).expect("known"));
-        let field = Field { kicks: 1, ..MatchOptions::default().field };
-        let options = MatchOptions { field, ..MatchOptions::default() };
+        let mut options = MatchOptions::default();
+        options.field.kicks = 1;
         let result = play_match(&player, &options, None, None, |_| {}).expect("match");
         assert!(result.kicks.len() == 1 && result.stopped.is_none(), "{mode_machine}: {:?}", result.stopped);
         if [11, 15].contains(&mode_machine) {
