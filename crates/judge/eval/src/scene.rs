@@ -31,6 +31,8 @@ pub enum Engines {
 pub enum ScenePreset {
     /// A size-5 ball of 0.43 kg.
     Paper,
+    /// The same with a ball that bounces as a real one does.
+    Real,
     /// The public evaluation: a solid ball of 0.1 kg.
     Public,
     /// The scene that the TWIST2 tracker is published with: floor friction 1, a softer floor, four spheres per foot, no dry friction
@@ -64,7 +66,7 @@ pub struct SceneSpec {
 
 /// The keys of a scene file.
 pub const KEYS: [(&str, &str); 17] = [
-    ("protocol", "paper, public or twist2: gives the values of all keys that are left out"),
+    ("protocol", "paper, real, public or twist2: gives the values of all keys that are left out"),
     ("ball_mass_kg", "mass of the ball, in both engines"),
     ("physics_dt_s", "physics step; divides the control period"),
     ("floor_friction", "sliding friction between feet and floor"),
@@ -98,7 +100,7 @@ impl SceneSpec {
         }
         Self::parse(name, &format!("protocol = '{name}'")).map_err(|_| EvalError::Option {
             option: Setting::Scene,
-            expected: "paper, public, twist2 or the path of a .toml file".to_owned(),
+            expected: "paper, real, public, twist2 or the path of a .toml file".to_owned(),
             found: format!("'{name}'"),
         })
     }
@@ -173,6 +175,7 @@ impl SceneSpec {
     pub fn resolve(&self, task: &mut TaskPreset, usual: ScenePreset) -> Result<SceneOptions, EvalError> {
         let mut scene = match self.protocol.unwrap_or(usual) {
             ScenePreset::Paper => SceneOptions::default(),
+            ScenePreset::Real => SceneOptions::real_ball(),
             ScenePreset::Public => {
                 let scene = SceneOptions::public_protocol();
                 if let Some(ball) = &scene.ball {
@@ -323,7 +326,10 @@ mod tests {
         }
         assert!(SceneSpec::parse("a.toml", "self_friction = 0").is_ok());
         let error = SceneSpec::load("papre").expect_err("no such set").to_string();
-        assert_eq!(error, "scene: expected paper, public, twist2 or the path of a .toml file, found 'papre'");
+        assert_eq!(
+            error,
+            "scene: expected paper, real, public, twist2 or the path of a .toml file, found 'papre'"
+        );
     }
 
     #[test]

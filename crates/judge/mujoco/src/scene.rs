@@ -127,6 +127,14 @@ impl Default for BallOptions {
     }
 }
 
+impl BallOptions {
+    /// A match ball as filmed: 20 impacts on a wall at 9 to 19 m/s had restitutions of 0.80 to 0.89 in 5.8 to 7.0 ms, with indentations of
+    /// 18 to 42 mm. The default ball does not bounce (0.13) and stays for 79 ms.
+    pub fn real() -> Self {
+        Self { solref: [0.0386, 0.0536], ..Self::default() }
+    }
+}
+
 impl Default for GoalMarker {
     /// Five meters ahead, two meters wide, in the direction of x.
     fn default() -> Self {
@@ -160,6 +168,11 @@ impl SceneOptions {
     pub fn public_protocol() -> Self {
         let params = BallParams { mass_kg: 0.1, inertia_factor: 0.4, ..BallParams::default() };
         Self { ball: Some(BallOptions { params, ..BallOptions::default() }), ..Self::default() }
+    }
+
+    /// The usual scene with [`BallOptions::real`], which leaves a foot within 6 ms: 0.5 ms steps.
+    pub fn real_ball() -> Self {
+        Self { physics_dt_s: 0.0005, substeps: 40, ball: Some(BallOptions::real()), ..Self::default() }
     }
 
     /// The scene that the TWIST2 tracker is published with: MuJoCo's default surfaces (friction 1, time constant 20 ms), four

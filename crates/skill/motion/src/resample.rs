@@ -89,6 +89,41 @@ mod tests {
     }
 
     #[test]
+    fn a_sine_of_30_hz_is_a_sine_at_50_as_near_as_straight_lines_come() {
+        let sine = |t: f64| (std::f64::consts::TAU * t).sin();
+        let mut clip = steady_clip(61, 30.0, 0.0);
+        let joints = clip.joints;
+        for t in 0..clip.frames {
+            clip.joint_pos[t * joints] = sine(t as f64 / 30.0);
+        }
+        let out = resample(&clip, &model(), 50.0);
+        assert_eq!(out.frames, 101);
+        let worst =
+            (0..out.frames).map(|t| (out.joint_pos(t)[0] - sine(t as f64 / 50.0)).abs()).fold(0.0, f64::max);
+        // A chord of 1/30 s lies at most (2 pi)^2 / 8 / 900 = 0.00548 below its arc.
+        assert!((0.003..0.005_49).contains(&worst), "{worst}");
+    }
+
+    #[test]
+    fn orientations_whose_sign_changes_from_frame_to_frame_are_the_same_motion() {
+        let clip = steady_clip(41, 30.0, 2.0);
+        let mut flipped = clip.clone();
+        for t in (1..clip.frames).step_by(2) {
+            for quat in &mut flipped.body_quat[t * clip.bodies..(t + 1) * clip.bodies] {
+                *quat = quat.map(|x| -x);
+            }
+        }
+        let (plain, flipped) = (resample(&clip, &model(), 50.0), resample(&flipped, &model(), 50.0));
+        for (a, b) in plain.body_quat.iter().zip(&flipped.body_quat) {
+            let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
+            assert!((dot.abs() - 1.0).abs() < 1e-12, "{a:?} {b:?}");
+        }
+        for (a, b) in plain.body_ang_vel.iter().zip(&flipped.body_ang_vel) {
+            assert!(a.iter().zip(b).all(|(x, y)| (x - y).abs() < 1e-9), "{a:?} {b:?}");
+        }
+    }
+
+    #[test]
     fn a_turning_body_moves_its_center_of_mass() {
         // Body 1 has its center of mass 0.1 m along x from its origin and turns at 2 rad/s about z.
         let mut clip = steady_clip(201, 1000.0, 2.0);

@@ -169,6 +169,7 @@ mod tests {
         Contract {
             format: FORMAT,
             robot: "r".into(),
+            mode_machines: Vec::new(),
             license: String::new(),
             control_period_s: 0.02,
             action: String::new(),
