@@ -89,7 +89,7 @@ fn without_checksums_a_state_of_another_length_still_counts_as_broken() {
 /// What becomes of the repository's policy after a change of what it was trained for.
 fn changed(change: impl FnOnce(&mut PolicyFile)) -> Result<Player, DeployError> {
     let mut file = PolicyFile::load(&policy(), &[]).expect("policy");
-    let library = player().library.clone();
+    let library = Arc::clone(&player().library);
     change(&mut file);
     Player::new(file, library)
 }
