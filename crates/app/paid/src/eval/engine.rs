@@ -36,10 +36,10 @@ impl From<EngineName> for Engines {
 /// The ball, and MuJoCo's scene.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub struct EngineArgs {
-    /// MuJoCo's scene: paper, real, public, twist2 or a TOML file [default: paper].
+    /// MuJoCo's scene: paper, real, public, twist2 or a file [default: paper].
     ///
-    /// real has a ball that bounces as a filmed one did. public has a solid ball of 0.1 kg. twist2 is the scene that the TWIST2 tracker was published with, and its default. `paid eval
-    /// scene --print` prints a file to edit.
+    /// real has a ball that bounces as a filmed one did. public has a solid ball of 0.1 kg. twist2 is the scene that the TWIST2 tracker was
+    /// published with, and its default. `paid eval scene --print` prints a file to edit.
     #[arg(long, help_heading = "Simulation", value_name = "NAME|FILE", value_parser = SceneSpec::load)]
     scene: Option<SceneSpec>,
 }
