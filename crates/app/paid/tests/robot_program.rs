@@ -289,7 +289,7 @@ fn bad_input_is_refused_before_anybody_is_asked_to_release_the_robot() {
     let check = ["robot", "check", "--domain", &domain, "--interface", "127.0.0.1", "--seconds", "0.2"];
     let output = paid(here, &[&check[..], &["--no-switcher"]].concat());
     let said = String::from_utf8_lossy(&output.stdout);
-    let expected = "no state of the robot: found nobody who publishes rt/lowstate\nNOT good";
+    let expected = "no state of the robot: found no publisher of rt/lowstate\nNOT good";
     assert!(output.status.code() == Some(1) && said.contains(expected), "{said}");
     // An interface of another machine: no log stays behind.
     let elsewhere = ["robot", "run", "--domain", &domain, "--interface", "192.0.2.1", "--policy", policy];

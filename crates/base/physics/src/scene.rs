@@ -84,7 +84,7 @@ pub struct EnvParams {
     pub mass_scale: Vec<f64>,
     /// Actuator stiffness and damping are multiplied by these.
     pub gain_scale: [f64; 2],
-    /// Each joint's motor relative to the model's, model order; empty means the model's.
+    /// Each joint's motor relative to the model's, model order; empty means the model's. The built-in engine alone has it, as it has `kind`.
     #[serde(default)]
     pub motor_scale: Vec<MotorScale>,
     /// The ball.

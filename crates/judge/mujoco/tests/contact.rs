@@ -76,20 +76,16 @@ fn the_real_ball_bounces_as_filmed_and_the_usual_one_does_not() {
     };
     for dt_s in [0.0005, 0.002] {
         for speed in [2.0, 9.0, 14.0, 19.0] {
-            let [restitution, contact_s, depth] = thrown(BallOptions::real(), dt_s, speed);
-            println!(
-                "real ball, {speed} m/s, {dt_s} s: {restitution:.3}, {:.1} ms, {:.0} mm",
-                1e3 * contact_s,
-                1e3 * depth
-            );
+            let [real, usual] =
+                [BallOptions::real(), BallOptions::default()].map(|ball| thrown(ball, dt_s, speed));
+            for (name, [restitution, contact_s, depth]) in [("real", real), ("usual", usual)] {
+                let [ms, mm] = [contact_s, depth].map(|x| 1e3 * x);
+                println!("{name} ball, {speed} m/s, {dt_s} s: {restitution:.3}, {ms:.1} ms, {mm:.0} mm");
+            }
+            let [restitution, contact_s, depth] = real;
             assert!((0.80..0.89).contains(&restitution) && (0.0055..0.0085).contains(&contact_s), "{speed}");
             assert!(speed < 9.0 || (0.012..0.045).contains(&depth), "{depth}");
-            let [restitution, contact_s, depth] = thrown(BallOptions::default(), dt_s, speed);
-            println!(
-                "usual ball, {speed} m/s, {dt_s} s: {restitution:.3}, {:.1} ms, {:.0} mm",
-                1e3 * contact_s,
-                1e3 * depth
-            );
+            let [restitution, contact_s, _] = usual;
             assert!((0.10..0.16).contains(&restitution) && (0.06..0.09).contains(&contact_s), "{speed}");
         }
     }

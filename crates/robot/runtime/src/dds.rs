@@ -212,7 +212,7 @@ impl DdsLink {
         })
     }
 
-    /// Why no state comes, for a runtime's side. One for each link: discovery is told once.
+    /// Why no state comes, for a runtime's side. One for each link: discovery reports once.
     pub fn state_topic(&self) -> StateTopic {
         let published = Published::new(&self.outlet.participant);
         StateTopic::new(published, LOW_STATE, Arc::clone(&self.inlet.odd))

@@ -51,6 +51,8 @@ pub struct Player {
     pub to_model: Vec<usize>,
     /// Motor of each model joint.
     pub motors: Vec<usize>,
+    /// Tree and spec of the robot's files, which the variants differ from.
+    files: Arc<(RobotModel, RobotSpec)>,
     /// How observation and action of a left-footed kick read in a mirror, if that is how the policy plays it.
     mirrors: Option<Mirrors>,
     /// Place of the anchor among the library's followed bodies.
@@ -139,6 +141,7 @@ impl Player {
         Ok(Self {
             path,
             mode_machine: MODE_MACHINE_G1,
+            files: Arc::new((model.clone(), spec.clone())),
             model,
             spec,
             control,
@@ -159,8 +162,8 @@ impl Player {
     /// # Errors
     /// If the program does not know such a robot.
     pub fn as_variant(&self, mode_machine: u8) -> Result<Self, DeployError> {
-        let (model, spec) =
-            RobotSpec::g1().as_variant(&RobotModel::g1(), mode_machine).map_err(DeployError::policy)?;
+        let (model, spec) = &*self.files;
+        let (model, spec) = spec.as_variant(model, mode_machine).map_err(DeployError::policy)?;
         let control = spec.resolve(&model).map_err(DeployError::policy)?;
         Ok(Self { mode_machine, model, spec, control, ..self.clone() })
     }

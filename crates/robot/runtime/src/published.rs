@@ -36,6 +36,15 @@ struct Found {
     reliable: bool,
 }
 
+/// Why nothing arrives on a topic.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Why {
+    /// The reason, for the operator.
+    pub text: String,
+    /// True if the topic is published, but with another type.
+    pub other_type: bool,
+}
+
 /// The writers that a participant has discovered.
 pub(crate) struct Published {
     listener: DomainParticipantStatusListener,
@@ -51,7 +60,7 @@ impl Published {
     }
 
     /// Why nothing arrives, as far as discovery knows.
-    pub fn why(&self, wanted: &Wanted) -> String {
+    pub fn why(&self, wanted: &Wanted) -> Why {
         self.update();
         let writers = self.writers.lock().unwrap_or_else(PoisonError::into_inner);
         why(wanted, writers.iter().map(|(_, found)| found))
@@ -87,12 +96,14 @@ impl Published {
     }
 }
 
-fn why<'a>(wanted: &Wanted, all: impl Iterator<Item = &'a Found> + Clone) -> String {
+fn why<'a>(wanted: &Wanted, all: impl Iterator<Item = &'a Found> + Clone) -> Why {
+    let because = |text: String| Why { text, other_type: false };
     let (topic, kind) = (wanted.topic_name(&wanted.topic), wanted.kind_name(&wanted.kind));
     let here = || all.clone().filter(|found| found.topic == wanted.topic);
     let fitting = || here().filter(|found| found.kind == wanted.kind);
     if let (Some(other), None) = (here().next(), fitting().next()) {
-        return format!("{topic} is published as {}, expected {kind}", wanted.kind_name(&other.kind));
+        let text = format!("{topic} is published as {}, expected {kind}", wanted.kind_name(&other.kind));
+        return Why { text, other_type: true };
     }
     if fitting().next().is_none() {
         let mut elsewhere: Vec<String> = all
@@ -102,15 +113,17 @@ fn why<'a>(wanted: &Wanted, all: impl Iterator<Item = &'a Found> + Clone) -> Str
         elsewhere.sort();
         elsewhere.dedup();
         elsewhere.truncate(MOST_NAMED);
-        return match elsewhere.as_slice() {
-            [] => format!("found nobody who publishes {topic}"),
-            some => format!("found nobody who publishes {topic}; {kind} is published on {}", some.join(", ")),
-        };
+        return because(match elsewhere.as_slice() {
+            [] => format!("found no publisher of {topic}"),
+            some => format!("found no publisher of {topic}; {kind} is published on {}", some.join(", ")),
+        });
     }
     if wanted.reliable && fitting().all(|found| !found.reliable) {
-        return format!("{topic} is published best effort, expected reliable: read it with reliable = false");
+        return because(format!(
+            "{topic} is published best effort, expected reliable: read it with reliable = false"
+        ));
     }
-    format!("{topic} is published ({kind}), but nothing arrives")
+    because(format!("{topic} is published ({kind}), but nothing arrives"))
 }
 
 impl Wanted {
@@ -148,18 +161,18 @@ mod tests {
         };
         let writers: Vec<Found> = writers.iter().map(found).collect();
         let wanted = Wanted { topic: "rt/color".to_owned(), kind: IMAGE.to_owned(), reliable, ros: true };
-        why(&wanted, writers.iter())
+        why(&wanted, writers.iter()).text
     }
 
     #[test]
-    fn a_topic_of_nobody_of_another_type_and_of_another_quality_are_told_apart() {
-        assert_eq!(said(false, &[("rt/rosout", "x", true)]), "found nobody who publishes /color");
+    fn a_missing_publisher_another_type_and_another_quality_of_service_are_distinguished() {
+        assert_eq!(said(false, &[("rt/rosout", "x", true)]), "found no publisher of /color");
         assert_eq!(
             said(
                 false,
                 &[("rt/b/color", IMAGE, true), ("rt/a/color", IMAGE, false), ("rt/a/color", IMAGE, true)]
             ),
-            "found nobody who publishes /color; sensor_msgs/msg/Image is published on /a/color, /b/color"
+            "found no publisher of /color; sensor_msgs/msg/Image is published on /a/color, /b/color"
         );
         assert_eq!(
             said(false, &[("rt/color", "sensor_msgs::msg::dds_::CompressedImage_", true)]),

@@ -53,7 +53,7 @@ fn until_said(reader: &mut RosReader, expected: &str) {
 }
 
 #[test]
-fn of_a_silent_topic_it_is_said_whether_somebody_publishes_it_and_as_what() {
+fn a_silent_topic_is_reported_with_its_publishers_and_their_type() {
     // Not the domain of the other test.
     let open = || {
         let domain = 20 + ((std::process::id() + 40) % 80) as u16;
@@ -63,11 +63,11 @@ fn of_a_silent_topic_it_is_said_whether_somebody_publishes_it_and_as_what() {
     let mut color = computer.reader("/camera/color", IMAGE, false).expect("a topic");
     let mut imu = computer.reader("/imu", IMU, false).expect("a topic");
     assert_eq!(color.silent(), None, "not for a second yet");
-    until_said(&mut color, "found nobody who publishes /camera/color");
+    until_said(&mut color, "found no publisher of /camera/color");
     let _other = driver.writer("/camera/camera/color", IMAGE).expect("a topic");
     until_said(
         &mut color,
-        "found nobody who publishes /camera/color; sensor_msgs/msg/Image is published on /camera/camera/color",
+        "found no publisher of /camera/color; sensor_msgs/msg/Image is published on /camera/camera/color",
     );
     let silent = driver.writer("/camera/color", IMAGE).expect("a topic");
     until_said(&mut color, "/camera/color is published (sensor_msgs/msg/Image), but nothing arrives");
@@ -76,6 +76,6 @@ fn of_a_silent_topic_it_is_said_whether_somebody_publishes_it_and_as_what() {
     drop(silent);
     until_said(
         &mut color,
-        "found nobody who publishes /camera/color; sensor_msgs/msg/Image is published on /camera/camera/color",
+        "found no publisher of /camera/color; sensor_msgs/msg/Image is published on /camera/camera/color",
     );
 }

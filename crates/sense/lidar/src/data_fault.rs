@@ -10,7 +10,7 @@ const LEAST_POINTS: usize = 100;
 const SCANS_ALONE: u32 = 5;
 /// Stamps of one clock are not farther apart than a scan is on its way `[s]`.
 const APART_S: f64 = 0.15;
-/// Of so many scans the one that came fastest tells how far apart the clocks are.
+/// The fastest of this many scans shows how far apart the clocks are.
 const SCANS_OF_CLOCKS: u32 = 10;
 
 /// What is wrong with the data.

@@ -46,5 +46,5 @@ pub use pipeline::{Believed, Sight, Sighted};
 pub use pose_watch::{NoPose, OdometryState, PoseFault, PoseWatch};
 pub use reader::{Recorded, Recording, decode_any};
 pub use recorder::Recorder;
-pub use replay::{Replay, replay};
+pub use replay::{Replay, fault_kind, replay};
 pub use setup::{Finder, SightSetup};

@@ -27,12 +27,17 @@ const MOST_FAULTS: usize = 32;
 impl Replay {
     /// Keeps a fault of a new kind: others have other figures.
     fn fault(&mut self, at_s: f64, fault: String) {
-        let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit(), "");
-        let new = self.faults.iter().all(|(_, old)| kind(old) != kind(&fault));
+        let kind = fault_kind(&fault);
+        let new = self.faults.iter().all(|(_, old)| fault_kind(old) != kind);
         if new && self.faults.len() < MOST_FAULTS {
             self.faults.push((at_s, fault));
         }
     }
+}
+
+/// The kind of a fault: its line without the figures.
+pub fn fault_kind(line: &str) -> String {
+    line.replace(|c: char| c.is_ascii_digit(), "")
 }
 
 /// Feeds `sight` with what a recording holds, and compares its estimates with the recorded ones. `see` gets every estimate.

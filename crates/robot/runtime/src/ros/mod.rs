@@ -145,7 +145,7 @@ impl RosReader {
 
     /// If nothing has come for a second: who publishes the topic, by DDS's discovery, which takes seconds where there is no multicast.
     pub fn silent(&self) -> Option<String> {
-        (self.came.elapsed() > SILENT).then(|| self.published.why(&self.wanted))
+        (self.came.elapsed() > SILENT).then(|| self.published.why(&self.wanted).text)
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
 use paid_lidar::packet::{Counts, Data, UdpSource};
+use paid_world::fault_kind;
 use paid_world::ros::read_odometry;
 
 use super::teller::Teller;
@@ -39,8 +40,7 @@ impl Follow {
     fn state(&mut self, eyes: &TorsoEyes) {
         let state = eyes.words();
         // The same fault with other figures is reported once.
-        let kind = |text: &str| text.replace(|c: char| c.is_ascii_digit(), "");
-        if kind(&state) != kind(&self.state) {
+        if fault_kind(&state) != fault_kind(&self.state) {
             self.teller.tell(format!("odometry: {state}"));
         }
         self.state = state;

@@ -3,6 +3,8 @@
 use std::sync::mpsc::SyncSender;
 use std::time::{Duration, Instant};
 
+use paid_world::fault_kind;
+
 /// A fault that lasts is reported again after this time.
 const AGAIN: Duration = Duration::from_secs(5);
 /// A sensor works again once it has had no fault for this long.
@@ -38,7 +40,7 @@ impl Teller {
     fn tell_at(&mut self, now: Instant, line: String) {
         (self.fault, self.works) = (Some(now), false);
         self.lately.retain(|(_, at)| now.duration_since(*at) < AGAIN);
-        let kind = line.replace(|c: char| c.is_ascii_digit(), "");
+        let kind = fault_kind(&line);
         if self.lately.len() < MOST_KINDS && self.lately.iter().all(|(other, _)| *other != kind) {
             self.lately.push((kind, now));
             // If no one reads the lines, or too slowly, that must not stop perception.
