@@ -55,6 +55,21 @@ impl Compliance {
         Self { time_constant_s, damping_ratio: 0.5 * (bouncing + dead) }
     }
 
+    /// The contact that returns the share `restitution` of the approach speed after `time_s` `[s]`, see [`Compliance::lasts_s`].
+    ///
+    /// ```
+    /// use paid_physics::Compliance;
+    ///
+    /// // A match ball on a wall.
+    /// let filmed = Compliance::lasting(0.0065, 0.845);
+    /// assert!((filmed.lasts_s() - 0.0065).abs() < 1e-9 && (filmed.restitution() - 0.845).abs() < 1e-6);
+    /// ```
+    #[must_use]
+    pub fn lasting(time_s: f64, restitution: f64) -> Self {
+        let unit = Self::returning(1.0, restitution);
+        Self { time_constant_s: time_s / unit.lasts_s(), ..unit }
+    }
+
     /// True if the contact takes time.
     pub fn is_soft(&self) -> bool {
         self.time_constant_s >= Self::LEAST_TIME_S

@@ -36,4 +36,4 @@ pub use contact::{Combine, Material};
 pub use engine::{Engine, EngineSpec, PhysicsError, SolverConstants};
 pub use scene::{BallParams, EnvParams, MotorScale, SceneConfig, Terrain};
 pub use segments::nearest_points;
-pub use simulator::{BallState, BodyState, GroupState, LaneState, Simulator};
+pub use simulator::{BallState, BodyState, GroupState, LaneState, LateTargets, Simulator};

@@ -107,11 +107,13 @@ pub struct MotorScale {
     pub damping: f64,
     /// Factor of the largest torque.
     pub effort: f64,
+    /// Factor of the dry friction.
+    pub friction: f64,
 }
 
 impl MotorScale {
     /// The model's motor.
-    pub const ONE: Self = Self { armature: 1.0, stiffness: 1.0, damping: 1.0, effort: 1.0 };
+    pub const ONE: Self = Self { armature: 1.0, stiffness: 1.0, damping: 1.0, effort: 1.0, friction: 1.0 };
 }
 
 impl Default for SceneConfig {

@@ -104,6 +104,28 @@ pub struct LaneState {
     pub warm_start: Vec<f64>,
 }
 
+/// Joint targets of a control step, and those that the motors still have at its start. Model order `[rad]`.
+#[derive(Clone, Copy, Debug)]
+pub struct LateTargets<'a, V> {
+    /// Targets of the control step before.
+    pub before: &'a [V],
+    /// Targets of this one.
+    pub now: &'a [V],
+    /// When they arrive, in control steps after the step's start, 0 to 1.
+    pub late: V,
+}
+
+impl<V: Real> LateTargets<'_, V> {
+    /// The mean targets of physics step `i` of `steps`: those of before, the new ones, or, where they arrive within it, a mixture.
+    #[inline(always)]
+    pub fn fill(&self, i: usize, steps: usize, targets: &mut [V]) {
+        let old = self.late.mul_add(V::c(steps as f64), V::c(-(i as f64))).max(V::zero()).min(V::one());
+        for ((target, &now), &before) in targets.iter_mut().zip(self.now).zip(self.before) {
+            *target = (before - now).mul_add(old, now);
+        }
+    }
+}
+
 /// A batch of environments in groups of `V::LANES`.
 pub trait Simulator<V: Real>: Send {
     /// The robot.
@@ -113,7 +135,11 @@ pub trait Simulator<V: Real>: Send {
     /// Duration of a control step `[s]`.
     fn control_dt_s(&self) -> f64;
     /// Advances one group by one control step under PD joint targets `[rad]` (model order).
-    fn step(&mut self, group: usize, joint_target: &[V]);
+    fn step(&mut self, group: usize, joint_target: &[V]) {
+        self.step_late(group, LateTargets { before: joint_target, now: joint_target, late: V::zero() });
+    }
+    /// The same with targets that arrive during the step.
+    fn step_late(&mut self, group: usize, targets: LateTargets<'_, V>);
     /// The state after the last `step` or `refresh`.
     fn state(&self, group: usize) -> &GroupState<V>;
     /// Puts one environment into a state. Call [`Simulator::refresh`] on the group before reading `state`.

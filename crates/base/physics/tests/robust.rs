@@ -34,7 +34,7 @@ fn params(env: u32) -> EnvParams {
     p.gain_scale = [rng.uniform(0.9, 1.1), rng.uniform(0.9, 1.1)];
     if env % 2 == 1 {
         p.motor_scale = vec![
-            MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.7 };
+            MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.7, friction: 5.0 };
             biped().0.joints.len()
         ];
     }
@@ -92,7 +92,7 @@ fn a_lane_does_not_depend_on_its_neighbors() {
 
 #[test]
 fn an_environment_with_other_motors_is_a_robot_that_is_built_with_them() {
-    let scale = MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.75 };
+    let scale = MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.75, friction: 3.0 };
     let run = |built: bool| {
         let (mut model, mut spec) = biped();
         let joints = model.joints.len();
@@ -102,6 +102,7 @@ fn an_environment_with_other_motors_is_a_robot_that_is_built_with_them() {
             for joint in &mut model.joints {
                 joint.armature *= scale.armature;
                 joint.effort_limit *= scale.effort;
+                joint.friction_loss *= scale.friction;
             }
             spec.stiffness.iter_mut().for_each(|x| *x *= scale.stiffness);
             spec.damping.iter_mut().for_each(|x| *x *= scale.damping);

@@ -1,7 +1,7 @@
 //! MuJoCo behind the [`Simulator`] interface.
 
 use paid_lanes::{Mat3, Quat, Vec3};
-use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, Simulator};
+use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, LateTargets, Simulator};
 use paid_robot::{ControlSpec, RobotModel};
 
 use crate::layout::model::ACTUATOR_PARAMETERS;
@@ -208,12 +208,14 @@ impl Simulator<f64> for MujocoSim {
         self.options.physics_dt_s * self.options.substeps as f64
     }
 
-    fn step(&mut self, group: usize, joint_target: &[f64]) {
+    fn step_late(&mut self, group: usize, targets: LateTargets<'_, f64>) {
         let joints = self.model.joints.len();
+        let mut joint_target = vec![0.0; joints];
         let lane = &mut self.lanes[group];
         lane.report.clear();
         lane.trace.clear();
-        for _ in 0..self.options.substeps {
+        for i in 0..self.options.substeps {
+            targets.fill(i, self.options.substeps, &mut joint_target);
             match self.options.pd {
                 PdControl::Explicit => {
                     for j in 0..joints {
@@ -224,7 +226,7 @@ impl Simulator<f64> for MujocoSim {
                         lane.world.ctrl_mut()[j] = torque.clamp(-self.effort[j], self.effort[j]);
                     }
                 }
-                PdControl::Implicit => lane.world.ctrl_mut().copy_from_slice(joint_target),
+                PdControl::Implicit => lane.world.ctrl_mut().copy_from_slice(&joint_target),
             }
             lane.world.step();
             if let Some(body) = self.traced {

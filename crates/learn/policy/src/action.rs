@@ -18,14 +18,6 @@ pub fn joint_target<V: Real>(action: V, scale: f64, rest: V) -> V {
     action.mul_add(V::c(scale), rest)
 }
 
-/// The time average over a control step of a `target` `[rad]` that arrives late: until then the target of the `previous` action
-/// holds. `delay` is in control steps, 0 to 1.
-#[inline(always)]
-pub fn delayed_target<V: Real>(target: V, action: V, previous: V, scale: f64, delay: V) -> V {
-    let back = (previous - action) * delay;
-    back.mul_add(V::c(scale), target)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -40,14 +32,5 @@ mod tests {
         assert_eq!(limit_action(7.0), 7.0);
         assert_eq!(limit_action(1e6), ACTION_LIMIT);
         assert_eq!(limit_action(f64::NAN), -ACTION_LIMIT);
-    }
-
-    #[test]
-    fn a_late_target_is_the_average_of_both() {
-        let target = |action| joint_target(action, 0.5, 0.1);
-        let delayed = |delay| delayed_target(target(1.0), 1.0, 3.0, 0.5, delay);
-        assert_eq!(delayed(0.0), target(1.0));
-        assert_eq!(delayed(1.0), target(3.0));
-        assert_eq!(delayed(0.25), 0.75 * target(1.0) + 0.25 * target(3.0));
     }
 }

@@ -56,6 +56,8 @@ pub(crate) struct JointWork<V> {
 /// Scratch memory of one physics step; one for all groups.
 #[derive(Clone, Debug)]
 pub(crate) struct Work<V: Real> {
+    /// Joint targets of a physics step.
+    pub targets: Vec<V>,
     pub base: Kin<V>,
     /// Of each chain's last link.
     pub kin: Vec<Kin<V>>,
@@ -120,6 +122,7 @@ impl<V: Real> Work<V> {
         let legs = layout.legs.iter().map(|&leg| &layout.paths[leg]);
         touches.extend(layout.paths.iter().chain(legs).map(|p| BallTouch::new(p.len())));
         Self {
+            targets: vec![z; n],
             base: Kin::zero(),
             kin: vec![Kin::zero(); layout.chains.len()],
             joints: vec![joint; n],

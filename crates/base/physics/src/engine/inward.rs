@@ -29,6 +29,7 @@ fn motor<V: Real>(link: &Link<V::Scalar>, params: &GroupParams<V>, j: usize) -> 
         stiffness: V::splat(link.stiffness) * params.gain_scale[0],
         damping: V::splat(link.gain_damping) * params.gain_scale[1],
         effort: V::splat(link.effort),
+        friction: V::splat(link.friction_loss),
     };
     if let Some(scales) = &params.motor_scale {
         let scale = &scales[j];
@@ -36,6 +37,7 @@ fn motor<V: Real>(link: &Link<V::Scalar>, params: &GroupParams<V>, j: usize) -> 
         motor.stiffness *= scale.stiffness;
         motor.damping *= scale.damping;
         motor.effort *= scale.effort;
+        motor.friction *= scale.friction;
     }
     motor
 }
@@ -52,7 +54,7 @@ fn joint_torque<V: Real>(
     h: V,
 ) -> (V, V) {
     let zero = V::zero();
-    let MotorLanes { armature, stiffness, damping, effort: limit } = *motor;
+    let MotorLanes { armature, stiffness, damping, effort: limit, friction } = *motor;
     // The torque is (1 - s) of the step's start and s of its end.
     let known = pd_implicitness * h;
     let wanted = stiffness.mul_add(known, damping).neg_mul_add(qd, stiffness * (target - q));
@@ -68,7 +70,7 @@ fn joint_torque<V: Real>(
     torque += V::select(at_stop, stop, zero);
     diagonal += V::select(at_stop, stop_ahead * h, zero);
 
-    let friction = V::splat(link.friction_loss) * (qd.abs() + V::c(SOLVER.joint_friction_speed)).recip();
+    let friction = friction * (qd.abs() + V::c(SOLVER.joint_friction_speed)).recip();
     let viscous = friction + V::splat(link.damping);
     (viscous.neg_mul_add(qd, torque), viscous.mul_add(h, diagonal))
 }

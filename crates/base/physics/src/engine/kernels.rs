@@ -12,6 +12,7 @@ use paid_lanes::{F32x8, F32x16};
 use super::phase::phase;
 use super::step::{Constants, physics_step};
 use super::{Engine, ball, report, validate};
+use crate::LateTargets;
 
 /// Group, base wrench, joint torques; see [`Engine::accelerations_under`].
 type Accelerations<V> = fn(&mut Engine<V>, usize, [V; 6], &[V]) -> Vec<V>;
@@ -20,7 +21,7 @@ type Accelerations<V> = fn(&mut Engine<V>, usize, [V; 6], &[V]) -> Vec<V>;
 #[derive(Clone, Copy)]
 pub(crate) struct Kernels<V: Real> {
     /// One control step of a group under joint targets.
-    pub step: fn(&mut Engine<V>, usize, &[V]),
+    pub step: fn(&mut Engine<V>, usize, LateTargets<'_, V>),
     /// Body poses and velocities of a group from its joints and base.
     pub refresh: fn(&mut Engine<V>, usize),
     /// Physics steps of the balls of a group alone.
@@ -62,7 +63,7 @@ fn tables() -> Vec<&'static dyn Any> {
     ]
 }
 
-fn step<V: Real>(engine: &mut Engine<V>, group: usize, targets: &[V]) {
+fn step<V: Real>(engine: &mut Engine<V>, group: usize, targets: LateTargets<'_, V>) {
     control_step(engine, group, targets);
     refresh(engine, group);
 }
@@ -73,16 +74,19 @@ fn refresh<V: Real>(engine: &mut Engine<V>, group: usize) {
 
 phase! {
 /// All physics steps of a control step, and the reports that only they can make.
-fn control_step<'a, V>(engine: &'a mut Engine<V>, group: usize, targets: &'a [V]) -> () {
+fn control_step<'a, V>(engine: &'a mut Engine<V>, group: usize, targets: LateTargets<'a, V>) -> () {
     let Engine { scene, layout, ground, groups, work, .. } = engine;
     let g = &mut groups[group];
     let constants = Constants::new(scene, ground);
     report::start(g);
-    for _ in 0..scene.substeps {
-        physics_step(layout, &constants, g, work, targets);
+    let mut reached = std::mem::take(&mut work.targets);
+    for i in 0..scene.substeps {
+        targets.fill(i, scene.substeps, &mut reached);
+        physics_step(layout, &constants, g, work, &reached);
         report::forces(g, work);
     }
-    report::torques(layout, g, targets);
+    report::torques(layout, g, &reached);
+    work.targets = reached;
 }
 }
 

@@ -57,7 +57,7 @@ use kernels::Kernels;
 use layout::ModelLayout;
 use params::GroupParams;
 
-use crate::{EnvParams, GroupState, LaneState, SceneConfig, Simulator};
+use crate::{EnvParams, GroupState, LaneState, LateTargets, SceneConfig, Simulator};
 
 /// A batch of environments on the built-in engine, `V::LANES` per group.
 pub struct Engine<V: Real> {
@@ -165,11 +165,11 @@ impl<V: Real> Simulator<V> for Engine<V> {
         self.scene.physics_dt_s * self.scene.substeps as f64
     }
 
-    fn step(&mut self, group: usize, joint_target: &[V]) {
+    fn step_late(&mut self, group: usize, targets: LateTargets<'_, V>) {
         let joints = self.layout.links.len();
-        assert_eq!(joint_target.len(), joints, "one target per joint");
+        assert!(targets.now.len() == joints && targets.before.len() == joints, "one target per joint");
         self.groups[group].reset = 0;
-        (self.kernels.step)(self, group, joint_target);
+        (self.kernels.step)(self, group, targets);
     }
 
     fn state(&self, group: usize) -> &GroupState<V> {

@@ -62,18 +62,20 @@ pub(crate) struct MotorLanes<V> {
     pub stiffness: V,
     pub damping: V,
     pub effort: V,
+    pub friction: V,
 }
 
 impl<V: Real> MotorLanes<V> {
     fn one() -> Self {
         let one = V::one();
-        Self { armature: one, stiffness: one, damping: one, effort: one }
+        Self { armature: one, stiffness: one, damping: one, effort: one, friction: one }
     }
     fn set_lane(&mut self, lane: usize, motor: MotorScale) {
         self.armature.set_lane(lane, motor.armature);
         self.stiffness.set_lane(lane, motor.stiffness);
         self.damping.set_lane(lane, motor.damping);
         self.effort.set_lane(lane, motor.effort);
+        self.friction.set_lane(lane, motor.friction);
     }
 }
 

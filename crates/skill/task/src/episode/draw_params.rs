@@ -1,7 +1,7 @@
 //! Physical parameters of an episode: nominal, or drawn from the preset's ranges.
 
 use paid_lanes::rng::Rng;
-use paid_physics::{EnvParams, Material};
+use paid_physics::{EnvParams, Material, MotorScale};
 
 use crate::episode::reset::{StartContext, draw};
 use crate::preset::Range;
@@ -21,13 +21,22 @@ impl StartContext<'_> {
             params.mass_scale = (0..self.config.bodies).map(|_| draw(ranges.link_mass_scale, rng)).collect();
             params.mass_scale[0] = draw(ranges.base_mass_scale, rng);
         }
+        if ranges.armature_scale != NONE || ranges.joint_friction_scale != NONE {
+            let mut motor = |_| MotorScale {
+                armature: draw(ranges.armature_scale, rng),
+                friction: draw(ranges.joint_friction_scale, rng),
+                ..MotorScale::ONE
+            };
+            params.motor_scale = (0..self.config.joints()).map(&mut motor).collect();
+        }
     }
 
     /// Delays of actions and observations [control steps].
     pub(crate) fn delays(&self, rng: &mut Rng) -> [f64; 2] {
-        let ranges = &self.config.preset.randomization;
+        let preset = &self.config.preset;
+        let ranges = &preset.randomization;
         if !self.randomize || !ranges.delays() {
-            return [0.0; 2];
+            return [preset.action_delay_s / self.config.dt_s, 0.0];
         }
         [ranges.action_delay_s, ranges.observation_delay_s].map(|r| draw(r, rng) / self.config.dt_s)
     }

@@ -35,6 +35,7 @@ impl Variant {
                 stiffness: ratio(own.stiffness[j], control.stiffness[j]),
                 damping: ratio(own.damping[j], control.damping[j]),
                 effort: ratio(other.joints[j].effort_limit, robot.joints[j].effort_limit),
+                friction: 1.0,
             };
             let mass = |(other, body): (&paid_robot::Body, &paid_robot::Body)| ratio(other.mass, body.mass);
             Ok(Self {
@@ -47,7 +48,16 @@ impl Variant {
 
     /// Makes the robot of an episode this one. The places of its links stay those of the files.
     pub(crate) fn apply(&self, params: &mut EnvParams) {
-        params.motor_scale.clone_from(&self.motors);
+        if params.motor_scale.is_empty() {
+            params.motor_scale.clone_from(&self.motors);
+        } else {
+            for (scale, own) in params.motor_scale.iter_mut().zip(&self.motors) {
+                scale.armature *= own.armature;
+                scale.stiffness *= own.stiffness;
+                scale.damping *= own.damping;
+                scale.effort *= own.effort;
+            }
+        }
         if params.mass_scale.is_empty() {
             params.mass_scale.clone_from(&self.masses);
         } else {

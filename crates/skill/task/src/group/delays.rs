@@ -18,7 +18,7 @@ pub(crate) struct Delays<V> {
 impl<V: Real> Delays<V> {
     /// Where the preset has delays.
     pub(crate) fn new(config: &TaskConfig) -> Option<Self> {
-        config.preset.randomization.delays().then(|| Self {
+        config.preset.delays().then(|| Self {
             action: V::zero(),
             observation: V::zero(),
             before: vec![V::zero(); config.observations.sensed],

@@ -1,7 +1,7 @@
 //! From an action to joint targets.
 
 use paid_lanes::{Kernel, Real, load_f32};
-use paid_policy::action::{delayed_target, joint_target, limit_action};
+use paid_policy::action::{joint_target, limit_action};
 
 use crate::config::TaskConfig;
 use crate::group::GroupTask;
@@ -15,6 +15,8 @@ pub(crate) struct Act<'a, V> {
     pub first: usize,
     /// Joint targets, model order `[rad]`.
     pub targets: &'a mut [V],
+    /// The same of the action before `[rad]`.
+    pub before: &'a mut [V],
 }
 
 impl<V: Real> Kernel for Act<'_, V> {
@@ -29,14 +31,7 @@ impl<V: Real> Kernel for Act<'_, V> {
             self.group.action[j] = action;
             let rest = self.group.joint_offset[m] + V::c(control.default_pos[m]);
             self.targets[m] = joint_target(action, control.action_scale[m], rest);
-        }
-        if let Some(delays) = &self.group.delays {
-            for j in 0..self.config.joints() {
-                let m = self.config.to_model[j];
-                let (action, previous) = (self.group.action[j], self.group.previous[j]);
-                let scale = control.action_scale[m];
-                self.targets[m] = delayed_target(self.targets[m], action, previous, scale, delays.action);
-            }
+            self.before[m] = joint_target(self.group.previous[j], control.action_scale[m], rest);
         }
     }
 }

@@ -24,6 +24,7 @@ use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
 use ball::check_after_strike;
 pub use ball::{BallPlacement, BallRule, GoalPreset};
 pub use episode::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
+use randomization::delay_range;
 use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
 pub use observation::ObservationPreset;
 pub use paid_track::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
@@ -58,6 +59,9 @@ pub struct TaskPreset {
     /// Nominal kind of contacts and joint control; the randomization of kinds replaces it.
     #[serde(default)]
     pub contact_kind: ContactKind,
+    /// Delay between policy and joint targets `[s]`, up to a control period: until then the last ones hold. In evaluations too.
+    #[serde(default)]
+    pub action_delay_s: f64,
     /// What is observed, and its noise.
     pub observations: ObservationPreset,
     /// What the policy knows of ball and goal.
@@ -239,7 +243,9 @@ impl TaskPreset {
         self.observations.check(self.reference)?;
         check_after_strike(&self.ball.after_strike, self.reference)?;
         self.eyes.check().map_err(|error| TaskError::below("eyes", error))?;
-        self.randomization.check(self.control_dt_s())?;
+        let control_dt_s = self.control_dt_s();
+        check("", &[("action_delay_s", self.action_delay_s.into(), delay_range(control_dt_s))])?;
+        self.randomization.check(control_dt_s)?;
         contact_kind::check(&self.contact_kind)?;
         self.sampling.check(self.reference, self.hold_s)?;
         if let Some((name, time_s)) = self.play().wrong_time() {
@@ -275,6 +281,11 @@ impl TaskPreset {
     /// True if policy or critic is shown the ball where it will be. What is shown after the strike is that place then.
     pub fn predicts(&self) -> bool {
         self.observations.predicts()
+    }
+
+    /// True if actions or observations are delayed.
+    pub(crate) fn delays(&self) -> bool {
+        self.action_delay_s > 0.0 || self.randomization.delays()
     }
 
     /// True if ball and goal are known from onboard perception.

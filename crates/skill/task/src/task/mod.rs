@@ -95,6 +95,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     pub(crate) observations: u64,
     pub(crate) rules: EpisodeRules,
     targets: Vec<V>,
+    before: Vec<V>,
     /// Numbers of the last noise drawn.
     noise: Vec<V>,
     /// Robot of the group that is being observed.
@@ -163,6 +164,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             observations: 0,
             rules: EpisodeRules::TRAINING,
             targets: vec![V::zero(); config.joints()],
+            before: vec![V::zero(); config.joints()],
             noise: vec![V::zero(); config.observations.noisy],
             robot: RobotBuffer::new(&config),
             policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],

@@ -2,7 +2,7 @@
 
 use paid_lanes::Real;
 use paid_lanes::rng::Rng;
-use paid_physics::{GroupState, Simulator};
+use paid_physics::{GroupState, LateTargets, Simulator};
 
 use super::{EnvTask, Task};
 use crate::config::TaskConfig;
@@ -42,8 +42,11 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 stride: envs,
                 first,
                 targets: &mut self.targets,
+                before: &mut self.before,
             });
-            self.sim.step(group, &self.targets);
+            let late = self.groups[group].delays.as_ref().map_or_else(V::zero, |delays| delays.action);
+            let targets = LateTargets { before: &self.before, now: &self.targets, late };
+            self.sim.step_late(group, targets);
             let score = V::run(ScoreGroup {
                 config: &self.config,
                 state: self.sim.state(group),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use paid_lanes::{Quat, Vec3};
-use paid_physics::{EnvParams, GroupState, LaneState, Simulator};
+use paid_physics::{EnvParams, GroupState, LaneState, LateTargets, Simulator};
 use paid_play::{ReferenceClip, ReferenceLibrary};
 use paid_policy::{StepBuffers, VecEnv};
 use paid_robot::{RobotModel, RobotSpec};
@@ -121,7 +121,7 @@ impl Simulator<f64> for Playback {
     fn control_dt_s(&self) -> f64 {
         0.02
     }
-    fn step(&mut self, _: usize, _: &[f64]) {
+    fn step_late(&mut self, _: usize, _: LateTargets<'_, f64>) {
         self.frame += 1;
         self.steps += 1;
         let kicks = self.frame == self.kick_at;
