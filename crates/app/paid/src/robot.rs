@@ -1,5 +1,6 @@
 //! `paid robot`: a policy on a G1, and a simulated G1 on the robot's DDS topics.
 
+mod lag;
 mod mirror;
 mod offline;
 mod serve;
@@ -35,6 +36,8 @@ enum Command {
     Check(CheckArgs),
     /// Run a log through the runtime again, and compare the results bit for bit.
     Replay(verify::DrawnReplayArgs),
+    /// Measure in logs how late the joints follow their targets.
+    Lag(lag::LagArgs),
     /// Inject each fault into a simulated G1 and measure how soon it is damped.
     Drill(verify::DrillArgs),
 }
@@ -77,6 +80,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         }
         Command::Check(args) => Ok(check(&args)?),
         Command::Replay(args) => verify::replay(&args),
+        Command::Lag(args) => lag::lag(&args),
         Command::Drill(args) => verify::drill(&args),
     }
 }

@@ -33,10 +33,11 @@ fn params(env: u32) -> EnvParams {
     p.base_com_offset = [rng.uniform(-0.02, 0.02), 0.0, 0.0];
     p.gain_scale = [rng.uniform(0.9, 1.1), rng.uniform(0.9, 1.1)];
     if env % 2 == 1 {
-        p.motor_scale = vec![
-            MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.7, friction: 5.0 };
-            biped().0.joints.len()
-        ];
+        p.motor_scale =
+            vec![
+                MotorScale { armature: 2.0, stiffness: 1.5, damping: 0.5, effort: 0.7, friction: 5.0 };
+                biped().0.joints.len()
+            ];
     }
     p.robot = Material { static_friction: rng.uniform(0.4, 1.2), dynamic_friction: 0.4, restitution: 0.1 };
     p.terrain_offset = [rng.uniform(0.0, 3.0), rng.uniform(0.0, 3.0)];

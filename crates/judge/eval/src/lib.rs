@@ -20,6 +20,7 @@ pub mod footage;
 pub mod html;
 pub mod judge;
 pub mod knowledge;
+pub mod lag;
 pub mod likeness;
 pub mod metrics;
 pub mod monitor;

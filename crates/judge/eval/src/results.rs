@@ -11,6 +11,7 @@ use crate::EvalError;
 use crate::clips::ClipsReport;
 #[cfg(feature = "eyes")]
 use crate::eyes::{EyesReport, KickLog, kick_chart};
+use crate::lag::LagReport;
 use crate::likeness::LikenessReport;
 use crate::matches::MatchReport;
 use crate::monitor::Timing;
@@ -176,6 +177,14 @@ pub fn write_likeness(
     json: &str,
 ) -> Result<(), EvalError> {
     write_forms(folder, &format!("{engine}_likeness"), json, None, &report.table())
+}
+
+/// Writes the lags of joints as JSON and table.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_lag(folder: &Path, engine: &str, report: &LagReport, json: &str) -> Result<(), EvalError> {
+    write_forms(folder, &format!("{engine}_lag"), json, None, &report.table())
 }
 
 /// Writes a panel as JSON, CSV and table.

@@ -100,17 +100,26 @@ fn the_real_ball_bounces_as_filmed_and_the_usual_one_does_not() {
     let print = |name: &str, dt_s: f64, speed: f64, bounce: &Bounce| {
         let Bounce { restitution, contact_s, deepest_m } = bounce;
         let [ms, mm] = [contact_s, deepest_m].map(|x| 1e3 * x);
-        println!("{name:26} {:.1} ms steps, {speed:4.1} m/s: {restitution:.3}, {ms:.1} ms, {mm:.0} mm", 1e3 * dt_s);
+        println!(
+            "{name:26} {:.1} ms steps, {speed:4.1} m/s: {restitution:.3}, {ms:.1} ms, {mm:.0} mm",
+            1e3 * dt_s
+        );
     };
     for speed in [2.0, 9.0, 14.0, 19.0] {
         for dt_s in [0.0005, 0.002] {
             let real = thrown_in_mujoco(BallOptions::real(), dt_s, speed);
             print("real ball, MuJoCo", dt_s, speed, &real);
-            assert!((0.80..0.89).contains(&real.restitution) && (0.0055..0.0085).contains(&real.contact_s), "{speed}");
+            assert!(
+                (0.80..0.89).contains(&real.restitution) && (0.0055..0.0085).contains(&real.contact_s),
+                "{speed}"
+            );
             assert!(speed < 9.0 || (0.012..0.045).contains(&real.deepest_m), "{}", real.deepest_m);
             let usual = thrown_in_mujoco(BallOptions::default(), dt_s, speed);
             print("usual ball, MuJoCo", dt_s, speed, &usual);
-            assert!((0.10..0.16).contains(&usual.restitution) && (0.06..0.09).contains(&usual.contact_s), "{speed}");
+            assert!(
+                (0.10..0.16).contains(&usual.restitution) && (0.06..0.09).contains(&usual.contact_s),
+                "{speed}"
+            );
         }
         // Training's steps are as long as the contact; what counts is what the ball does afterwards.
         for dt_s in [0.0005, 0.0025, 0.005] {

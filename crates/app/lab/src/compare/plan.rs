@@ -105,7 +105,7 @@ pub struct JudgePlan {
     pub limit_s: f64,
     /// What the policies are given of ball and goal, one evaluation each.
     pub knowledge: Vec<KnowledgeMode>,
-    /// Trials at each place with each of the ten balls and grounds of the panel, `truth`, still balls; 0 leaves it out.
+    /// Trials at each place with each of the eleven balls and grounds of the panel, `truth`, still balls; 0 leaves it out.
     pub panel_trials: usize,
     /// Shots with each clip, `truth`, still balls within 0.25 m of the clip's own place; 0 leaves it out, as does a policy without clips.
     pub clip_trials: usize,

@@ -116,6 +116,7 @@ mod tests {
             motion_ended,
             bodies: Vec::new(),
             joint_pos: Vec::new(),
+            joint_target: Vec::new(),
             joint_vel: Vec::new(),
             joint_torque: Vec::new(),
             contact_force: Vec::new(),

@@ -8,6 +8,7 @@ pub mod episode;
 #[cfg_attr(not(feature = "full"), path = "no_eyes.rs")]
 mod eyes;
 mod film;
+mod lag;
 mod likeness;
 mod matches;
 pub mod out;
@@ -53,15 +54,18 @@ enum Command {
     Match(Box<matches::Args>),
     /// Compare the kicks with the clips: jerk, joint angles, foot path, swing of arms and legs.
     Likeness(Box<likeness::Args>),
+    /// Measure how late the joints follow their targets.
+    Lag(Box<lag::Args>),
     /// Shoot with each clip at balls near its own ball.
     Clips(Box<clips::Args>),
     /// Measure when the foot hits the ball in each motion, to predict rolling balls.
     ///
     /// A rolling ball is predicted for that moment.
     Contacts(Box<contacts::Args>),
-    /// Shoot in MuJoCo with ten combinations of ball and ground.
+    /// Shoot in MuJoCo with eleven combinations of ball and ground.
     ///
-    /// Hollow and solid, light and heavy, dead and bouncing, slippery and gripping balls, on turf and in a hall.
+    /// Hollow and solid, light and heavy, dead and bouncing, slippery and gripping balls, on turf and in a hall, and one that
+    /// bounces as a filmed match ball.
     Panel(Box<panel::Args>),
     /// Draw one episode.
     Film(film::Args),
@@ -82,6 +86,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Clips(args) => clips::run(&args),
         Command::Contacts(args) => contacts::run(&args),
         Command::Likeness(args) => likeness::run(&args),
+        Command::Lag(args) => lag::run(&args),
         Command::Panel(args) => panel::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),

@@ -101,6 +101,8 @@ pub struct EnvSample {
     pub bodies: Vec<BodySample>,
     /// Joint angles, model order `[rad]`.
     pub joint_pos: Vec<f64>,
+    /// Targets of the last control step as the policy gave them, before any delay, model order `[rad]`.
+    pub joint_target: Vec<f64>,
     /// Joint velocities, model order `[rad/s]`.
     pub joint_vel: Vec<f64>,
     /// Actuator torques, model order `[N m]`.

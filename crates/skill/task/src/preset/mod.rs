@@ -24,10 +24,10 @@ use crate::{Requirement, RewardPreset, TaskError, TerminationPreset};
 use ball::check_after_strike;
 pub use ball::{BallPlacement, BallRule, GoalPreset};
 pub use episode::{PushPreset, ResetPreset, SamplingPreset, VelocityNoise};
-use randomization::delay_range;
 use numbers::{POSITIVE_TIME, check, check_ball, check_material, check_scene};
 pub use observation::ObservationPreset;
 pub use paid_track::{CameraPreset, EyesPreset, OdometryPreset, TrackerPreset};
+use randomization::delay_range;
 pub use randomization::{RandomizationPreset, SurfacePreset};
 
 /// A closed interval `[lo, hi]`; equal ends give a constant.

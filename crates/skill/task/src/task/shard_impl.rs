@@ -2,11 +2,13 @@
 
 use paid_lanes::Real;
 use paid_physics::Simulator;
+use paid_policy::action::joint_target;
 use paid_policy::env::STYLE_GROUP;
 use paid_policy::{Mirrors, ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use super::image;
 use crate::episode::stance::heading_of;
+use crate::group::GroupTask;
 use crate::kernels::score::Sums;
 use crate::scene::eyes::believed_ball;
 use crate::scene::shown::ShownScene;
@@ -220,6 +222,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             motion_ended: self.config.has_reference && info.frame >= facts.frames,
             bodies: bodies.collect(),
             joint_pos: numbers(&state.joint_pos),
+            joint_target: self.joint_target(task, lane),
             joint_vel: numbers(&state.joint_vel),
             joint_torque: numbers(&state.joint_torque),
             contact_force: state.contact_force.iter().map(|force| force.lane(lane)).collect(),
@@ -232,5 +235,18 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             kick: info.kick.clone(),
             rewards: terms.map(|v| finite(v.lane(lane))).collect(),
         })
+    }
+}
+
+impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// Where the last action of a lane sends the joints, model order `[rad]`.
+    fn joint_target(&self, task: &GroupTask<V>, lane: usize) -> Vec<f64> {
+        let control = &self.config.control;
+        let mut targets = vec![0.0; self.config.joints()];
+        for (j, &m) in self.config.to_model.iter().enumerate() {
+            let rest = control.default_pos[m] + task.joint_offset[m].lane(lane);
+            targets[m] = joint_target(task.action[j].lane(lane), control.action_scale[m], rest);
+        }
+        targets
     }
 }

@@ -232,6 +232,7 @@ pub(crate) mod tests {
             motion_ended: step as usize + 1 >= frames,
             bodies: setup.library.clips()[0].body_pos[..bodies].iter().map(stands).collect(),
             joint_pos: vec![0.0; joints],
+            joint_target: vec![0.0; joints],
             joint_vel: vec![0.0; joints],
             joint_torque: vec![0.0; joints],
             contact_force: vec![[0.0; 3]; bodies],
