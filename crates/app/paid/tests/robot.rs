@@ -16,6 +16,7 @@ use paid_runtime::wire::{Key, LowState};
 use paid_runtime::{DdsLink, Packet, Player, PlayerSpec, Side};
 use paid_twin::{Order, ServeOptions, VirtualG1, Watcher, serve};
 use paid_world::{Message, Recorded, Recording};
+use serde_json::Value;
 
 /// Programs on a loopback without multicast connect after some seconds; a busy machine takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -272,6 +273,19 @@ fn matches_in_lockstep_have_a_log_each_and_write_over_none() {
         let mut reader = LogReader::open(&here.join(log)).expect("a log");
         assert!(reader.next_frame().expect("a frame").is_some(), "{log}");
     }
+    let lag = succeeds(&paid(here, &["robot", "lag", "match_3.mcap", "match_4.mcap", "--json"]));
+    let lag: Value = serde_json::from_str(&lag).expect("JSON");
+    let knee = lag["rows"].as_array().expect("rows").iter().find(|row| row["joint"] == "knee");
+    let knee_ms = knee.and_then(|row| row["lag_ms"].as_f64()).expect("a lag");
+    assert!((20.0..=120.0).contains(&knee_ms), "{knee_ms} ms");
+    // Of a log that was cut off early, the robot has not got up yet.
+    let whole = std::fs::read(here.join("match_3.mcap")).expect("read");
+    std::fs::write(here.join("early.mcap"), &whole[..300_000]).expect("write");
+    let error = refuses(&paid(here, &["robot", "lag", "early.mcap"]));
+    assert!(
+        error.contains("early.mcap: expected steps of a policy with joint targets, found none"),
+        "{error}"
+    );
     // The first match has a new name, the second would write over an old log: nothing is played.
     std::fs::remove_file(here.join("match_3.mcap")).expect("remove");
     let before = std::fs::read(here.join("match_4.mcap")).expect("read");

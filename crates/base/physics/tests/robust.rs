@@ -3,7 +3,9 @@
 use crate::common::{biped, lane_at, reset_all, stance};
 use paid_lanes::rng::Rng;
 use paid_lanes::{F32Array, Isa, IsaVisitor, Real};
-use paid_physics::{Engine, EnvParams, LaneState, Material, MotorScale, SceneConfig, Simulator, Terrain};
+use paid_physics::{
+    Engine, EnvParams, LaneState, LateTargets, Material, MotorScale, SceneConfig, Simulator, Terrain,
+};
 
 type V = F32Array<8>;
 
@@ -125,6 +127,39 @@ fn an_environment_with_other_motors_is_a_robot_that_is_built_with_them() {
         near(&scaled.joint_pos, &built.joint_pos) && near(&torques, &expected),
         "{torques:?} {expected:?}"
     );
+}
+
+#[test]
+fn targets_that_arrive_in_the_middle_are_two_steps_of_half_the_length() {
+    let (model, spec) = biped();
+    let engine = |substeps: usize| {
+        let scene = SceneConfig { substeps, ..scene() };
+        let mut engine = Engine::<f64>::new(&model, spec.clone(), &scene, 1).unwrap();
+        engine.reset_lane(0, 0, &start(&model, 1));
+        engine.refresh(0);
+        engine
+    };
+    let (mut late, mut halves) = (engine(4), engine(2));
+    for step in 0..20 {
+        let [before, now] = [step, step + 1].map(|step| targets(&model, 1, step));
+        late.step_late(0, LateTargets { before: &before, now: &now, late: 0.5 });
+        halves.step(0, &before);
+        halves.step(0, &now);
+    }
+    let [late, halves] = [&late, &halves].map(|engine| engine.save_lane(0, 0).joint_pos);
+    let error = late.iter().zip(&halves).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(error < 1e-9, "{error}");
+}
+
+#[test]
+fn a_physics_step_in_which_targets_arrive_has_their_mean() {
+    let mut reached = [0.0];
+    let targets = LateTargets { before: &[1.0], now: &[3.0], late: 0.375 };
+    let of_steps = [0, 1, 2, 3].map(|i| {
+        targets.fill(i, 4, &mut reached);
+        reached[0]
+    });
+    assert_eq!(of_steps, [1.0, 2.0, 3.0, 3.0]);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use paid_files::FileError;
+use paid_mujoco::contact::least_time_constant;
 use paid_mujoco::{Cone, FootShapes, PdControl, SceneOptions};
 use paid_robot::RobotModel;
 use paid_task::TaskPreset;
@@ -227,8 +228,27 @@ impl SceneSpec {
                 found: dt.to_string(),
             });
         }
+        check_resolved(&scene)?;
         Ok(scene)
     }
+}
+
+/// Refuses a ball that would leave before two physics steps are over: MuJoCo makes another contact of it, in silence.
+fn check_resolved(scene: &SceneOptions) -> Result<(), EvalError> {
+    let Some([time_s, damping]) = scene.ball.map(|ball| ball.solref) else { return Ok(()) };
+    let dt_s = scene.physics_dt_s;
+    let least = least_time_constant(damping, dt_s);
+    if time_s >= least {
+        return Ok(());
+    }
+    Err(EvalError::Option {
+        option: Setting::Scene,
+        expected: format!(
+            "a ball whose contact lasts two physics steps of {dt_s} s: a ball_contact_time_s of at least {least:.4} with a \
+             ball_contact_damping of {damping}, or a smaller physics_dt_s"
+        ),
+        found: format!("a ball_contact_time_s of {time_s}"),
+    })
 }
 
 /// Refuses feet that belong to another robot.
@@ -292,6 +312,22 @@ mod tests {
             error,
             "scene: expected a physics_dt_s that divides the control period of 0.02 s, found 0.003"
         );
+    }
+
+    #[test]
+    fn a_contact_that_no_step_resolves_is_refused() {
+        let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
+        // The ball is back after a half period of 2 ms, in steps of 2 ms.
+        let text = "ball_contact_time_s = 0.012\nball_contact_damping = 0.0536";
+        let spec = SceneSpec::parse("a.toml", text).expect("a scene file");
+        let error = spec.resolve(&mut task, ScenePreset::Paper).expect_err("too short").to_string();
+        assert_eq!(
+            error,
+            "scene: expected a ball whose contact lasts two physics steps of 0.002 s: a ball_contact_time_s of at least 0.0237 with a \
+             ball_contact_damping of 0.0536, or a smaller physics_dt_s, found a ball_contact_time_s of 0.012"
+        );
+        let finer = SceneSpec { physics_dt_s: Some(0.001), ..spec };
+        assert!(finer.resolve(&mut task, ScenePreset::Paper).is_ok());
     }
 
     #[test]

@@ -208,10 +208,14 @@ fn delays_are_up_to_one_control_step() {
     let Some(mut now) = with(&[]) else { return };
     let Some(mut late) = with(&["randomization.observation_delay_s=[0.02, 0.02]"]) else { return };
     let Some(mut slack) = with(&["randomization.action_delay_s=[0.02, 0.02]"]) else { return };
-    for shard in [&mut now, &mut late, &mut slack] {
-        shard
-            .eval()
-            .set_rules(EpisodeRules { disturbances: Disturbances::AsPreset, ..EpisodeRules::evaluation() });
+    // The task's own delay acts in evaluations too, where nothing is drawn.
+    let Some(mut judged) = with(&["action_delay_s=0.02"]) else { return };
+    let judging = EpisodeRules::evaluation();
+    let training = EpisodeRules { disturbances: Disturbances::AsPreset, ..judging };
+    for (shard, rules) in
+        [(&mut now, training), (&mut late, training), (&mut slack, training), (&mut judged, judging)]
+    {
+        shard.eval().set_rules(rules);
         for env in 0..16 {
             shard.eval().force_start(env, &InitialState::nominal(0)).expect("exists");
         }
@@ -231,6 +235,7 @@ fn delays_are_up_to_one_control_step() {
             let error = b.iter().zip(before).map(|(x, y): (&f32, &f32)| (x - y).abs()).fold(0.0, f32::max);
             assert!(error < 1e-3, "{step}: {error}");
         }
+        assert_eq!(c, of(&observed(judged.as_mut(), action)), "{step}");
         moved = moved.max(a.iter().zip(&c).map(|(x, y)| (x - y).abs()).fold(0.0, f32::max));
         before = Some(a);
     }

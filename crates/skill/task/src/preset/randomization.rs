@@ -316,6 +316,8 @@ mod tests {
     fn values_out_of_range_are_refused_by_key() {
         for (set, hint) in [
             ("randomization.action_delay_s=[0, 0.03]", "randomization.action_delay_s"),
+            ("action_delay_s=0.03", "action_delay_s is 0.03, expected 0 to the control period"),
+            ("randomization.real_ball_share=2", "real_ball_share"),
             ("randomization.gain_scale=[0, 1]", "randomization.gain_scale"),
             ("randomization.surface_deviation=-1", "surface_deviation"),
             ("randomization.ball_contact_time_s=[0, 0.06]", "expected 0 to 0.05"),

@@ -141,6 +141,27 @@ mod tests {
     }
 
     #[test]
+    fn a_share_of_the_balls_bounces_as_filmed() {
+        let task =
+            TaskPreset::builtin_with("paper_stage2", &["randomization.real_ball_share=0.25".to_owned()])
+                .expect("valid");
+        let params = EnvParams { ball: task.ball_params, ..EnvParams::default() };
+        let mut rng = Rng::new(1, 0, 0);
+        let n = 4000;
+        let mut filmed = 0;
+        for _ in 0..n {
+            let soft = draw_kind(&task.randomization, &task.scene, &params, &mut rng).compliance;
+            if soft.ball_robot.is_soft() {
+                filmed += 1;
+                assert_eq!(soft.ball_robot, soft.ball_ground);
+                assert!((0.799..0.891).contains(&soft.ball_robot.restitution()), "{soft:?}");
+                assert!((0.00579..0.00701).contains(&soft.ball_robot.lasts_s()), "{soft:?}");
+            }
+        }
+        assert!((f64::from(filmed) / f64::from(n) - 0.25).abs() < 0.02, "{filmed}");
+    }
+
+    #[test]
     fn values_out_of_range_are_refused_by_key() {
         for (set, hint) in [
             (
