@@ -310,7 +310,7 @@ impl Odometry {
         }
     }
 
-    fn process(&mut self, scan: Scan) -> Estimate {
+    fn process(&mut self, mut scan: Scan) -> Estimate {
         let Some(filter) = &mut self.filter else {
             return self.waiting(scan.end_s);
         };
@@ -321,6 +321,8 @@ impl Odometry {
         }
         self.motion.clear();
         filter.predict(&mut self.samples, scan.end_s, &self.config, &mut self.motion);
+        // What did not come back is at the origin; freed of the motion it would be a point beside it.
+        scan.points.retain(|p| p.position != Vector3::zeros());
         self.motion.undistort(&scan.points, scan.start_s, &filter.state, &mut self.undistorted);
         let (near, far) = (self.config.blind_m.powi(2), self.config.range_m.powi(2));
         let usable = self.undistorted.iter().copied().filter(|p| {

@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 /// One return, in the LiDAR frame of the moment at which it was measured.
+/// A ray that did not come back is the origin, as a Mid-360 sends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
     /// Time since the begin of the scan `[s]`.
@@ -18,6 +19,6 @@ pub struct Scan {
     pub start_s: f64,
     /// End, by the sensor's clock `[s]`.
     pub end_s: f64,
-    /// The returns.
+    /// The returns, with or without the rays that did not come back.
     pub points: Vec<Point>,
 }

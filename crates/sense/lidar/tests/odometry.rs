@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use paid_lidar::packet::{Assembler, Data};
 use paid_lidar::sim::{
-    Fault, MeasureOptions, PacketWriter, Report, Scene, SceneKind, SensorModel, SimulatedMid360, Walk,
-    measure,
+    Device, Fault, MeasureOptions, PacketWriter, Report, Scene, SceneKind, SensorModel, SimulatedMid360,
+    Walk, measure,
 };
 use paid_lidar::{Config, Health, ImuSample, LostReason, Odometry, Point, Scan, g1_torso_from_lidar};
 
@@ -38,8 +38,9 @@ fn a_walk_with_a_kick_in_a_hall_is_followed_to_3_cm() {
 }
 
 /// A minute of walking with eight kicks and all of the sensor's points, as the requirement states.
-fn minute(scene: SceneKind, rms_m: f64, rms_deg: f64) {
-    let report = run(&MeasureOptions::new(scene, 60.0, 1));
+fn minute(scene: SceneKind, device: Device, rms_m: f64, rms_deg: f64) {
+    let model = SensorModel::of(device);
+    let report = run(&MeasureOptions { model, ..MeasureOptions::new(scene, 60.0, 1) });
     println!("{:.1} cm, {:.2} deg", 100.0 * report.position_rms_m, report.rotation_rms_deg);
     assert!(report.path_m > 40.0, "{report:?}");
     assert!(report.lost == 0 && report.degenerate * 50 < report.scans, "{}", said(&report));
@@ -50,14 +51,26 @@ fn minute(scene: SceneKind, rms_m: f64, rms_deg: f64) {
 // Slow: simulates a minute with all points of the sensor, because the drift grows with time.
 #[test]
 fn a_minute_in_a_hall_is_followed_to_2_cm_and_half_a_degree() {
-    minute(SceneKind::Hall, 0.02, 0.5);
+    minute(SceneKind::Hall, Device::Shaking, 0.02, 0.5);
+}
+
+// Slow: the same minute with the other kind of device.
+#[test]
+fn a_minute_in_a_hall_is_followed_as_well_by_a_quiet_sensor() {
+    minute(SceneKind::Hall, Device::Quiet, 0.02, 0.5);
 }
 
 // Slow: simulates a minute with all points of the sensor, because the drift grows with time.
 #[test]
 fn a_minute_on_a_pitch_with_goals_only_is_followed_to_6_cm_and_1_degree() {
     // Level ground, and of all that stands on it two goals 14 m apart.
-    minute(SceneKind::Pitch, 0.06, 1.0);
+    minute(SceneKind::Pitch, Device::Shaking, 0.06, 1.0);
+}
+
+// Slow: the same minute with the other kind of device.
+#[test]
+fn a_minute_on_a_pitch_is_followed_as_well_by_a_quiet_sensor() {
+    minute(SceneKind::Pitch, Device::Quiet, 0.06, 1.0);
 }
 
 #[test]

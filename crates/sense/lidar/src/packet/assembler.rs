@@ -249,6 +249,41 @@ mod tests {
     }
 
     #[test]
+    fn zero_returns_are_left_out_and_a_scan_of_nothing_else_is_empty() {
+        let mut assembler = Assembler::default();
+        let mut found = Vec::new();
+        // Packets of 96 points, 0.475 ms long, every 10 ms. In the first scan 28 of them did not come back, in the second none did.
+        for number in 0..21_u16 {
+            let header = Header {
+                time_interval: 4750,
+                dot_num: 0,
+                udp_cnt: number,
+                frame_cnt: 0,
+                data_type: DataType::CartesianMm,
+                time_type: 0,
+                timestamp_ns: 7_000_000_000 + u64::from(number) * 10_000_000,
+            };
+            let back = if number < 10 { 68 } else { 0 };
+            let points: Vec<RawPoint> = (0..96)
+                .map(|i| {
+                    // The last ones of each packet came back.
+                    let position = if i >= 96 - back { Vector3::x() } else { Vector3::zeros() };
+                    RawPoint { offset_s: 0.0, position, reflectivity: 0, tag: 0 }
+                })
+                .collect();
+            if let Some(Data::Scan(scan)) = assembler.push(&write(&header, &Payload::Points(points)), DEVICE)
+            {
+                found.push(scan);
+            }
+        }
+        assert_eq!(found.iter().map(|s| s.points.len()).collect::<Vec<_>>(), [680, 0]);
+        // They keep their own times: 28 x 5 us after the packet's.
+        let first = found[0].points[0];
+        assert!(first.position == Vector3::x() && (first.offset_s - 140e-6).abs() < 1e-9, "{first:?}");
+        assert!((found[1].end_s - found[1].start_s - 0.1).abs() < 1e-9, "an empty scan lasts as long");
+    }
+
+    #[test]
     fn a_lost_packet_is_counted_and_does_not_shift_the_scans() {
         let mut assembler = Assembler::default();
         // 10 and 11 are missing: the second scan has no begin.

@@ -90,7 +90,9 @@ impl Fault {
     pub(crate) fn apply(&self, frame: &mut Frame, at_s: f64, since_s: f64) -> Effect {
         let mut effect = Effect::default();
         match *self {
-            Self::Covered(span_s) if since_s < span_s => frame.scan.points.clear(),
+            Self::Covered(span_s) if since_s < span_s => {
+                frame.scan.points.iter_mut().for_each(|p| p.position = Vector3::zeros());
+            }
             Self::Late(by_s, span_s) if since_s < span_s => effect.delay_s = by_s,
             Self::ImuGap(span_s) => frame.imu.retain(|s| s.time_s <= at_s || s.time_s > at_s + span_s),
             Self::Backwards(by_s) => {

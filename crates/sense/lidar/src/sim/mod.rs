@@ -2,6 +2,7 @@
 
 mod body;
 mod boxes;
+mod device;
 mod fault;
 mod measure;
 mod pattern;
@@ -12,11 +13,12 @@ mod stream;
 mod walk;
 
 pub use body::Capsule;
+pub use device::{Device, SensorModel};
 pub use fault::{Fault, FaultKind};
 pub use measure::{MeasureOptions, Report, measure};
 pub use pattern::Pattern;
 pub use pose_list::PoseList;
 pub use scene::{Scene, SceneKind};
-pub use sensor::{Frame, SensorModel, SimulatedMid360};
+pub use sensor::{Frame, SimulatedMid360};
 pub use stream::PacketWriter;
 pub use walk::{Trajectory, Walk};

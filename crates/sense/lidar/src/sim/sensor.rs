@@ -10,72 +10,24 @@ use crate::error::LidarError;
 use crate::imu::ImuSample;
 use crate::scan::{Point, Scan};
 use crate::sim::body::limbs;
+use crate::sim::device::{Frames, IMU_HZ, SensorModel, Shake, Stamps};
 use crate::sim::pattern::Pattern;
 use crate::sim::pose_list::PoseList;
 use crate::sim::scene::Scene;
 use crate::sim::walk::Trajectory;
 use crate::so3::log;
 
-/// Samples of the IMU a second.
-const IMU_HZ: f64 = 200.0;
-/// Scans a second. Times are quotients by it, so that they equal those of the IMU's samples to the last bit.
-pub(crate) const SCANS_PER_S: f64 = 10.0;
-/// Duration of a scan `[s]`.
-pub(crate) const SCAN_S: f64 = 1.0 / SCANS_PER_S;
+/// Duration of a scan, about `[s]`.
+pub(crate) const SCAN_S: f64 = 0.1;
 /// Rays between two poses of the motion: 0.5 ms at full rate, in which a torso moves by less than 1 mm.
 const RAYS_PER_POSE: u64 = 100;
 /// No longer than this lies between two poses, however few rays there are `[s]`: a turn of more than a degree is no small one.
 const POSE_S: f64 = 0.01;
 
-/// How good the sensor is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SensorModel {
-    /// Points a second. Mid-360: 200 000.
-    pub points_per_s: f64,
-    /// Standard deviation of the range `[m]`. Mid-360: 2 cm at 10 m.
-    pub range_noise_m: f64,
-    /// Farthest range `[m]`. Mid-360: 40 m at 10% reflectivity.
-    pub range_m: f64,
-    /// Nearest range that the sensor reports `[m]`.
-    pub blind_m: f64,
-    /// Whether the robot's arms and legs are seen.
-    pub self_hits: bool,
-    /// Standard deviation of the gyroscope `[rad/s]`.
-    pub gyro_noise: f64,
-    /// Standard deviation of the accelerometer `[m/s^2]`.
-    pub accel_noise: f64,
-    /// Standard deviation of an axis of the gyroscope's bias `[rad/s]`.
-    pub gyro_bias: f64,
-    /// Standard deviation of an axis of the accelerometer's bias `[m/s^2]`.
-    pub accel_bias: f64,
-    /// The accelerometer shows at most this `[m/s^2]`. Mid-360: 4 g.
-    pub accel_range: f64,
-    /// Time that the IMU's stamps are late `[s]`.
-    pub imu_offset_s: f64,
-}
-
-impl Default for SensorModel {
-    fn default() -> Self {
-        Self {
-            points_per_s: 200_000.0,
-            range_noise_m: 0.02,
-            range_m: 40.0,
-            blind_m: 0.1,
-            self_hits: true,
-            gyro_noise: 0.002,
-            accel_noise: 0.03,
-            gyro_bias: 0.01,
-            accel_bias: 0.05,
-            accel_range: 4.0 * 9.81,
-            imu_offset_s: 0.0,
-        }
-    }
-}
-
 /// Data of one scan's time.
 #[derive(Clone, Debug)]
 pub struct Frame {
-    /// IMU samples, in order.
+    /// IMU samples, in order, up to the first that is not before the scan's end.
     pub imu: Vec<ImuSample>,
     /// The scan.
     pub scan: Scan,
@@ -91,11 +43,13 @@ pub struct SimulatedMid360<T> {
     torso_from_lidar: Isometry3<f64>,
     torso_from_imu: Isometry3<f64>,
     noise: Rng,
-    gyro_bias: Vector3<f64>,
+    gyro_offset: Vector3<f64>,
     accel_bias: Vector3<f64>,
+    stamps: Stamps,
+    shake: Shake,
+    frames: Frames,
+    /// Rays of the frames so far.
     rays: u64,
-    samples: u64,
-    frames: u64,
 }
 
 /// A pose as the sensor's motion takes it.
@@ -135,8 +89,9 @@ impl<T: Trajectory> SimulatedMid360<T> {
         seed: u64,
     ) -> Self {
         let mut draw = Rng::new(seed, 0, 60);
-        let mut vector = |deviation: f64| Vector3::from_fn(|_, _| draw.normal() * deviation);
-        let (gyro_bias, accel_bias) = (vector(model.gyro_bias), vector(model.accel_bias));
+        let mut vector = || Vector3::from_fn(|_, _| draw.normal());
+        let (gyro_offset, accel_bias) =
+            (vector().normalize() * model.gyro_offset, vector() * model.accel_bias);
         Self {
             scene,
             trajectory,
@@ -145,11 +100,12 @@ impl<T: Trajectory> SimulatedMid360<T> {
             torso_from_lidar,
             torso_from_imu: torso_from_lidar * imu_from_lidar.inverse(),
             noise: Rng::new(seed, 0, 61),
-            gyro_bias,
+            gyro_offset,
             accel_bias,
+            stamps: Stamps::new(seed),
+            shake: Shake::new(seed),
+            frames: Frames::new(seed),
             rays: 0,
-            samples: 0,
-            frames: 0,
         }
     }
 
@@ -160,25 +116,27 @@ impl<T: Trajectory> SimulatedMid360<T> {
 
     /// Data of the next 0.1 s.
     pub fn next_frame(&mut self) -> Frame {
-        self.frames += 1;
-        let end_s = self.frames as f64 / SCANS_PER_S;
-        let imu = self.imu_until(end_s);
-        Frame { imu, scan: self.scan_until(end_s) }
+        let mut imu = self.next_imu(self.frames.next_s());
+        let scan = self.scan();
+        let offset_s = self.model.imu_offset_s;
+        while imu.last().is_none_or(|s| s.time_s - offset_s < scan.end_s) {
+            imu.push(self.imu_sample());
+        }
+        Frame { imu, scan }
     }
 
     /// The IMU's samples up to `end_s` `[s]`, for those who do not wait for a scan's end. The motion must be known 2.5 ms longer.
     pub fn next_imu(&mut self, end_s: f64) -> Vec<ImuSample> {
-        self.imu_until(end_s)
+        let mut out = Vec::new();
+        while self.stamps.next_s() <= end_s + 1e-9 {
+            out.push(self.imu_sample());
+        }
+        out
     }
 
     /// The next scan, once it has ended by `now_s` `[s]`; its samples come from [`Self::next_imu`].
     pub fn next_scan(&mut self, now_s: f64) -> Option<Scan> {
-        let end_s = (self.frames + 1) as f64 / SCANS_PER_S;
-        if end_s > now_s + 1e-9 {
-            return None;
-        }
-        self.frames += 1;
-        Some(self.scan_until(end_s))
+        (self.frames.next_s() <= now_s + 1e-9).then(|| self.scan())
     }
 
     /// The motion, to be continued.
@@ -191,19 +149,9 @@ impl<T: Trajectory> SimulatedMid360<T> {
         self.scene = scene;
     }
 
-    fn imu_until(&mut self, end_s: f64) -> Vec<ImuSample> {
-        let mut out = Vec::new();
-        loop {
-            let time_s = self.samples as f64 / IMU_HZ;
-            if time_s > end_s + 1e-9 {
-                return out;
-            }
-            self.samples += 1;
-            out.push(self.imu_sample(time_s));
-        }
-    }
-
-    fn imu_sample(&mut self, time_s: f64) -> ImuSample {
+    fn imu_sample(&mut self) -> ImuSample {
+        let time_s = self.stamps.next_s();
+        let stamp_s = time_s + self.stamps.take(&self.model) + self.model.imu_offset_s;
         // The mean over a sample's time, as an IMU's low-pass filter gives it.
         let h = 0.5 / IMU_HZ;
         let pose = |t: f64| self.trajectory.pose(t) * self.torso_from_imu;
@@ -212,20 +160,18 @@ impl<T: Trajectory> SimulatedMid360<T> {
             (after.translation.vector - now.translation.vector * 2.0 + before.translation.vector) / (h * h);
         let force = now.rotation.inverse() * (accel + Vector3::z() * crate::gravity::GRAVITY);
         let gyro = log(&(before.rotation.inverse() * after.rotation)) / (2.0 * h);
-        let mut noisy = |v: Vector3<f64>, bias: Vector3<f64>, deviation: f64| {
-            v + bias + Vector3::from_fn(|_, _| self.noise.normal() * deviation)
-        };
-        let gyro = noisy(gyro, self.gyro_bias, self.model.gyro_noise);
+        let [gyro_noise, accel_noise] = self.shake.at(time_s, &self.model);
+        let gyro = gyro + self.gyro_offset + gyro_noise;
         let range = self.model.accel_range;
-        let accel = noisy(force, self.accel_bias, self.model.accel_noise).map(|a| a.clamp(-range, range));
-        ImuSample { time_s: time_s + self.model.imu_offset_s, gyro, accel }
+        let accel = (force + self.accel_bias) * self.model.accel_scale + accel_noise;
+        ImuSample { time_s: stamp_s, gyro, accel: accel.map(|a| a.clamp(-range, range)) }
     }
 
-    fn scan_until(&mut self, end_s: f64) -> Scan {
+    fn scan(&mut self) -> Scan {
         let rate = self.model.points_per_s;
-        let start_s = end_s - SCAN_S;
-        let mut points = Vec::with_capacity((rate * SCAN_S) as usize);
-        let last = (end_s * rate).round() as u64;
+        let last = self.frames.take(rate);
+        let (start_s, end_s) = (self.rays as f64 / rate, last as f64 / rate);
+        let mut points = Vec::with_capacity((last - self.rays) as usize);
         let rays_per_pose = ((rate * POSE_S).round() as u64).clamp(1, RAYS_PER_POSE);
         while self.rays < last {
             let upto = (self.rays + rays_per_pose).min(last);
@@ -250,11 +196,13 @@ impl<T: Trajectory> SimulatedMid360<T> {
                     let own = body.iter().filter_map(|c| c.range(&eye, &in_torso)).reduce(f64::min);
                     range = [range, own].into_iter().flatten().reduce(f64::min);
                 }
-                let Some(range) = range else { continue };
-                let measured = range + self.noise.normal() * self.model.range_noise_m;
-                if measured > self.model.blind_m && measured < self.model.range_m {
-                    points.push(Point { offset_s: time_s - start_s, position: ray * measured });
-                }
+                let measured = range.map(|range| range + self.noise.normal() * self.model.range_noise_m);
+                let (near, far) = (self.model.blind_m, self.model.range_m);
+                let returned = measured.filter(|measured| {
+                    (near..far).contains(measured) && self.noise.unit() >= self.model.zero_share
+                });
+                let position = returned.map_or_else(Vector3::zeros, |measured| ray * measured);
+                points.push(Point { offset_s: time_s - start_s, position });
             }
             self.rays = upto;
         }
@@ -287,10 +235,11 @@ mod tests {
         let model = SensorModel { points_per_s: 20_000.0, ..SensorModel::default() };
         let mut sensor = sensor(model);
         let frame = sensor.next_frame();
-        assert_eq!(frame.imu.len(), 21);
+        assert!((21..=23).contains(&frame.imu.len()), "{}", frame.imu.len());
         let accel: Vector3<f64> = frame.imu.iter().map(|s| s.accel).sum::<Vector3<f64>>() / 21.0;
-        assert!((accel.z + 9.8).abs() < 0.25, "{accel}");
-        assert!((1500..=2000).contains(&frame.scan.points.len()), "{}", frame.scan.points.len());
+        assert!((accel.z + 9.8).abs() < 0.35, "{accel}");
+        // 20.8 packets of 96 points in 0.1 s, of which the last is not whole.
+        assert_eq!(frame.scan.points.len(), 20 * 96);
         let lidar = sensor.torso(0.05) * g1_torso_from_lidar();
         let on_ground = frame
             .scan
@@ -300,7 +249,7 @@ mod tests {
             .count();
         assert!(on_ground > 500, "{on_ground}");
         // Arms hang 0.2 to 0.6 m from the head.
-        assert!(frame.scan.points.iter().any(|p| p.position.norm() < 0.5));
+        assert!(frame.scan.points.iter().any(|p| (0.1..0.5).contains(&p.position.norm())));
     }
 
     /// A torso that turns by a radian a second where it stands.
@@ -320,6 +269,7 @@ mod tests {
         let model = SensorModel {
             points_per_s: 1000.0,
             range_noise_m: 0.0,
+            zero_share: 0.0,
             self_hits: false,
             ..SensorModel::default()
         };
@@ -327,10 +277,10 @@ mod tests {
         let imu = Config::default().imu_from_lidar;
         let mut sensor = SimulatedMid360::new(hall(), Turning, model, g1_torso_from_lidar(), &imu, 5);
         let scan = sensor.next_frame().scan;
-        assert!(scan.points.len() > 50, "{}", scan.points.len());
         let mut off: Vec<f64> = scan
             .points
             .iter()
+            .filter(|p| p.position != Vector3::zeros())
             .map(|p| {
                 let lidar = Turning.pose(p.offset_s) * g1_torso_from_lidar();
                 let range = p.position.norm();
@@ -340,6 +290,7 @@ mod tests {
             })
             .collect();
         off.sort_by(f64::total_cmp);
+        assert!(off.len() > 50, "{}", off.len());
         let most = off[off.len() * 9 / 10];
         assert!(most < 2e-3, "nine of ten points are off by up to {most} m");
     }
@@ -353,6 +304,70 @@ mod tests {
         assert!((most - 4.0 * 9.81).abs() < 1e-9, "{most}");
         let clipped = samples.iter().filter(|s| s.peak_accel() > 39.0).count();
         assert!((2..60).contains(&clipped), "{clipped}");
-        assert!(samples.windows(2).all(|w| (w[1].time_s - w[0].time_s - 0.005).abs() < 1e-9));
+    }
+
+    fn at_rest(model: SensorModel) -> SimulatedMid360<PoseList> {
+        let torso = Pose { pos: Vec3([0.0, 0.0, 0.8]), ..Pose::identity() };
+        SimulatedMid360::on_g1(Scene::new(SceneKind::Hall, 5), model, &torso, 5).expect("a pose")
+    }
+
+    #[test]
+    fn frames_are_whole_packets_of_which_29_percent_of_what_was_hit_is_zero() {
+        let count = |zero_share| {
+            let mut sensor = at_rest(SensorModel { zero_share, ..SensorModel::default() });
+            let (mut all, mut zero, mut end_s) = (0, 0, 0.0);
+            for _ in 0..10 {
+                let scan = sensor.next_frame().scan;
+                let points = scan.points.len();
+                // 205 to 211 packets: 98.4 to 101.28 ms.
+                assert!(points.is_multiple_of(96) && (19_680..=20_256).contains(&points), "{points}");
+                assert!((scan.end_s - scan.start_s - points as f64 / 200_000.0).abs() < 1e-9);
+                assert!((scan.start_s - end_s).abs() < 1e-12, "no ray is missing");
+                end_s = scan.end_s;
+                all += points;
+                zero += scan.points.iter().filter(|p| p.position == Vector3::zeros()).count();
+            }
+            zero as f64 / f64::from(all as u32)
+        };
+        // Too flat on a surface, or too near.
+        let missed = count(0.0);
+        assert!(missed < 0.1, "{missed}");
+        // 200 000 draws: the share is right to 0.1%.
+        let zero = count(0.29);
+        assert!((zero - (missed + (1.0 - missed) * 0.29)).abs() < 0.004, "{zero}, {missed} missed");
+    }
+
+    #[test]
+    fn ranges_have_5_mm_of_noise() {
+        let model = SensorModel { points_per_s: 20_000.0, self_hits: false, ..SensorModel::default() };
+        let mut sensor = at_rest(model);
+        let lidar = sensor.torso(0.0) * g1_torso_from_lidar();
+        let hall = Scene::new(SceneKind::Hall, 5);
+        let squares: Vec<f64> = (0..5)
+            .flat_map(|_| sensor.next_frame().scan.points)
+            .filter(|p| p.position != Vector3::zeros())
+            .filter_map(|p| {
+                let range = p.position.norm();
+                let seen =
+                    hall.range(&lidar.translation.vector, &(lidar.rotation * (p.position / range)), 0.0, 0.0);
+                seen.map(|seen| (seen - range).powi(2))
+            })
+            .collect();
+        let deviation = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        assert!(squares.len() > 5000 && (deviation - 0.005).abs() < 2e-4, "{deviation} m");
+    }
+
+    #[test]
+    fn a_resting_imu_shows_its_offset_and_less_than_gravity() {
+        let model = SensorModel { points_per_s: 1000.0, accel_bias: 0.0, ..SensorModel::default() };
+        let mut sensor = at_rest(model);
+        let samples = sensor.next_imu(20.0);
+        let mean = |of: fn(&ImuSample) -> Vector3<f64>| {
+            samples.iter().map(of).sum::<Vector3<f64>>() / samples.len() as f64
+        };
+        // White noise of 0.27 x 0.017 rad/s in 4000 samples: 0.0001.
+        assert!((mean(|s| s.gyro).norm() - 0.046).abs() < 4e-4, "{}", mean(|s| s.gyro));
+        // 0.993 x 9.81 m/s^2
+        assert!((mean(|s| s.accel).norm() - 9.7413).abs() < 4e-3, "{}", mean(|s| s.accel));
     }
 }
