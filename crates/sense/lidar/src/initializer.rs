@@ -175,6 +175,25 @@ mod tests {
     }
 
     #[test]
+    fn a_large_offset_and_a_shaking_scanner_pass_for_standing_still() {
+        let offset = Vector3::new(0.03, -0.03, 0.018);
+        let samples = (0..120).map(|i| {
+            let time_s = f64::from(i) * 0.005;
+            // Amplitudes of a tone are sqrt(2) times its deviations. The robot sways by 0.004 rad/s the way the offset points.
+            let tone = core::f64::consts::SQRT_2 * (core::f64::consts::TAU * 76.7 * time_s).sin();
+            ImuSample {
+                time_s,
+                gyro: offset * (1.0 + 0.004 / 0.046) + Vector3::repeat(0.017 * tone),
+                accel: Vector3::z() * 9.74 + Vector3::new(0.12, 0.15, 0.30) * tone,
+            }
+        });
+        let (start, initializer) = feed(samples);
+        let start = start.unwrap_or_else(|| panic!("{:?}", initializer.refused()));
+        assert!((start.state.gyro_bias - offset).norm() < 0.005, "{}", start.state.gyro_bias);
+        assert!((start.accel_scale - 9.81 / 9.74).abs() < 0.002, "{}", start.accel_scale);
+    }
+
+    #[test]
     fn an_imu_upside_down_starts_with_its_x_axis_ahead() {
         let (start, _) = feed(at_rest(exp(&Vector3::new(core::f64::consts::PI, 0.0, 0.0)), 9.81));
         let rotation = start.expect("still").state.rotation;

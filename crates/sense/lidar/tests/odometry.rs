@@ -1,10 +1,10 @@
 //! The odometry on simulated scenes, and with faults of the sensor. Most runs are short, with a tenth of a Mid-360's points.
 
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 use paid_lidar::packet::{Assembler, Data};
 use paid_lidar::sim::{
     Device, Fault, MeasureOptions, PacketWriter, Report, Scene, SceneKind, SensorModel, SimulatedMid360,
-    Walk, measure,
+    Trajectory, Walk, measure,
 };
 use paid_lidar::{Config, Health, ImuSample, LostReason, Odometry, Point, Scan, g1_torso_from_lidar};
 
@@ -172,6 +172,70 @@ fn a_start_while_walking_waits_and_says_why() {
     }
     let Some(Health::Initializing(Some(why))) = last else { panic!("{last:?}") };
     assert!(why.to_string().ends_with("stand still to start"), "{why}");
+}
+
+/// A torso that turns slowly and steadily from the start, as one with an offset of the gyroscope seems to.
+struct Turning;
+
+impl Trajectory for Turning {
+    fn pose(&self, time_s: f64) -> Isometry3<f64> {
+        Isometry3::new(Vector3::z() * 0.8, Vector3::z() * (0.07 * time_s))
+    }
+}
+
+#[test]
+fn a_slow_turn_at_the_start_that_passes_for_an_offset_is_corrected_by_the_scans() {
+    let config = Config::g1();
+    let model = SensorModel { points_per_s: 20_000.0, gyro_offset: 0.0, ..SensorModel::default() };
+    let scene = Scene::new(SceneKind::Hall, 2);
+    let mut sensor =
+        SimulatedMid360::new(scene, Turning, model, g1_torso_from_lidar(), &config.imu_from_lidar, 2);
+    let mut odometry = Odometry::new(config).expect("settings");
+    let (mut first, mut rates, mut worst) = (None, Vec::new(), 0.0_f64);
+    for _ in 0..40 {
+        let frame = sensor.next_frame();
+        let arrival_s = frame.scan.end_s;
+        frame.imu.into_iter().for_each(|sample| odometry.push_imu(sample, sample.time_s));
+        odometry.push_scan(frame.scan, arrival_s);
+        while let Some(estimate) = odometry.poll(arrival_s) {
+            if estimate.health.is_tracking() {
+                let scene_from_odometry =
+                    sensor.torso(estimate.time_s) * estimate.odometry_from_body.inverse();
+                let from = *first.get_or_insert(scene_from_odometry);
+                worst = worst.max(from.rotation.angle_to(&scene_from_odometry.rotation).to_degrees());
+                rates.push(estimate.angular_velocity.z);
+            }
+        }
+    }
+    assert!(rates.len() >= 35, "{}", rates.len());
+    // The first scan after the start shows 0.1 s of the turn.
+    assert!(worst < 0.5, "{worst} deg");
+    let later = &rates[rates.len() - 20..];
+    let mean = later.iter().sum::<f64>() / 20.0;
+    assert!((mean - 0.07).abs() < 0.01, "{mean} rad/s");
+}
+
+#[test]
+fn zero_returns_change_nothing_however_near_a_point_may_be() {
+    let (mut sensor, config) = sensor(SceneKind::Hall);
+    let config = Config { blind_m: 0.0, ..config };
+    let mut odometries = [(); 2].map(|()| Odometry::new(config.clone()).expect("settings"));
+    let mut zeros = 0;
+    for _ in 0..30 {
+        let frame = sensor.next_frame();
+        let arrival_s = frame.scan.end_s;
+        let mut without = frame.scan.clone();
+        without.points.retain(|p| p.position != Vector3::zeros());
+        zeros += frame.scan.points.len() - without.points.len();
+        let mut poses = Vec::new();
+        for (odometry, scan) in odometries.iter_mut().zip([frame.scan, without]) {
+            frame.imu.iter().for_each(|sample| odometry.push_imu(*sample, sample.time_s));
+            odometry.push_scan(scan, arrival_s);
+            poses.push(odometry.poll(arrival_s).map(|e| (e.odometry_from_body, e.points, e.share.to_bits())));
+        }
+        assert_eq!(poses[0], poses[1]);
+    }
+    assert!(zeros > 15_000, "{zeros} of 60 000");
 }
 
 #[test]
