@@ -1,7 +1,7 @@
 //! `paid perceive odometry`: the odometry's error, speed and memory in simulated scenes, and what it says of a sensor's faults.
 
 use cpu_time::ThreadTime;
-use paid_lidar::sim::{Fault, FaultKind, MeasureOptions, Report, SceneKind, measure};
+use paid_lidar::sim::{Device, Fault, FaultKind, MeasureOptions, Report, SceneKind, SensorModel, measure};
 
 use crate::failure::Failure;
 
@@ -22,6 +22,11 @@ pub struct Args {
     /// Seed of noise, biases, impacts and people.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Kind of Mid-360: quiet or shaking.
+    ///
+    /// The scanner of a shaking one adds a tone of 77 Hz to its IMU.
+    #[arg(long, value_name = "NAME", default_value = "shaking")]
+    device: Device,
     /// Points that the LiDAR measures per second; a Mid-360 has 200 000.
     #[arg(long, default_value_t = 200_000, value_parser = clap::value_parser!(u32).range(1_000..=1_000_000))]
     points: u32,
@@ -65,6 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut reports = Vec::new();
     for scene in scenes {
         let mut options = MeasureOptions::new(scene, args.seconds, args.seed);
+        options.model = SensorModel::of(args.device);
         options.model.points_per_s = f64::from(args.points);
         options.model.imu_offset_s = args.imu_offset * 1e-3;
         options.fault = args.fault.map(|kind| (FAULT_AT_S, Fault::usual(kind)));

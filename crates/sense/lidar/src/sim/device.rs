@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use paid_lanes::rng::Rng;
 
 use crate::error::LidarError;
-use crate::sim::sensor::SCAN_S;
+use crate::sim::sensor::SCANS_PER_S;
 
 /// Samples of the IMU a second.
 pub(super) const IMU_HZ: f64 = 200.0;
@@ -191,7 +191,7 @@ impl Frames {
 
     /// When the next frame has ended at the latest `[s]`.
     pub fn next_s(&self) -> f64 {
-        (self.number + 1) as f64 * SCAN_S
+        (self.number + 1) as f64 / SCANS_PER_S
     }
 
     /// Rays up to the end of the next frame, at `rate` rays a second.
@@ -199,7 +199,7 @@ impl Frames {
         let end_s = self.next_s() - self.draw.uniform(0.0, EARLY_S);
         self.number += 1;
         // With few points a second a packet would last longer than a frame.
-        let packet = if rate * SCAN_S < 10.0 * PACKET as f64 { 1 } else { PACKET };
+        let packet = if rate < 10.0 * SCANS_PER_S * PACKET as f64 { 1 } else { PACKET };
         (end_s * rate) as u64 / packet * packet
     }
 }

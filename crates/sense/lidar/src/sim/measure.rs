@@ -10,7 +10,7 @@ use crate::odometry::Odometry;
 use crate::sim::device::SensorModel;
 use crate::sim::fault::Fault;
 use crate::sim::scene::{Scene, SceneKind};
-use crate::sim::sensor::{SCAN_S, SimulatedMid360};
+use crate::sim::sensor::{SCAN_S, SCANS_PER_S, SimulatedMid360};
 use crate::sim::walk::Walk;
 
 /// What to measure.
@@ -122,7 +122,7 @@ pub fn measure(options: &MeasureOptions, cpu: &dyn Fn() -> f64) -> Result<Report
     let frames = (options.seconds / SCAN_S).round().max(1.0) as usize;
     for number in 1..=frames {
         let mut frame = sensor.next_frame();
-        let end_s = number as f64 * SCAN_S;
+        let end_s = number as f64 / SCANS_PER_S;
         run.path_m += (sensor.torso(end_s).translation.vector.xy()
             - sensor.torso(end_s - SCAN_S).translation.vector.xy())
         .norm();

@@ -17,8 +17,10 @@ use crate::sim::scene::Scene;
 use crate::sim::walk::Trajectory;
 use crate::so3::log;
 
+/// Scans a second, about.
+pub(crate) const SCANS_PER_S: f64 = 10.0;
 /// Duration of a scan, about `[s]`.
-pub(crate) const SCAN_S: f64 = 0.1;
+pub(crate) const SCAN_S: f64 = 1.0 / SCANS_PER_S;
 /// Rays between two poses of the motion: 0.5 ms at full rate, in which a torso moves by less than 1 mm.
 const RAYS_PER_POSE: u64 = 100;
 /// No longer than this lies between two poses, however few rays there are `[s]`: a turn of more than a degree is no small one.
