@@ -70,7 +70,8 @@ pub struct Config {
     pub imu_gap_s: f64,
     /// Silence of the LiDAR that counts as loss `[s]`.
     pub silence_s: f64,
-    /// A direction is unobservable if fewer planes (sum of squared cosines) face it. Three hold it to 2 cm; a bare corridor has none.
+    /// A direction is unobservable if fewer planes (sum of squared cosines) face it in the mean of the last scans. A pitch has four or more,
+    /// a bare corridor 0.3.
     pub facing_planes: f64,
     /// Speed along an unobservable direction that is taken for usual `[m/s]`: it keeps the IMU alone from running away.
     pub usual_speed: f64,
@@ -112,7 +113,7 @@ impl Default for Config {
             late_s: 0.06,
             imu_gap_s: 0.05,
             silence_s: 0.25,
-            facing_planes: 3.0,
+            facing_planes: 1.5,
             usual_speed: 1.0,
         }
     }

@@ -17,6 +17,7 @@ use crate::imu::ImuSample;
 use crate::initializer::Initializer;
 use crate::lateness::Lateness;
 use crate::map::VoxelMap;
+use crate::observability::Sight;
 use crate::registration::Registration;
 use crate::scan::Scan;
 use crate::undistort::Motion;
@@ -77,8 +78,8 @@ pub struct Odometry {
     fault: Option<LostReason>,
     usual_share: Option<f64>,
     usual_off_ground: Option<f64>,
-    /// The direction that the last fitting scan did not see.
-    unobservable: Option<Vector3<f64>>,
+    /// What the fitting scans see of translation.
+    sight: Sight,
     dropped: Dropped,
     history: History,
     // Memory that is kept from scan to scan.
@@ -116,7 +117,7 @@ impl Odometry {
             fault: None,
             usual_share: None,
             usual_off_ground: None,
-            unobservable: None,
+            sight: Sight::default(),
             dropped: Dropped::default(),
             history: History::default(),
             motion: Motion::default(),
@@ -144,7 +145,7 @@ impl Odometry {
         self.fault = None;
         self.usual_share = None;
         self.usual_off_ground = None;
-        self.unobservable = None;
+        self.sight = Sight::default();
         self.history = History::default();
     }
 
@@ -340,21 +341,14 @@ impl Odometry {
             self.note(LostReason::TooFewPoints { found: self.points.len(), needed: self.config.min_points });
             return self.lose(0.0);
         }
-        let held = self.unobservable;
+        let before = self.sight;
         let corrected = iterate(
             &filter.state,
             filter.covariance(),
             self.config.plane_variance,
             self.config.iterations,
             |state, iteration| {
-                self.registration.linearize(
-                    &self.points,
-                    &self.map,
-                    state,
-                    iteration,
-                    held.as_ref(),
-                    &self.config,
-                )
+                self.registration.linearize(&self.points, &self.map, state, iteration, &before, &self.config)
             },
         );
         match corrected {

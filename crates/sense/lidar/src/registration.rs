@@ -4,33 +4,13 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::config::Config;
 use crate::map::VoxelMap;
-use crate::observability::Observability;
+use crate::observability::{Observability, Sight};
 use crate::plane::Plane;
 use crate::state::{LIDAR_POSITION, LIDAR_ROTATION, POSITION, ROTATION, State};
 use crate::update::{NormalEquations, Row};
 
-/// A degenerate direction is seen again with this many times the planes, so that the state does not flicker.
-const HYSTERESIS: f64 = 1.5;
 /// A plane whose normal is within 45 degrees of the vertical is level.
 const LEVEL: f64 = 0.7;
-/// How fast the unobservable direction follows that of the scans, and the cosine (2.5 degrees) from which it does. One scan's is off by
-/// a degree, each in its own way; taken as it is, the walls would seem to constrain motion along the corridor.
-const DIRECTION_GAIN: f64 = 0.05;
-const DIRECTION_HELD: f64 = 0.999;
-
-/// The unobservable direction `held` so far, moved a little to the one `found` in this scan.
-fn follow(held: Option<&Vector3<f64>>, found: &Vector3<f64>) -> Vector3<f64> {
-    match held {
-        Some(held) if held.dot(found).abs() > DIRECTION_HELD => *held,
-        // A turn of more than 25 degrees is another corridor.
-        Some(held) if held.dot(found).abs() > 0.9 => {
-            let found = found * held.dot(found).signum();
-            held.lerp(&found, DIRECTION_GAIN).normalize()
-        }
-        _ => *found,
-    }
-}
-
 /// One point and its plane.
 #[derive(Clone, Debug)]
 struct Match {
@@ -48,10 +28,8 @@ pub struct Fit {
     pub matched: usize,
     /// Points with a plane that is not level.
     pub upright: usize,
-    /// What the planes see of translation; of the first linearization.
-    pub observability: Observability,
-    /// The direction whose correction was left out.
-    pub unobservable: Option<Vector3<f64>>,
+    /// What the planes see of translation, with those of the scans before; of the first linearization.
+    pub sight: Sight,
 }
 
 impl Fit {
@@ -86,30 +64,28 @@ impl Registration {
     }
 
     /// Normal equations of `points` (LiDAR frame, at the scan's end) at `state`. In the first iteration the observable directions
-    /// are found; along an unobservable one no correction is made. `held` is that of the last scan, if there was one.
+    /// are found; along an unobservable one no correction is made. `before` is what the scans before saw.
     pub fn linearize(
         &mut self,
         points: &[Vector3<f64>],
         map: &VoxelMap,
         state: &State,
         iteration: usize,
-        held: Option<&Vector3<f64>>,
+        before: &Sight,
         config: &Config,
     ) -> NormalEquations {
         self.search(points, map, state, config);
-        let (observability, unobservable) = match &self.fit {
-            Some(fit) if iteration > 0 => (fit.observability, fit.unobservable),
+        let sight = match &self.fit {
+            Some(fit) if iteration > 0 => fit.sight,
             _ => {
                 self.normals.clear();
                 self.normals.extend(self.matches.iter().map(|m| m.normal));
-                let observability = Observability::of(&self.normals);
-                let needed = config.facing_planes * if held.is_some() { HYSTERESIS } else { 1.0 };
-                (observability, observability.unobservable(needed).map(|found| follow(held, &found)))
+                before.followed_by(&Observability::of(&self.normals), config.facing_planes)
             }
         };
         let mut equations = NormalEquations::default();
         for m in &self.matches {
-            match unobservable {
+            match sight.unobservable {
                 None => equations.add(&m.row, m.residual),
                 Some(direction) => {
                     let mut row = m.row;
@@ -121,7 +97,7 @@ impl Registration {
         }
         let matched = self.matches.len();
         let upright = self.matches.iter().filter(|m| m.normal.z.abs() < LEVEL).count();
-        self.fit = Some(Fit { points: points.len(), matched, upright, observability, unobservable });
+        self.fit = Some(Fit { points: points.len(), matched, upright, sight });
         equations
     }
 
@@ -222,13 +198,13 @@ mod tests {
         let covariance = crate::state::Covariance::identity() * 0.01;
         let mut registration = Registration::default();
         let posterior = crate::update::iterate(&prior, &covariance, 0.001, 3, |state, iteration| {
-            registration.linearize(&points, &map, state, iteration, None, &config)
+            registration.linearize(&points, &map, state, iteration, &Sight::default(), &config)
         })
         .expect("invertible");
         assert!(posterior.state.position.norm() < 0.002, "{}", posterior.state.position);
         assert!(posterior.state.rotation.angle() < 0.001);
         assert!(registration.fit().expect("linearized").share() > 0.9);
-        assert_eq!(registration.fit().expect("linearized").unobservable, None);
+        assert_eq!(registration.fit().expect("linearized").sight.unobservable, None);
     }
 
     #[test]
@@ -254,10 +230,10 @@ mod tests {
         let config = Config::default();
         let mut registration = Registration::default();
         let posterior = crate::update::iterate(&prior, &covariance, 0.001, 3, |state, iteration| {
-            registration.linearize(&points, &map, state, iteration, None, &config)
+            registration.linearize(&points, &map, state, iteration, &Sight::default(), &config)
         })
         .expect("invertible");
-        let direction = registration.fit().expect("linearized").unobservable.expect("a corridor");
+        let direction = registration.fit().expect("linearized").sight.unobservable.expect("a corridor");
         assert!(direction.x.abs() > 0.999, "{direction}");
         assert!((posterior.state.position.x - 0.3).abs() < 1e-3);
         assert!(posterior.state.position.y.abs() < 2e-3);

@@ -5,6 +5,7 @@ use nalgebra::{Isometry3, SMatrix, Vector3};
 use super::{Mode, Odometry};
 use crate::estimate::Estimate;
 use crate::health::{Health, LostReason};
+use crate::observability::Sight;
 use crate::registration::Fit;
 use crate::scan::Scan;
 use crate::state::{POSITION, ROTATION};
@@ -23,7 +24,8 @@ impl Odometry {
         let usual = self.usual_share.unwrap_or(share);
         let off_ground = fit.map_or(0.0, Fit::upright_share);
         let usual_off_ground = self.usual_off_ground.unwrap_or(off_ground);
-        let direction = fit.and_then(|f| f.unobservable);
+        let sight = fit.map_or_else(Sight::default, |f| f.sight);
+        let direction = sight.unobservable;
         let lost = matches!(self.mode, Mode::Lost { .. });
         let moved: Vector3<f64> = posterior.correction.fixed_rows::<3>(POSITION).into();
         // Along an unobservable direction nothing is corrected but by what is learned of the IMU.
@@ -61,7 +63,7 @@ impl Odometry {
         }
         let correction = filter.state.odometry_from_imu() * predicted.inverse();
         self.history.push(&self.motion, scan.end_s, &correction);
-        self.unobservable = direction;
+        self.sight = sight;
         // The scan fits, so the state is right at its stamps. But late or torn data are reported until they are sound again.
         let mut recovered = None;
         if self.fault.is_some() {
@@ -116,7 +118,7 @@ impl Odometry {
                 Health::Lost { reason, refused: self.now_s - corrected_s > self.config.give_up_s }
             }
             Mode::Tracking => {
-                self.unobservable.map_or(Health::Tracking, |direction| Health::Degenerate { direction })
+                self.sight.unobservable.map_or(Health::Tracking, |direction| Health::Degenerate { direction })
             }
         }
     }
