@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use paid_eval::subject::SubjectSpec;
-use paid_play::is_onnx;
 use paid_task::preset::KnowledgeMode;
 
 use super::engine::{EngineArgs, EngineName, positive};
@@ -46,7 +45,7 @@ impl Common {
 /// The conditions in which a policy is scored or played.
 #[derive(Debug, clap::Args)]
 pub struct Setting {
-    /// Robot of an ONNX file: built in, or a robot file [default: g1].
+    /// Robot that is simulated: built in, or a robot file [default: the policy's, or g1].
     #[arg(
         long,
         hide_short_help = true,
@@ -168,14 +167,8 @@ impl Setting {
     fn spec_in_any_engine(&self, policy: &Path, fallback_task: &str) -> Result<SubjectSpec, Failure> {
         policy_file::check(policy)?;
         self.motions.as_deref().map_or(Ok(()), motion_folder)?;
-        if let Some(robot) = self.robot.as_ref().filter(|_| !is_onnx(policy)) {
-            let file = policy.display();
-            return Err(Failure::input(format!(
-                "--robot {robot}: expected an ONNX file as --policy, found {file}, which names its robot"
-            )));
-        }
         Ok(SubjectSpec {
-            robot: self.robot.clone().unwrap_or_else(|| "g1".to_owned()),
+            robot: self.robot.clone(),
             mode_machine: self.mode_machine,
             motions: self.motions.clone(),
             task: self.task.clone(),

@@ -38,8 +38,8 @@ pub use source::PolicySource;
 pub struct SubjectSpec {
     /// Run folder, checkpoint or ONNX file.
     pub policy: PathBuf,
-    /// Built-in robot or robot file, for policies that do not name theirs.
-    pub robot: String,
+    /// Built-in robot or robot file; `None`: the policy's own, or the G1 for a file that names none.
+    pub robot: Option<String>,
     /// The `mode_machine` of the variant of the robot that is simulated; `None`: the robot as its files have it.
     pub mode_machine: Option<u8>,
     /// Folder of the motion files; `None`: those that the policy was trained on, the built-in kicks if it does not say.
@@ -69,7 +69,7 @@ impl SubjectSpec {
     pub fn new(policy: impl Into<PathBuf>) -> Self {
         Self {
             policy: policy.into(),
-            robot: "g1".to_owned(),
+            robot: None,
             mode_machine: None,
             motions: None,
             task: None,
@@ -138,7 +138,7 @@ impl Subject {
         let name = source.name();
         let mut task = spec.task(&source)?;
         let scene = spec.scene.resolve(&mut task, source.usual_scene())?;
-        let (mut robot, mut robot_spec) = load_robot(source.robot().unwrap_or(&spec.robot))?;
+        let (mut robot, mut robot_spec) = load_robot(spec.robot.as_deref().or(source.robot()).unwrap_or("g1"))?;
         check_feet(&scene, &robot)?;
         let dt_s = task.control_dt_s();
         let mut doubts = None;
