@@ -10,6 +10,8 @@ use crate::message::TorsoPose;
 
 /// Poses come at this interval `[s]`: ten to an image, and a fifth of the age that the runtime calls old.
 const PERIOD_S: f64 = 0.01;
+/// A sample that is early by less is on time `[s]`: half the interval of a Mid-360's inertial sensor, whose stamps jitter by 0.8 ms.
+const EARLY_S: f64 = 0.0025;
 
 /// The torso at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,7 +103,7 @@ impl TorsoEyes {
             return None;
         }
         let newest_s = lidar.newest_s()?;
-        if newest_s < self.last_s + PERIOD_S - 1e-6 && newest_s >= self.last_s {
+        if newest_s < self.last_s + PERIOD_S - EARLY_S && newest_s >= self.last_s {
             return None;
         }
         let pose = lidar.pose_at(newest_s)?;
