@@ -172,11 +172,11 @@ fn a_panel_has_a_row_a_ball_and_kind() {
     let report =
         json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "scores", "--held-out"]].concat())));
     assert_eq!(report["parts"].as_array().map(Vec::len), Some(2));
-    assert_eq!(report["parts"][1]["rows"].as_array().map(Vec::len), Some(10));
+    assert_eq!(report["parts"][1]["rows"].as_array().map(Vec::len), Some(11));
     assert_eq!(report["parts"][0]["rows"][4]["ball"]["name"], "dead");
     assert!(report["title"].as_str().is_some_and(|t| t.contains("HELD OUT")), "{report}");
     let csv = fs::read_to_string(folder.path().join("scores/panel_held_out.csv")).expect("the table");
-    assert_eq!(csv.lines().count(), 21);
+    assert_eq!(csv.lines().count(), 23);
 }
 
 #[test]

@@ -138,7 +138,8 @@ impl Subject {
         let name = source.name();
         let mut task = spec.task(&source)?;
         let scene = spec.scene.resolve(&mut task, source.usual_scene())?;
-        let (mut robot, mut robot_spec) = load_robot(spec.robot.as_deref().or(source.robot()).unwrap_or("g1"))?;
+        let (mut robot, mut robot_spec) =
+            load_robot(spec.robot.as_deref().or(source.robot()).unwrap_or("g1"))?;
         check_feet(&scene, &robot)?;
         let dt_s = task.control_dt_s();
         let mut doubts = None;
