@@ -139,8 +139,8 @@ mod rerun_file {
     use std::collections::BTreeMap;
     use std::io::BufReader;
 
-    use rerun::external::re_log_encoding::DecoderApp;
-    use rerun::log::{Chunk, LogMsg};
+    use re_sdk::external::re_log_encoding::DecoderApp;
+    use re_sdk::log::{Chunk, LogMsg};
 
     use super::*;
 

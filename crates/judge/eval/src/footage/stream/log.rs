@@ -19,15 +19,17 @@
 use paid_lanes::Vec3;
 use paid_plot::{Bodies, FORCE_SCALE_M_PER_N};
 use paid_task::reward_names;
-use rerun::blueprint::components::PanelState;
-use rerun::blueprint::{
+use re_sdk::blueprint::components::PanelState;
+use re_sdk::blueprint::{
     Blueprint, ContainerLike, Horizontal, SelectionPanel, Spatial3DView, Tabs, TextLogView, TimePanel,
     TimeSeriesView, Vertical,
 };
-use rerun::{
-    Arrows3D, Color, Ellipsoids3D, FillMode, LineStrips3D, RecordingStream, RecordingStreamResult, Scalars,
-    TextLog, TimeColumn, Transform3D, ViewCoordinates,
+use re_sdk::log::TimeColumn;
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{
+    Arrows3D, Ellipsoids3D, LineStrips3D, Scalars, TextLog, Transform3D, ViewCoordinates,
 };
+use re_sdk_types::components::{Color, FillMode};
 
 use super::shapes::{Paint, robot, single};
 use crate::footage::Shows;

@@ -8,7 +8,7 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rerun::{RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions};
+use re_sdk::{RecordingStream, RecordingStreamBuilder, SpawnError, SpawnOptions};
 
 use super::{Footage, Shows};
 use crate::{EvalError, Setting};
@@ -95,7 +95,7 @@ fn answers(url: &str) -> bool {
 }
 
 fn start_viewer() -> Result<(), EvalError> {
-    rerun::spawn(&SpawnOptions::default()).map(|_| ()).map_err(|error| {
+    re_sdk::spawn(&SpawnOptions::default()).map(|_| ()).map_err(|error| {
         let why = match error {
             SpawnError::ExecutableNotFoundInPath { .. } => "no program `rerun` on the PATH".to_owned(),
             other => other.to_string(),

@@ -2,9 +2,10 @@
 
 use paid_lanes::Vec3;
 use paid_robot::{Geom, RobotModel, Shape};
-use rerun::{
-    Boxes3D, Capsules3D, Color, Ellipsoids3D, FillMode, Quaternion, RecordingStream, RecordingStreamResult,
-};
+use re_sdk::{RecordingStream, RecordingStreamResult};
+use re_sdk_types::archetypes::{Boxes3D, Capsules3D, Ellipsoids3D};
+use re_sdk_types::components::{Color, FillMode};
+use re_sdk_types::datatypes::Quaternion;
 
 /// Radius of the rods that join a body's origin to those of its children `[m]`.
 const ROD_M: f64 = 0.028;
