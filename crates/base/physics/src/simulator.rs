@@ -116,7 +116,7 @@ pub struct LateTargets<'a, V> {
 }
 
 impl<V: Real> LateTargets<'_, V> {
-    /// The mean targets of physics step `i` of `steps`: those of before, the new ones, or, where they arrive within it, a mixture.
+    /// The mean targets of physics step `i` of `steps`: the old ones, the new ones, or a mixture where they arrive within it.
     #[inline(always)]
     pub fn fill(&self, i: usize, steps: usize, targets: &mut [V]) {
         let old = self.late.mul_add(V::c(steps as f64), V::c(-(i as f64))).max(V::zero()).min(V::one());

@@ -3,7 +3,7 @@
 //! The lag of a joint is the shift between the target's and the angle's rate of change at which the two agree best. It holds everything on the
 //! way: computing, sending, the motor's inertia and friction, the load.
 
-use paid_lanes::stats::median;
+use paid_lanes::stats::{mean, median};
 use paid_plot::{Table, number};
 use paid_task::EnvSample;
 use serde::Serialize;
@@ -60,17 +60,13 @@ impl Moves {
         self.angles.push(angles);
     }
 
-    /// The lag of joint `j` [control steps]; `None` if it was not moved, or does not follow.
-    fn lag(&self, j: usize) -> Option<usize> {
+    /// The lag of joint `j` [control steps]; `None` if its targets move less than `least_rate` a step, or if it does not follow.
+    fn lag(&self, j: usize, least_rate: f64) -> Option<usize> {
         let rates =
             |values: &[Vec<f64>]| -> Vec<f64> { values.windows(2).map(|w| w[1][j] - w[0][j]).collect() };
-        lag(&rates(&self.targets), &rates(&self.angles))
-    }
-
-    /// Root of the mean squared rate of joint `j`'s targets, per control step `[rad]`.
-    fn rate(&self, j: usize) -> f64 {
-        let squares = self.targets.windows(2).map(|w| (w[1][j] - w[0][j]).powi(2));
-        paid_lanes::stats::mean(squares).unwrap_or(0.0).sqrt()
+        let targets = rates(&self.targets);
+        let squares = mean(targets.iter().map(|rate| rate * rate))?;
+        (squares.sqrt() >= least_rate).then(|| lag(&targets, &rates(&self.angles)))?
     }
 }
 
@@ -127,8 +123,8 @@ impl LagReport {
         let mut rows: Vec<(String, Vec<f64>)> = Vec::new();
         for (j, joint) in joints.iter().enumerate() {
             let kind = kind_of(joint.as_ref());
-            let moved = runs.iter().filter(|run| run.rate(j) >= LEAST_RATE * dt_s);
-            let lags = moved.filter_map(|run| run.lag(j)).map(|steps| steps as f64 * dt_s * 1e3);
+            let lags = runs.iter().filter_map(|run| run.lag(j, LEAST_RATE * dt_s));
+            let lags = lags.map(|steps| steps as f64 * dt_s * 1e3);
             match rows.iter_mut().find(|(known, _)| *known == kind) {
                 Some((_, all)) => all.extend(lags),
                 None => rows.push((kind, lags.collect())),

@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use paid_lanes::stats::mean;
-use paid_mujoco::SceneOptions;
+use paid_mujoco::{BallOptions, SceneOptions};
 use paid_plot::{Table, number};
 use paid_task::TaskPreset;
 use serde::Serialize;
@@ -101,12 +101,11 @@ pub const PANEL: [PanelBall; 11] = [
         floor_contact_time_s: 0.006,
         ..USUAL
     },
-    // The contact of [`paid_mujoco::BallOptions::real`].
     PanelBall {
         name: "real",
         what: "bounces as a filmed match ball: 84% in 6.5 ms",
-        contact_time_s: 0.0386,
-        contact_damping: 0.0536,
+        contact_time_s: BallOptions::REAL_CONTACT[0],
+        contact_damping: BallOptions::REAL_CONTACT[1],
         ..USUAL
     },
 ];

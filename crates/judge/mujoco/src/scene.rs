@@ -131,8 +131,11 @@ impl BallOptions {
     /// A match ball as filmed: 20 impacts on a wall at 9 to 19 m/s had restitutions of 0.80 to 0.89 in 5.8 to 7.0 ms, with indentations of
     /// 18 to 42 mm. The default ball does not bounce (0.13) and stays for 79 ms.
     pub fn real() -> Self {
-        Self { solref: [0.0386, 0.0536], ..Self::default() }
+        Self { solref: Self::REAL_CONTACT, ..Self::default() }
     }
+
+    /// Time constant `[s]` and damping ratio of [`BallOptions::real`].
+    pub const REAL_CONTACT: [f64; 2] = [0.0386, 0.0536];
 }
 
 impl Default for GoalMarker {

@@ -5,12 +5,10 @@ use std::process::ExitCode;
 use paid_eval::clips::{self, ClipsOptions};
 use paid_eval::html::write_report;
 use paid_eval::results::{Evaluation, to_json, write_clips};
-use paid_eval::subject::Subject;
 
 use super::engine::{count, positive};
-use super::progress::Progress;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, begin_with_ball, ended};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval clips`.
@@ -33,13 +31,8 @@ pub struct Args {
 
 /// Shoots with every clip, writes and prints the report.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    args.common.setting.one_engine()?;
-    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
-    subject.require_ball()?;
-    args.output.prepare()?;
+    let (subject, progress) = begin_with_ball(&args.common, &args.output)?;
     let options = ClipsOptions { trials: args.trials, radius_m: args.radius, limit_s: args.limit };
-    let (monitor, progress) = Progress::start(args.output.json)?;
-    subject.setup.monitor = monitor;
     let report = clips::evaluate(&subject.setup, &*subject.maker, &options)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("clips", &subject.name, &report, timing))?;

@@ -5,12 +5,10 @@ use std::process::ExitCode;
 use paid_eval::lag;
 use paid_eval::results::{Evaluation, to_json, write_lag};
 use paid_eval::shooting::{Grid, ShootingOptions};
-use paid_eval::subject::Subject;
 
 use super::engine::count;
-use super::progress::Progress;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, begin_with_ball, ended};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval lag`.
@@ -27,12 +25,7 @@ pub struct Args {
 
 /// Measures the joints of a policy's shots, writes and prints the report.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    args.common.setting.one_engine()?;
-    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
-    subject.require_ball()?;
-    args.output.prepare()?;
-    let (monitor, progress) = Progress::start(args.output.json)?;
-    subject.setup.monitor = monitor;
+    let (subject, progress) = begin_with_ball(&args.common, &args.output)?;
     let setup = &subject.setup;
     let options =
         ShootingOptions { grid: Grid::EFFECTIVE, trials: args.trials, ..ShootingOptions::default() };

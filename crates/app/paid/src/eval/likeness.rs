@@ -7,12 +7,10 @@ use paid_eval::html::write_report;
 use paid_eval::likeness;
 use paid_eval::results::{Evaluation, to_json, write_likeness};
 use paid_eval::shooting::{Grid, ShootingOptions};
-use paid_eval::subject::Subject;
 
 use super::engine::count;
-use super::progress::Progress;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, begin_with_ball, ended};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval likeness`.
@@ -32,12 +30,7 @@ pub struct Args {
 
 /// Compares a policy's kicks with the clips, writes and prints the report.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    args.common.setting.one_engine()?;
-    let mut subject = Subject::load(&args.common.spec("paper_stage2")?)?;
-    subject.require_ball()?;
-    args.output.prepare()?;
-    let (monitor, progress) = Progress::start(args.output.json)?;
-    subject.setup.monitor = monitor;
+    let (subject, progress) = begin_with_ball(&args.common, &args.output)?;
     let setup = &subject.setup;
     let other = args.clips.as_ref().map(|folder| likeness::load_clips(folder, setup)).transpose()?;
     let clips = other.as_ref().unwrap_or(&setup.library);

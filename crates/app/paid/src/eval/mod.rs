@@ -36,6 +36,8 @@ use crate::failure::Failure;
 use crate::ranks;
 
 pub use out::Output;
+use progress::Progress;
+use subject::Common;
 
 /// Arguments of `paid eval`.
 #[derive(Debug, clap::Args)]
@@ -134,6 +136,17 @@ fn introduce(own: &mut Introduction, subject: &Subject, options: &dyn Debug) -> 
     own.tell_robot(&(&setup.robot, &setup.spec));
     own.tell_motions(&setup.library);
     Ok(())
+}
+
+/// The subject of an evaluation with a ball in one engine, and its progress. Nothing is left to fail but the evaluation.
+fn begin_with_ball(common: &Common, output: &Output) -> Result<(Subject, Progress), Failure> {
+    common.setting.one_engine()?;
+    let mut subject = Subject::load(&common.spec("paper_stage2")?)?;
+    subject.require_ball()?;
+    output.prepare()?;
+    let (monitor, progress) = Progress::start(output.json)?;
+    subject.setup.monitor = monitor;
+    Ok((subject, progress))
 }
 
 /// The exit code of an evaluation that ran to its end or was stopped.

@@ -15,7 +15,7 @@ pub(crate) struct Act<'a, V> {
     pub first: usize,
     /// Joint targets, model order `[rad]`.
     pub targets: &'a mut [V],
-    /// The same of the action before `[rad]`.
+    /// The same of the action before `[rad]`; left alone where there are no delays.
     pub before: &'a mut [V],
 }
 
@@ -31,7 +31,9 @@ impl<V: Real> Kernel for Act<'_, V> {
             self.group.action[j] = action;
             let rest = self.group.joint_offset[m] + V::c(control.default_pos[m]);
             self.targets[m] = joint_target(action, control.action_scale[m], rest);
-            self.before[m] = joint_target(self.group.previous[j], control.action_scale[m], rest);
+            if self.group.delays.is_some() {
+                self.before[m] = joint_target(self.group.previous[j], control.action_scale[m], rest);
+            }
         }
     }
 }

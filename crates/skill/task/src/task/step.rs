@@ -44,9 +44,13 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 targets: &mut self.targets,
                 before: &mut self.before,
             });
-            let late = self.groups[group].delays.as_ref().map_or_else(V::zero, |delays| delays.action);
-            let targets = LateTargets { before: &self.before, now: &self.targets, late };
-            self.sim.step_late(group, targets);
+            match &self.groups[group].delays {
+                Some(delays) => {
+                    let late = delays.action;
+                    self.sim.step_late(group, LateTargets { before: &self.before, now: &self.targets, late });
+                }
+                None => self.sim.step(group, &self.targets),
+            }
             let score = V::run(ScoreGroup {
                 config: &self.config,
                 state: self.sim.state(group),
