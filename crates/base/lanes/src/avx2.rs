@@ -2,7 +2,7 @@
 
 use core::arch::x86_64::*;
 
-use crate::ops::{assign_ops, intrinsic_method, intrinsic_op};
+use crate::ops::{assign_ops, intrinsic_method, intrinsic_op, lane_access};
 use crate::{Kernel, Mask, Real};
 
 // SAFETY (all intrinsics in this file): a value of these types exists only on a CPU with AVX2: kernels are entered
@@ -99,6 +99,7 @@ impl Real for F32x8 {
         // SAFETY: the features are present, checked just above.
         unsafe { enter(kernel) }
     }
+    lane_access!(8);
     intrinsic_method!(mul_add(b, c), _mm256_fmadd_ps);
     intrinsic_method!(neg_mul_add(b, c), _mm256_fnmadd_ps);
     intrinsic_method!(max(other), _mm256_max_ps);

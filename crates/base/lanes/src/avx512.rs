@@ -1,8 +1,9 @@
 //! 16 lanes of `f32` in AVX-512 registers.
 
 use core::arch::x86_64::*;
+use std::sync::LazyLock;
 
-use crate::ops::{assign_ops, intrinsic_method, intrinsic_op};
+use crate::ops::{assign_ops, intrinsic_method, intrinsic_op, lane_access};
 use crate::{Kernel, Mask, Real};
 
 // SAFETY (all intrinsics in this file): a value of these types exists only on a CPU with AVX-512: kernels are entered
@@ -73,11 +74,16 @@ fn enter<K: Kernel>(kernel: K) -> K::Output {
 
 impl F32x16 {
     /// True if this CPU has the instructions.
+    #[inline]
     pub fn available() -> bool {
-        is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("avx512vl")
-            && is_x86_feature_detected!("fma")
+        // Asked at every entry of a kernel.
+        static AVAILABLE: LazyLock<bool> = LazyLock::new(|| {
+            is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("fma")
+        });
+        *AVAILABLE
     }
 }
 
@@ -93,6 +99,7 @@ impl Real for F32x16 {
         // SAFETY: the features are present, checked just above.
         unsafe { enter(kernel) }
     }
+    lane_access!(16);
     intrinsic_method!(mul_add(b, c), _mm512_fmadd_ps);
     intrinsic_method!(neg_mul_add(b, c), _mm512_fnmadd_ps);
     intrinsic_method!(max(other), _mm512_max_ps);

@@ -50,3 +50,22 @@ macro_rules! intrinsic_method {
 }
 #[cfg(target_arch = "x86_64")]
 pub(crate) use {intrinsic_method, intrinsic_op};
+
+/// Single lanes in place: outside of kernels the instructions of whole vectors are function calls.
+macro_rules! lane_access {
+    ($n:literal) => {
+        #[inline(always)]
+        fn lane(&self, i: usize) -> f64 {
+            assert!(i < $n, "lane {i} of {}", $n);
+            // SAFETY: the type is transparent over a vector of `$n` consecutive `f32`, and `i` is one of them.
+            unsafe { f64::from(*core::ptr::from_ref(self).cast::<f32>().add(i)) }
+        }
+        #[inline(always)]
+        fn set_lane(&mut self, i: usize, x: f64) {
+            assert!(i < $n, "lane {i} of {}", $n);
+            // SAFETY: the type is transparent over a vector of `$n` consecutive `f32`, and `i` is one of them.
+            unsafe { *core::ptr::from_mut(self).cast::<f32>().add(i) = crate::Scalar::from_f64(x) }
+        }
+    };
+}
+pub(crate) use lane_access;

@@ -314,8 +314,11 @@ impl<S: Scalar> ModelLayout<S> {
         let reach = reach(model);
         let mut visits = Vec::new();
         walk(&chains, None, &mut visits);
-        let pairs =
-            if scene.self_collision { pair_groups(model, &chains, &legs, &ranges) } else { Vec::new() };
+        let pairs = if scene.self_collision {
+            pair_groups(model, &chains, &legs, (&capsules, &ranges))
+        } else {
+            Vec::new()
+        };
         Ok(Self {
             base: inertial(&model.bodies[0], &Mat3::identity()),
             base_capsules: ranges[0],

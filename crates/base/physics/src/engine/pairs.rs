@@ -6,7 +6,8 @@ use super::block::{Block, tangents};
 use super::group::{Group, Work};
 use super::layout::ModelLayout;
 use super::phase::phase;
-use super::rows::{Rows, is_body};
+use super::rows::{Rows, is_body, is_zero};
+use super::shapes::Pair;
 use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
 use super::step::Constants;
@@ -82,12 +83,17 @@ fn prepare_touch<V: Real>(
     let mut apart = Vec3::zero();
     let mut surface = Vec3::zero();
     let mut vel = [Motion::zero(); 2];
-    for p in 0..group.capsules.len() {
-        let [i, j] = group.capsules[p];
+    for p in 0..group.pairs.len() {
+        let Pair { capsules: [i, j], far } = group.pairs[p];
+        let (ends_a, ends_b) = (&w.ends[i], &w.ends[j]);
+        let between = (ends_a[0] - ends_b[0]) + (ends_a[1] - ends_b[1]);
+        if !between.norm2().lt(V::c(far)).any() {
+            continue;
+        }
         let (a, b) = (&layout.capsules[i], &layout.capsules[j]);
         let length2 = [V::splat(a.length2), V::splat(b.length2)];
         let inv_length2 = [V::splat(a.inv_length2), V::splat(b.inv_length2)];
-        let [on_a, on_b] = nearest_points(&w.ends[i], &w.ends[j], length2, inv_length2);
+        let [on_a, on_b] = nearest_points(ends_a, ends_b, length2, inv_length2);
         let d = on_a - on_b;
         let (radius_a, radius_b) = (V::splat(a.radius), V::splat(b.radius));
         let this = length(d) - (radius_a + radius_b);
@@ -151,9 +157,10 @@ fn prepare_touch<V: Real>(
     true
 }
 
-/// One improvement of every contact.
+/// One improvement of every contact; false if no impulse changed.
 #[inline(always)]
-pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) {
+pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) -> bool {
+    let mut changed = false;
     let friction = g.params.robot.friction();
     let mut touches = core::mem::take(&mut w.pairs);
     for i in 0..touches.len() {
@@ -169,11 +176,16 @@ pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &
         second.pushed_joints(w, paths[1], &mut v);
         first.pushed_base(w, &mut v);
         let change = touch.block.solve(v, touch.target, touch.on, friction, &mut touch.impulse).change;
+        if is_zero(&change) {
+            continue;
+        }
+        changed = true;
         first.push_joints(w, paths[0], &change);
         second.push_joints(w, paths[1], &change);
         first.push_base(w, &change);
     }
     w.pairs = touches;
+    changed
 }
 
 /// Reports the contact forces.

@@ -4,7 +4,7 @@
 //! joint on the path to the base and six at the base. Then the velocity of row `J` is `free + y . D^-1 s` with
 //! `y = L^-1 J^T`, so any two rows are coupled exactly at the cost of one path each.
 
-use paid_lanes::{Real, Vec3};
+use paid_lanes::{Mask, Real, Vec3};
 
 use super::group::Work;
 use super::layout::ModelLayout;
@@ -23,6 +23,13 @@ pub(crate) struct Rows<V, const N: usize> {
 #[inline(always)]
 pub(crate) fn is_body<V: Real>(body: V, index: usize) -> V {
     V::select((body - V::c(index as f64)).abs().lt(V::c(0.5)), V::one(), V::zero())
+}
+
+/// True if all are zero in every lane, so that adding multiples of them changes nothing. Contacts are prepared before they touch, and
+/// most of those never push.
+#[inline(always)]
+pub(crate) fn is_zero<V: Real>(x: &[V; 3]) -> bool {
+    !(x[0].abs() + x[1].abs() + x[2].abs()).le(V::zero()).not().any()
 }
 
 impl<V: Real> Rows<V, 3> {

@@ -5,6 +5,7 @@ use paid_robot::{RobotModel, Shape};
 
 use super::error::PhysicsError;
 use super::layout::Chain;
+use super::solver::SOLVER;
 
 /// A capsule (or a sphere: both ends equal) in its body's internal frame.
 #[derive(Clone, Debug)]
@@ -19,11 +20,29 @@ pub(crate) struct Capsule<S> {
     pub inv_length2: S,
 }
 
+/// Two capsules that are kept apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair {
+    pub capsules: [usize; 2],
+    /// Square of twice the distance of their middles beyond which they are farther apart than contacts are looked for `[m^2]`.
+    pub far: f64,
+}
+
+impl Pair {
+    fn new<S: Scalar>(list: &[Capsule<S>], capsules: [usize; 2]) -> Self {
+        // A millimeter for the rounding of the distances in the inner loop.
+        let near = SOLVER.limb_horizon_m + 0.001;
+        let extent = |c: usize| list[c].length2.to_f64().sqrt() + 2.0 * list[c].radius.to_f64();
+        let doubled = 2.0 * near + extent(capsules[0]) + extent(capsules[1]);
+        Self { capsules, far: doubled * doubled }
+    }
+}
+
 /// Two chains whose shapes are kept apart, and the shape pairs that are checked.
 #[derive(Clone, Debug)]
 pub(crate) struct PairGroup {
     pub chains: [usize; 2],
-    pub capsules: Vec<[usize; 2]>,
+    pub pairs: Vec<Pair>,
 }
 
 /// All capsules, and each body's range among them.
@@ -69,29 +88,29 @@ pub(crate) fn capsules<S: Scalar>(
 
 /// Leg against leg with all shapes; the outer two shaped bodies of every other end chain (hands and forearms) against
 /// the first shaped body of each leg (thighs).
-pub(crate) fn pair_groups(
+pub(crate) fn pair_groups<S: Scalar>(
     model: &RobotModel,
     chains: &[Chain],
     legs: &[usize; 2],
-    ranges: &[[usize; 2]],
+    (list, ranges): (&[Capsule<S>], &[[usize; 2]]),
 ) -> Vec<PairGroup> {
     let shaped = |c: usize| -> Vec<usize> {
         let bodies = chains[c].first + 1..chains[c].end + 1;
         bodies.filter(|&b| ranges[b][0] < ranges[b][1]).collect()
     };
     let group = |chain_a: usize, bodies_a: &[usize], chain_b: usize, bodies_b: &[usize]| {
-        let mut capsules = Vec::new();
+        let mut pairs = Vec::new();
         for &a in bodies_a {
             for &b in bodies_b {
                 if model.contact_exclusions.contains(&(a.min(b), a.max(b))) {
                     continue;
                 }
                 for i in ranges[a][0]..ranges[a][1] {
-                    capsules.extend((ranges[b][0]..ranges[b][1]).map(|j| [i, j]));
+                    pairs.extend((ranges[b][0]..ranges[b][1]).map(|j| Pair::new(list, [i, j])));
                 }
             }
         }
-        PairGroup { chains: [chain_a, chain_b], capsules }
+        PairGroup { chains: [chain_a, chain_b], pairs }
     };
     let mut out = vec![group(legs[0], &shaped(legs[0]), legs[1], &shaped(legs[1]))];
     for c in 0..chains.len() {
@@ -106,6 +125,6 @@ pub(crate) fn pair_groups(
             out.push(group(c, outer, leg, &leg_bodies[..leg_bodies.len().min(1)]));
         }
     }
-    out.retain(|g| !g.capsules.is_empty());
+    out.retain(|g| !g.pairs.is_empty());
     out
 }

@@ -89,9 +89,10 @@ phase! {
 /// One improvement of all contacts but the soles', and of the feet's velocities after it.
 fn sweep_others<'a, V>(layout: &'a ModelLayout<V::Scalar>, g: &'a Group<V>, w: &'a mut Work<V>) -> () {
     rows::spread_soles(layout, w);
-    pairs::sweep(layout, g, w);
-    touch::sweep(layout, g, w);
-    rows::push_feet(layout, w);
+    let changed = pairs::sweep(layout, g, w);
+    if touch::sweep(layout, g, w) || changed {
+        rows::push_feet(layout, w);
+    }
 }
 }
 

@@ -7,7 +7,7 @@ use super::group::{Group, Work};
 use super::layout::ModelLayout;
 use super::phase::phase;
 use super::plate::Rounded;
-use super::rows::{Rows, is_body};
+use super::rows::{Rows, is_body, is_zero};
 use super::solver::SOLVER;
 use super::spatial::{Motion, length, unit};
 use super::step::Constants;
@@ -238,9 +238,10 @@ fn prepare_slot<'a, V>(
 }
 }
 
-/// One improvement of every contact between ball and robot.
+/// One improvement of every contact between ball and robot; false if no impulse changed.
 #[inline(always)]
-pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) {
+pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &mut Work<V>) -> bool {
+    let mut changed = false;
     let ball = &g.params.ball;
     let mut touches = core::mem::take(&mut w.touches);
     for slot in 0..touches.len() {
@@ -266,10 +267,15 @@ pub(crate) fn sweep<V: Real>(layout: &ModelLayout<V::Scalar>, g: &Group<V>, w: &
             let omega = &mut w.ball.omega;
             touch.twist.improve(touch.frame[2], friction, normal, ball.inv_inertia, omega);
         }
+        if is_zero(&change) {
+            continue;
+        }
+        changed = true;
         w.ball.push(&touch.frame, &change, ball.radius, ball.inv_mass, ball.inv_inertia);
         let back = [-change[0], -change[1], -change[2]];
         touch.rows.push_joints(w, path, &back);
         touch.rows.push_base(w, &back);
     }
     w.touches = touches;
+    changed
 }
