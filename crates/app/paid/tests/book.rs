@@ -165,6 +165,15 @@ impl Help {
     }
 }
 
+/// Sets the given ones of these options to 1.
+fn least(args: &mut [&str], options: &[&str]) {
+    for k in 1..args.len() {
+        if options.contains(&args[k - 1]) {
+            args[k] = "1";
+        }
+    }
+}
+
 /// Options that make a command short.
 fn shortened(args: &[String]) -> Vec<&str> {
     let mut args: Vec<&str> = args.iter().map(String::as_str).collect();
@@ -175,11 +184,10 @@ fn shortened(args: &[String]) -> Vec<&str> {
             args.extend(SMALL);
         }
         ["eval", "shooting", ..] => {
-            if let Some(trials) = args.iter().position(|a| *a == "--trials") {
-                args[trials + 1] = "1";
-            }
+            least(&mut args, &["--trials"]);
             args.extend(["--limit", "0.5"]);
         }
+        ["eval", "match", ..] => least(&mut args, &["--kicks", "--matches"]),
         ["play", rest @ ..] if !rest.contains(&"--size") => {
             args.extend(["--size", "160x120", "--pictures", "5"]);
         }
