@@ -31,7 +31,8 @@ function node(parent, kind, values, words) {
   return made;
 }
 
-function diagram({ title, unit, points }) {
+// The published run is a pale line, and reaches as far ahead as the run has come.
+function diagram({ title, unit, points, published }) {
   const box = document.createElement("figure");
   const head = box.appendChild(document.createElement("figcaption"));
   head.appendChild(document.createElement("span")).textContent = title;
@@ -40,10 +41,12 @@ function diagram({ title, unit, points }) {
   head.appendChild(document.createElement("span")).textContent = unit;
   const svg = node(box, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img" });
   node(svg, "title", {}, title);
-  const values = points.map((p) => p[1]);
+  const own = last ? last[0] : 1;
+  const pale = published.filter((p) => p[0] <= 2 * own + 1);
+  const values = points.concat(pale).map((p) => p[1]);
   const high = round(Math.max(0, ...values));
   const low = values.some((v) => v < 0) ? -round(-Math.min(...values)) : 0;
-  const far = last ? last[0] : 1;
+  const far = Math.max(own, ...pale.map((p) => p[0]));
   const x = (v) => L + ((W - L - R) * v) / (far || 1);
   const y = (v) => T + ((H - T - B) * (high - v)) / (high - low || 1);
   for (const v of [low, (low + high) / 2, high]) {
@@ -52,8 +55,11 @@ function diagram({ title, unit, points }) {
   }
   node(svg, "text", { x: L, y: H - 4 }, "0");
   node(svg, "text", { x: W - R, y: H - 4, "text-anchor": "end" }, `${far.toFixed(far < 10 ? 2 : 0)} million samples`);
-  if (points.length > 1)
-    node(svg, "path", { class: "line", d: `M${points.map(([a, b]) => `${x(a).toFixed(1)} ${y(b).toFixed(1)}`).join("L")}` });
+  const line = (kind, of) => {
+    if (of.length > 1) node(svg, "path", { class: kind, d: `M${of.map(([a, b]) => `${x(a).toFixed(1)} ${y(b).toFixed(1)}`).join("L")}` });
+  };
+  line("pale", pale);
+  line("line", points);
   if (last) node(svg, "circle", { class: "dot", cx: x(last[0]), cy: y(last[1]), r: 3 });
   return box;
 }
@@ -75,6 +81,7 @@ export function showCurves(told) {
   $("progress").textContent = told.iteration
     ? `iteration ${told.iteration}${of} · ${(1e-6 * told.samples).toFixed(2)} million samples · ${time(told.elapsed_s)}, ${time(told.eta_s)} to go`
     : "the first iteration is not over yet";
+  $("standing").textContent = told.standing ?? "";
   $("policy").textContent = told.playing === null ? "The first policy will appear with the first checkpoint." : `The policy after iteration ${told.playing}.`;
   $("diagrams").replaceChildren(...told.curves.map(diagram));
 }

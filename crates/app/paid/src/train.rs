@@ -25,7 +25,7 @@ use paid_terminal::{STOPPED, flag};
 use paid_train::folder::forget_unsaved;
 use paid_train::meeting::meet;
 use paid_train::{
-    End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
+    Comparer, End, Explanation, Judge, Limits, Outcome, Record, Resolved, StageJob, Start, train_judged_stage,
 };
 use printer::Printer;
 
@@ -366,7 +366,12 @@ fn run_stage(
     if let Some(page) = page {
         page.follow(&job.out);
     }
-    let mut printer = Printer { json: args.json && first, quiet: args.quiet || !first, last: None };
+    let mut printer = Printer {
+        json: args.json && first,
+        quiet: args.quiet || !first,
+        last: None,
+        comparer: Comparer::default(),
+    };
     if !printer.quiet && job.ranks.count() == 1 && !matches!(job.start, Start::Resume) {
         // A resumed run keeps its shards.
         without_work(threads, &job.preset.run).iter().for_each(|text| eprintln!("{text}"));

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use paid_files::{FileError, write_whole};
 use paid_plot::{Chart, Figure, Series};
+use paid_train::PublishedRun;
 use serde_json::Value;
 
 use crate::EvalError;
@@ -17,6 +18,8 @@ const COLUMNS: usize = 2;
 
 const BLUE: [u8; 3] = [31, 119, 180];
 const ORANGE: [u8; 3] = [255, 127, 14];
+/// The published run's line.
+const PALE: [u8; 3] = [190, 200, 210];
 
 /// A diagram: title, unit of y, and its lines, each a path of keys in a record of the log.
 type Diagram = (&'static str, &'static str, &'static [(&'static [&'static str], [u8; 3])]);
@@ -81,12 +84,21 @@ impl Curves {
         kept.map(|(_, (_, line, _))| format!("{line}\n")).collect()
     }
 
-    /// Diagrams over millions of samples; what the run does not have is left out.
+    /// Diagrams over millions of samples; what the run does not have is left out. The pale lines are the published run's, if there is one of
+    /// this stage.
     pub fn figure(&self) -> Figure {
         let mut charts = Vec::new();
+        let stage = self.lines.last().and_then(|(.., record)| record["stage"].as_str());
+        let published = stage.and_then(PublishedRun::of);
         for (title, y_label, lines) in DIAGRAMS {
-            let series: Vec<Series> = lines.iter().map(|(path, color)| self.series(path, *color)).collect();
+            let mut series: Vec<Series> =
+                lines.iter().map(|(path, color)| self.series(path, *color)).collect();
             if series.iter().any(|s| s.points.iter().any(|[_, y]| *y != 0.0)) {
+                let pale = |path: &[&str]| {
+                    let points = published.map_or_else(Vec::new, |run| run.points(path));
+                    (!points.is_empty()).then_some(Series { points, color: PALE, dots: false })
+                };
+                series.splice(0..0, lines.iter().filter_map(|(path, _)| pale(path)).collect::<Vec<_>>());
                 let chart =
                     Chart { title, x_label: "samples [million]", y_label, logarithmic: false, series };
                 charts.push(chart.draw());
@@ -200,6 +212,17 @@ mod tests {
                 && out.join("curves.png").is_file()
                 && out.join(METRICS).is_file()
         );
+    }
+
+    #[test]
+    fn the_published_run_is_drawn_behind_a_run_of_its_stage() {
+        let lines = |stage: &str| {
+            let (_folder, curves) = run(&format!(
+                "{{\"stage\":\"{stage}\",\"iteration\":1,\"samples\":46080,\"mean_reward\":6.0}}\n"
+            ));
+            curves.expect("reads").figure().svg().matches("rgb(190,200,210)").count()
+        };
+        assert_eq!((lines("stage1"), lines("stage3")), (1, 0));
     }
 
     #[test]

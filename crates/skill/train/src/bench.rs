@@ -1,6 +1,5 @@
 //! Training speed: the whole, and its parts measured alone in the same run.
 
-use std::fs;
 use std::time::Instant;
 
 use paid_lanes::rng::Rng;
@@ -10,6 +9,7 @@ use paid_policy::{ObservationGroup, StepBuffers, VecEnv};
 use paid_task::TaskShard;
 use serde::Serialize;
 
+use crate::memory::peak_rss_mib;
 use crate::{RunPreset, Scene, TrainError, Trainer};
 
 /// What a benchmark of training found. Rates are samples (control steps times environments) a second.
@@ -265,15 +265,6 @@ pub fn bench_train(
 fn roll(trainer: &mut Trainer, drivers: &mut [Driver], workers: &mut [()], horizon: usize) {
     let items = drivers.iter_mut().zip(trainer.shards_mut()).collect();
     for_each(workers, items, |(), (driver, shard)| driver.roll(&mut **shard, horizon));
-}
-
-/// Largest resident memory of this process so far `[MiB]` (`VmHWM` of Linux's `/proc/self/status`).
-pub fn peak_rss_mib() -> f64 {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse::<f64>().ok())
-        .map_or(0.0, |kib| kib / 1024.0)
 }
 
 #[cfg(test)]

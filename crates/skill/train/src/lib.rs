@@ -17,6 +17,7 @@ mod inputs;
 pub mod judge;
 pub mod load;
 pub mod meeting;
+mod memory;
 #[cfg(feature = "mpi")]
 pub mod mpi_ranks;
 pub mod phases;
@@ -26,6 +27,7 @@ pub mod preset;
 #[cfg(test)]
 mod preset_tests;
 pub mod progress;
+pub mod published;
 #[cfg(test)]
 mod ranks_tests;
 pub mod record;
@@ -39,18 +41,20 @@ mod toy;
 pub mod trainer;
 mod written;
 
-pub use bench::{TrainBench, bench_train, peak_rss_mib};
+pub use bench::{TrainBench, bench_train};
 pub use error::TrainError;
 pub use events::EventWriter;
 pub use explain::Explanation;
 pub use folder::RunFolder;
 pub use judge::{Judge, JudgeConfig};
 pub use load::{Resolved, task_preset};
+pub use memory::peak_rss_mib;
 pub use paid_learn::{Alone, Ranks};
 pub use phases::Phase;
 pub use policy_file::TrainedPolicy;
 pub use preset::{RunConfig, RunPreset};
 pub use progress::Progress;
+pub use published::{Comparer, Comparison, PublishedRun, Standing};
 pub use record::{LossRecord, Named, Record};
 pub use setup::Scene;
 pub use stage::{End, Limits, Outcome, StageJob, Start, train_in, train_judged_stage, train_stage};

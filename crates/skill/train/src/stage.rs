@@ -35,6 +35,9 @@ pub struct Limits {
     pub minutes: Option<f64>,
 }
 
+/// Iterations after which there is a checkpoint before the first regular one: who watches sees a policy within seconds.
+const EARLY: [u64; 3] = [1, 10, 30];
+
 /// Name of the checkpoint for the evaluator, which exists while it reads it.
 const JUDGED_FILE: &str = "judged.safetensors";
 
@@ -251,7 +254,8 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
             report(&record);
         }
         saved = None;
-        if record.iteration.is_multiple_of(config.checkpoint_interval) {
+        let due = record.iteration.is_multiple_of(config.checkpoint_interval);
+        if due || EARLY.contains(&record.iteration) {
             saved = Some(save(&trainer, job, run.as_ref())?);
         }
     };

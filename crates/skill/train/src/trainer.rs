@@ -14,6 +14,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::inputs::inputs_from;
+use crate::memory::check_rollouts;
 use crate::progress::{Progress, describe};
 use crate::{LossRecord, Record, RunPreset, TrainError};
 
@@ -78,20 +79,17 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     /// A trainer with fresh networks.
     ///
     /// # Errors
-    /// If there is no shard or the learner cannot be built for these.
+    /// If there is no shard, the learner cannot be built for these, or the rollouts do not fit in memory.
     pub fn new(preset: &RunPreset, shards: Vec<Box<E>>, motions: Vec<String>) -> Result<Self, TrainError> {
         let Some(first) = shards.first() else {
             return Err(TrainError::Setup("expected at least one shard, found none".to_owned()));
         };
+        let dims = [first.policy_obs_dim(), first.critic_obs_dim(), first.action_dim()];
+        let envs = shards.iter().map(|shard| shard.num_envs()).sum();
+        check_rollouts(envs, preset.learn.ppo.horizon, dims).map_err(TrainError::Setup)?;
         let sampler = first.new_sampler();
-        let mut learner = Learner::new(
-            first.policy_obs_dim(),
-            first.critic_obs_dim(),
-            first.action_dim(),
-            &preset.learn,
-            preset.run.seed,
-        )
-        .map_err(|error| TrainError::Setup(error.to_string()))?;
+        let mut learner = Learner::new(dims[0], dims[1], dims[2], &preset.learn, preset.run.seed)
+            .map_err(|error| TrainError::Setup(error.to_string()))?;
         if preset.learn.ppo.mirror.weight > 0.0 {
             let mirrors =
                 first.mirrors().map_err(|why| TrainError::Setup(format!("learn.ppo.mirror: {why}")))?;

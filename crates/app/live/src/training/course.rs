@@ -5,6 +5,7 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use paid_train::folder::METRICS_FILE;
+use paid_train::{Comparer, Comparison, PublishedRun};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -52,6 +53,8 @@ pub(super) struct Course {
     rows: Vec<Row>,
     /// The last record.
     last: Value,
+    comparer: Comparer,
+    comparison: Option<Comparison>,
 }
 
 #[derive(Serialize)]
@@ -60,6 +63,8 @@ struct Curve {
     unit: &'static str,
     /// Samples [million], value.
     points: Vec<[f64; 2]>,
+    /// The same of the published run, if there is one of this stage.
+    published: Vec<[f64; 2]>,
 }
 
 /// The message to the page.
@@ -75,6 +80,8 @@ struct Told<'a> {
     eta_s: f64,
     /// Iterations that the policy on the page has learned; `None`: there is none yet.
     playing: Option<u64>,
+    /// How the run stands next to the published one, in words.
+    standing: Option<String>,
     curves: Vec<Curve>,
 }
 
@@ -100,6 +107,8 @@ impl Course {
             rest: String::new(),
             rows: Vec::new(),
             last: Value::Null,
+            comparer: Comparer::default(),
+            comparison: None,
         }
     }
 
@@ -144,25 +153,36 @@ impl Course {
         }
         let figures = titles(&record).map(|(.., path)| figure(&record, path).unwrap_or(f64::NAN));
         self.rows.push((iteration, 1e-6 * samples, figures));
+        let stage = record["stage"].as_str().unwrap_or("");
+        let metric = |name: &str| record["metrics"].get(name).and_then(Value::as_f64);
+        self.comparison = self.comparer.take(stage, samples as u64, metric);
         self.last = record;
     }
 
     /// The curves for the page (JSON); `playing`: iterations that its policy has learned.
     pub fn json(&self, playing: Option<u64>) -> Result<String, serde_json::Error> {
         let curves = titles(&self.last).iter().enumerate();
+        let stage = self.last["stage"].as_str().unwrap_or("");
+        let published = PublishedRun::of(stage);
         let number = |key: &str| self.last[key].as_f64().unwrap_or(0.0);
         let whole = |key: &str| self.last[key].as_u64().unwrap_or(0);
         serde_json::to_string(&Told {
             kind: "training",
-            stage: self.last["stage"].as_str().unwrap_or(""),
+            stage,
             iteration: whole("iteration"),
             iterations: whole("iterations"),
             samples: whole("samples"),
             elapsed_s: number("elapsed_s"),
             eta_s: number("eta_s"),
             playing,
+            standing: self.comparison.as_ref().map(ToString::to_string),
             curves: curves
-                .map(|(k, (title, unit, _))| Curve { title, unit, points: self.points(k) })
+                .map(|(k, (title, unit, path))| Curve {
+                    title,
+                    unit,
+                    points: self.points(k),
+                    published: published.map_or_else(Vec::new, |run| run.points(path)),
+                })
                 .collect(),
         })
     }
@@ -230,6 +250,29 @@ mod tests {
             course.take(serde_json::from_str(&line(stage, 1)).expect("JSON"));
             assert_eq!(told(&course)["curves"][0]["title"], first, "{stage}");
         }
+    }
+
+    #[test]
+    fn the_published_run_of_the_same_stage_comes_along() {
+        let mut course = Course::of(Path::new("nowhere"));
+        for i in 1..=9 {
+            course.take(serde_json::from_str(&line("stage2", i)).expect("JSON"));
+        }
+        let told = told(&course);
+        assert!(told["curves"][0]["published"].as_array().is_some_and(|points| points.len() > 100));
+        assert_eq!(told["curves"][5]["published"], serde_json::json!([]), "no one's speed is published");
+        // Half of the shots are on target, which paid13 had after 30 million samples.
+        assert!(
+            told["standing"].as_str().is_some_and(|words| words.starts_with("ahead: shots on target")),
+            "{told}"
+        );
+        let mut other = Course::of(Path::new("nowhere"));
+        other.take(serde_json::from_str(&line("paper_stage2", 9)).expect("JSON"));
+        let json: Value = serde_json::from_str(&other.json(None).expect("JSON")).expect("JSON");
+        assert_eq!(
+            (&json["standing"], &json["curves"][0]["published"]),
+            (&Value::Null, &serde_json::json!([]))
+        );
     }
 
     #[test]
