@@ -180,6 +180,21 @@ fn a_panel_has_a_row_a_ball_and_kind() {
 }
 
 #[test]
+fn robustness_has_a_row_for_each_thing_that_goes_wrong() {
+    if !mujoco("robustness_has_a_row_for_each_thing_that_goes_wrong") {
+        return;
+    }
+    let folder = folder();
+    let args =
+        ["eval", "robustness", "--policy", "run", "--task", "paper_stage2", "--limit", "0.04", "--json"];
+    let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "scores"]].concat())));
+    assert_eq!(report["rows"].as_array().map(Vec::len), Some(11));
+    assert_eq!(report["rows"][2]["trouble"]["push"]["before_strike"], false);
+    let csv = fs::read_to_string(folder.path().join("scores/robustness.csv")).expect("the table");
+    assert!(csv.lines().count() == 12 && csv.contains("\nfloor friction 0.4,63,"), "{csv}");
+}
+
+#[test]
 fn a_match_ends_with_the_first_fall_and_is_filmed() {
     let folder = folder();
     let args =

@@ -13,7 +13,9 @@ use paid_lanes::Isa;
 use paid_play::ReferenceLibrary;
 use paid_policy::StepBuffers;
 use paid_robot::{RobotModel, RobotSpec};
-use paid_task::{EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, TaskPreset, TaskShard};
+use paid_task::{
+    Disturbance, EnvSample, EpisodeRules, EvalControl, InitialState, NextKick, TaskPreset, TaskShard,
+};
 use paid_train::Ranks;
 
 use crate::EvalError;
@@ -77,6 +79,11 @@ pub trait Observer: Send {
     fn next_kick(&mut self) -> Option<NextKick> {
         None
     }
+
+    /// What disturbs the robot before the next control step; called after every [`Observer::observe`] that continues.
+    fn disturbance(&mut self) -> Option<Disturbance> {
+        None
+    }
 }
 
 /// Sees nothing.
@@ -86,7 +93,7 @@ impl Observer for () {
     }
 }
 
-/// Two observers of one trial. The first says when it has seen enough, and what is to be kicked next.
+/// Two observers of one trial. The first says when it has seen enough, and what is to be kicked next; the second disturbs.
 pub(crate) struct Beside<A, B>(pub A, pub B);
 
 impl<A: Observer, B: Observer> Observer for Beside<A, B> {
@@ -100,6 +107,9 @@ impl<A: Observer, B: Observer> Observer for Beside<A, B> {
     }
     fn next_kick(&mut self) -> Option<NextKick> {
         self.0.next_kick()
+    }
+    fn disturbance(&mut self) -> Option<Disturbance> {
+        self.1.disturbance()
     }
 }
 
@@ -290,6 +300,11 @@ fn look<O: Observer>(
         {
             control.next_kick(env, &next)?;
             policy.forget(env);
+        }
+        if active[env]
+            && let Some(disturbance) = observer.disturbance()
+        {
+            control.disturb(env, &disturbance)?;
         }
     }
     Ok(())

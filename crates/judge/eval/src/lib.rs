@@ -28,6 +28,7 @@ pub mod panel;
 pub mod policy;
 mod protocol;
 pub mod results;
+pub mod robustness;
 pub mod scene;
 pub mod share;
 pub mod shot;

@@ -16,6 +16,7 @@ use crate::likeness::LikenessReport;
 use crate::matches::MatchReport;
 use crate::monitor::Timing;
 use crate::panel::PanelReport;
+use crate::robustness::RobustnessReport;
 use crate::shooting::{self, ShootingReport};
 use crate::tracking::TrackingReport;
 use crate::worst::STRIPS;
@@ -194,6 +195,14 @@ pub fn write_lag(folder: &Path, engine: &str, report: &LagReport, json: &str) ->
 pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<(), EvalError> {
     let name = if report.options.held_out { "panel_held_out" } else { "panel" };
     write_forms(folder, name, json, Some(report.csv()), &report.table())
+}
+
+/// Writes a report of what goes wrong as `robustness.json`, `.csv` and `.txt`.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write_robustness(folder: &Path, report: &RobustnessReport, json: &str) -> Result<(), EvalError> {
+    write_forms(folder, "robustness", json, Some(report.csv()), &report.table())
 }
 
 /// Writes an evaluation with onboard perception: the files of [`write_shooting`] under the name `eyes`, the detections as CSV, and the

@@ -16,6 +16,7 @@ mod panel;
 mod policy_file;
 pub mod progress;
 mod protocol;
+mod robustness;
 pub mod shoot;
 pub mod subject;
 pub mod track;
@@ -69,6 +70,8 @@ enum Command {
     /// Hollow and solid, light and heavy, dead and bouncing, slippery and gripping balls, on turf and in a hall, and one that
     /// bounces as a filmed match ball.
     Panel(Box<panel::Args>),
+    /// Shoot in MuJoCo with one thing wrong at a time: pushes, payload, weak knee, late targets, slippery floor.
+    Robustness(Box<robustness::Args>),
     /// Draw one episode.
     Film(film::Args),
     /// Write the evaluation's scene for MuJoCo's viewer, or print its settings.
@@ -90,6 +93,7 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Likeness(args) => likeness::run(&args),
         Command::Lag(args) => lag::run(&args),
         Command::Panel(args) => panel::run(&args),
+        Command::Robustness(args) => robustness::run(&args),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }

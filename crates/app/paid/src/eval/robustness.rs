@@ -1,0 +1,61 @@
+//! `paid eval robustness`.
+
+use std::process::ExitCode;
+
+use paid_eval::html::write_report;
+use paid_eval::results::{Evaluation, to_json, write_robustness};
+use paid_eval::robustness::{self, RobustnessOptions};
+use paid_eval::scene::Engines;
+use paid_eval::shooting::ROLLING_SPEED;
+use paid_eval::subject::Subject;
+
+use super::engine::{count, positive};
+use super::progress::Progress;
+use super::subject::Common;
+use super::{Output, ended};
+use crate::failure::Failure;
+
+/// Arguments of `paid eval robustness`.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    common: Common,
+    /// Shots at each of the 63 positions of the effective workspace.
+    #[arg(long, default_value_t = 1, value_parser = count)]
+    trials: usize,
+    /// The balls roll.
+    #[arg(long)]
+    rolling: bool,
+    /// Time limit of a trial [s].
+    #[arg(long, value_name = "S", default_value_t = 12.0, value_parser = positive)]
+    limit: f64,
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Shoots with one thing wrong at a time in MuJoCo, whatever --engine says.
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let mut subject = Subject::load(&args.common.spec_of_referee("paper_stage2")?)?;
+    subject.require_ball()?;
+    Engines::Mujoco.check()?;
+    args.output.prepare()?;
+    let options = RobustnessOptions {
+        trials: args.trials,
+        rolling: args.rolling.then_some(ROLLING_SPEED),
+        limit_s: args.limit,
+    };
+    let (monitor, progress) = Progress::start(args.output.json)?;
+    subject.setup.monitor = monitor;
+    let report = robustness::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
+    let timing = progress.finish();
+    let json = to_json(&Evaluation::new("robustness", &subject.name, &report, timing))?;
+    if args.output.nothing(&subject.setup.monitor, &timing) {
+        return Ok(ended(&subject.setup.monitor));
+    }
+    args.output.print(&format!("{}\n{}\n", report.table(), timing.text()), &json);
+    args.output.write(|out| {
+        write_robustness(out, &report, &json)?;
+        write_report(out)
+    })?;
+    Ok(ended(&subject.setup.monitor))
+}
