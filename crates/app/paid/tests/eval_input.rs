@@ -68,6 +68,8 @@ fn an_option_that_would_change_nothing_is_refused() {
     assert!(error.contains("--scene: floor_friction: expected --engine mujoco or both"), "{error}");
     let error = eval(&[&shooting[..], &["--strips", "3"]].concat());
     assert!(error.contains("--out"), "{error}");
+    let error = eval(&["shooting", "--policy", "run", "--set", "scene.terrain={kind=\"plane\"}"]);
+    assert!(error.contains("expected no scene.terrain: evaluations are on flat ground"), "{error}");
     let error = eval(&["panel", "--policy", "run", "--scene", "scene.toml"]);
     assert!(error.contains("--scene: expected no ball_mass_kg, as the panel has its own balls"), "{error}");
     let error = refuses(&paid(folder.path(), &["demo", "--live", "--trials", "3"]));

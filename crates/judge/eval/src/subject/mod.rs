@@ -104,6 +104,14 @@ impl SubjectSpec {
                 found: "truth".to_owned(),
             });
         }
+        if let Some(change) = self.overrides.iter().find(|change| change.starts_with("scene.terrain")) {
+            return Err(EvalError::Option {
+                option: Setting::Named("set"),
+                expected: "no scene.terrain: evaluations are on flat ground".to_owned(),
+                found: change.clone(),
+            });
+        }
+        // Whatever the policy was trained on.
         task.scene.terrain = Terrain::Plane;
         Ok(task)
     }
