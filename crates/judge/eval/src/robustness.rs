@@ -21,7 +21,7 @@ const FROM_START_S: f64 = 0.2;
 const BEFORE_STRIKE_S: f64 = 0.1;
 /// A push after the strike comes within these times `[s]`.
 const AFTER_STRIKE_S: [f64; 2] = [0.1, 1.0];
-/// The robot is watched for this long after its kick `[s]`: a push comes up to a second after it, and a fall takes another.
+/// The robot is watched for this long after its kick, but no longer than the time limit `[s]`: a push comes up to a second after it, and a fall takes another.
 const WATCHED_S: f64 = 3.0;
 
 /// What goes wrong.
@@ -198,12 +198,13 @@ pub fn evaluate(
     options: &RobustnessOptions,
 ) -> Result<RobustnessReport, EvalError> {
     let facts = EngineChoice::Mujoco(Box::new(scene.clone())).facts(&setup.preset);
+    let watched_s = WATCHED_S.min(options.limit_s);
     let shots = ShootingOptions {
         grid: Grid::EFFECTIVE,
         trials: options.trials,
         rolling: options.rolling,
         limit_s: options.limit_s,
-        after_s: Some(WATCHED_S),
+        after_s: Some(watched_s),
         ..ShootingOptions::default()
     };
     let mut rows = Vec::new();
@@ -230,7 +231,7 @@ pub fn evaluate(
     }
     let title = format!(
         "{}; one thing goes wrong at a time; effective workspace, {} {} balls per place, robot displaced by up to 0.5 m and watched for \
-         {WATCHED_S:.0} s after the kick{}",
+         {watched_s} s after the kick{}",
         facts.name,
         options.trials,
         if options.rolling.is_some() { "rolling" } else { "static" },
