@@ -220,7 +220,7 @@ mod tests {
             let (_folder, curves) = run(&format!(
                 "{{\"stage\":\"{stage}\",\"iteration\":1,\"samples\":46080,\"mean_reward\":6.0}}\n"
             ));
-            curves.expect("reads").figure().svg().matches("rgb(190,200,210)").count()
+            curves.expect("reads").figure().svg().matches("#bec8d2").count()
         };
         assert_eq!((lines("stage1"), lines("stage3")), (1, 0));
     }

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use paid_lanes::rng::Rng;
 use paid_lanes::stats::mean;
-use paid_mujoco::SceneOptions;
+use paid_mujoco::{SceneOptions, WeakJoint};
 use paid_plot::{Table, number};
 use paid_task::{Disturbance, EnvSample};
 use serde::Serialize;
@@ -99,8 +99,11 @@ impl Trouble {
             }
             Self::WeakKnee(side, share) => {
                 let name = ["left_knee_joint", "right_knee_joint"][side];
-                let joint = setup.robot.joints.iter_mut().find(|joint| joint.name == name);
-                joint.ok_or_else(|| missing("a joint", name))?.effort_limit *= share;
+                if !setup.robot.joints.iter().any(|joint| joint.name == name) {
+                    return Err(missing("a joint", name));
+                }
+                // In the scene alone: the policy's action scale and its mirror image are those of the robot that it knows.
+                scene.weak_joint = Some(WeakJoint { name: name.to_owned(), share });
             }
             Self::Late(delay_s) => setup.preset.action_delay_s += delay_s,
             Self::Floor(friction) => {

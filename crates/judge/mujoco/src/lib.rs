@@ -45,7 +45,9 @@ pub use contact::SpringContact;
 #[cfg(feature = "mujoco")]
 pub use library::{Library, LibraryError, MUJOCO_VERSION};
 pub use mjcf::mjcf_scene;
-pub use scene::{BallOptions, Cone, FloorOptions, FootShapes, GoalMarker, PdControl, SceneOptions};
+pub use scene::{
+    BallOptions, Cone, FloorOptions, FootShapes, GoalMarker, PdControl, SceneOptions, WeakJoint,
+};
 #[cfg(feature = "mujoco")]
 pub use sim::MujocoSim;
 #[cfg(feature = "mujoco")]

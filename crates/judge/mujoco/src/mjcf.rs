@@ -98,7 +98,7 @@ fn write_scene(
     }
     writeln!(out, "  <actuator>")?;
     for (j, joint) in model.joints.iter().enumerate() {
-        let (name, limit) = (escape(&joint.name), num(joint.effort_limit));
+        let (name, limit) = (escape(&joint.name), num(options.effort(joint)));
         match options.pd {
             PdControl::Explicit => {
                 writeln!(out, r#"    <motor name="{name}" joint="{name}" ctrlrange="-{limit} {limit}"/>"#)?;

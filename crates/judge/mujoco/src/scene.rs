@@ -1,6 +1,7 @@
 //! What the scene is made of: robot, floor, ball, goal. [`crate::mjcf`] writes it.
 
 use paid_physics::BallParams;
+use paid_robot::Joint;
 
 /// Name of the ball's body, joint and geom.
 pub const BALL: &str = "ball";
@@ -105,6 +106,17 @@ pub struct SceneOptions {
     pub ball: Option<BallOptions>,
     /// Goal marker.
     pub goal: Option<GoalMarker>,
+    /// A joint whose motor is weak.
+    pub weak_joint: Option<WeakJoint>,
+}
+
+/// A joint whose motor has less than its torque.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeakJoint {
+    /// Name of the joint.
+    pub name: String,
+    /// Share of the effort limit that is left.
+    pub share: f64,
 }
 
 impl Default for FloorOptions {
@@ -162,11 +174,18 @@ impl Default for SceneOptions {
             floor: FloorOptions::default(),
             ball: Some(BallOptions::default()),
             goal: Some(GoalMarker::default()),
+            weak_joint: None,
         }
     }
 }
 
 impl SceneOptions {
+    /// Largest torque of a joint `[N m]`.
+    pub(crate) fn effort(&self, joint: &Joint) -> f64 {
+        let weak = self.weak_joint.as_ref().filter(|weak| weak.name == joint.name);
+        joint.effort_limit * weak.map_or(1.0, |weak| weak.share)
+    }
+
     /// PAiD's public evaluation with its ball of 0.1 kg, a solid sphere.
     pub fn public_protocol() -> Self {
         let params = BallParams { mass_kg: 0.1, inertia_factor: 0.4, ..BallParams::default() };

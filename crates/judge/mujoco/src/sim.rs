@@ -97,7 +97,7 @@ impl MujocoSim {
             model: model.clone(),
             control: control.clone(),
             options: options.clone(),
-            effort: model.joints.iter().map(|j| j.effort_limit).collect(),
+            effort: model.joints.iter().map(|j| options.effort(j)).collect(),
             inertia: world.body_inertia().to_vec(),
             ball_body,
             ball_geom,
