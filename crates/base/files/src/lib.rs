@@ -1,5 +1,5 @@
 //! The one writer of files: a file appears whole under its name or not at all; [`FileSet`]: all of several files or none. And what all
-//! readers say of a file that is none ([`GIT_LFS_POINTER`]).
+//! readers say of a file that they cannot read ([`GIT_LFS_POINTER`], [`compressed_chunks`]).
 //!
 //! ```
 //! # fn main() -> std::io::Result<()> {
@@ -11,7 +11,7 @@
 //! # }
 //! ```
 
-mod lfs;
+mod foreign;
 mod set;
 
 use std::fs::{self, File};
@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-pub use lfs::{GIT_LFS_POINTER, is_git_lfs_pointer};
+pub use foreign::{GIT_LFS_POINTER, compressed_chunks, is_git_lfs_pointer};
 pub use set::FileSet;
 
 /// A file or folder that the system does not read or write.

@@ -69,17 +69,6 @@ pub(crate) fn fit(file: &[u8]) -> Result<Option<Cut>, Wrong> {
     Ok(Some(Cut { whole, inner: if begin < end { begin..end } else { whole..whole } }))
 }
 
-/// What was expected instead of chunks that are compressed so, what was found, and what to do.
-pub fn compressed(compression: &str) -> [String; 2] {
-    [
-        "chunks without compression".to_owned(),
-        format!(
-            "chunks compressed with {compression}; `mcap decompress IN.mcap -o OUT.mcap` writes a copy without \
-             (https://mcap.dev/guides/cli)"
-        ),
-    ]
-}
-
 /// The first record: kind, content, what follows.
 fn record(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let (head, rest) = bytes.split_first_chunk::<HEAD>()?;
@@ -99,7 +88,7 @@ fn records_of(chunk: &[u8]) -> Result<Option<(u64, &[u8])>, Wrong> {
         let name = rest.get(..u32::from_le_bytes(*length) as usize).unwrap_or_default();
         let name: String =
             String::from_utf8_lossy(name).chars().take(32).flat_map(char::escape_debug).collect();
-        let [expected, found] = compressed(&name);
+        let [expected, found] = paid_files::compressed_chunks(&name);
         return Err((expected, found));
     }
     Ok(rest.split_first_chunk::<8>().map(|(length, rest)| (u64::from_le_bytes(*length), rest)))

@@ -37,7 +37,6 @@ mod schema;
 mod setup;
 
 pub use body::OwnBody;
-pub use chunks::compressed;
 pub use error::SightError;
 pub use message::{
     Arrived, ImuMessage, JointMessage, Message, PictureMessage, PoseMessage, ScanMessage, seconds,

@@ -119,7 +119,7 @@ impl LogReader {
                     return Err(self.fail(format!("expected a log (MCAP), found {found}")));
                 }
                 Some(Err(McapError::UnsupportedCompression(name))) => {
-                    let [expected, found] = paid_world::compressed(&name);
+                    let [expected, found] = paid_files::compressed_chunks(&name);
                     return Err(self.fail(format!("expected {expected}, found {found}")));
                 }
                 Some(Err(error)) => return Err(self.fail(error.to_string())),

@@ -1,4 +1,4 @@
-//! Files that Git LFS has left as pointers.
+//! What all readers say of files that they cannot read: pointers of Git LFS, compressed recordings.
 
 /// What a pointer is called, and what to do about it.
 pub const GIT_LFS_POINTER: [&str; 2] =
@@ -7,6 +7,17 @@ pub const GIT_LFS_POINTER: [&str; 2] =
 /// Whether a file that begins so is a pointer of Git LFS ([`GIT_LFS_POINTER`]).
 pub fn is_git_lfs_pointer(head: &[u8]) -> bool {
     head.starts_with(b"version https://git-lfs")
+}
+
+/// What was expected instead of chunks of an MCAP file that are compressed so, what was found, and what to do.
+pub fn compressed_chunks(compression: &str) -> [String; 2] {
+    [
+        "chunks without compression".to_owned(),
+        format!(
+            "chunks compressed with {compression}; `mcap decompress IN.mcap -o OUT.mcap` writes a copy without \
+             (https://mcap.dev/guides/cli)"
+        ),
+    ]
 }
 
 #[cfg(test)]
