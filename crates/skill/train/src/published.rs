@@ -40,11 +40,13 @@ impl PublishedRun {
         Self { columns, rows: lines.filter_map(|cells| row(cells.map(number).collect())).collect() }
     }
 
-    /// A figure over millions of samples, by the path of its keys in a [`crate::Record`]: each point is the mean of its neighbors. Empty if the table
+    /// A figure over millions of samples, by the path of its keys in a [`crate::Record`]: each point of a long table is the mean of its neighbors. Empty if the table
     /// does not have it.
     pub fn points(&self, path: &[&str]) -> Vec<[f64; 2]> {
         let all = self.values(path);
-        let near = |k: usize| &all[k.saturating_sub(NEIGHBORS)..all.len().min(k + NEIGHBORS + 1)];
+        // Scores by MuJoCo are ten in a run: they stay as they are.
+        let side = NEIGHBORS.min(all.len() / 40);
+        let near = |k: usize| &all[k.saturating_sub(side)..all.len().min(k + side + 1)];
         (0..all.len()).map(|k| [0, 1].map(|i| mean(near(k).iter().map(|p| p[i])))).collect()
     }
 
@@ -223,8 +225,8 @@ mod tests {
         let run = PublishedRun::parse(
             "iteration,samples,mean_reward,metrics/kick/contact\n1,500000,2.5,\n9,4000000,3,0.5\n",
         );
-        assert_eq!(run.values(&["mean_reward"]), [[0.5, 2.5], [4.0, 3.0]]);
-        assert_eq!(run.points(&["mean_reward"]), [[2.25, 2.75], [2.25, 2.75]]);
+        // Too few to be averaged.
+        assert_eq!(run.points(&["mean_reward"]), [[0.5, 2.5], [4.0, 3.0]]);
         assert_eq!(run.points(&["metrics", "kick/contact"]), [[4.0, 0.5]]);
         assert!(run.points(&["absent"]).is_empty());
         assert_eq!((run.samples(), run.mean_at(&["mean_reward"], 4.2)), (4.0, Some(2.75)));
@@ -242,6 +244,16 @@ mod tests {
             assert!((149.0..160.0).contains(&run.samples()), "{stage}: {}", run.samples());
         }
         assert!(PublishedRun::of("paper_stage1").is_none());
+    }
+
+    #[test]
+    fn a_point_of_a_long_table_is_the_mean_of_its_neighbors() {
+        let rows: String = (1..=80).map(|i| format!("{i},{i}000000,{i}\n")).collect();
+        let run = PublishedRun::parse(&format!("iteration,samples,mean_reward\n{rows}"));
+        let points = run.points(&["mean_reward"]);
+        // Two on either side, fewer at the ends.
+        assert_eq!((points[0], points[1], points[79]), ([2.0, 2.0], [2.5, 2.5], [79.0, 79.0]));
+        assert_eq!((points.len(), points[40]), (80, [41.0, 41.0]));
     }
 
     #[test]
