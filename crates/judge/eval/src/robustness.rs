@@ -200,7 +200,9 @@ pub fn evaluate(
     policy: &DriverMaker,
     options: &RobustnessOptions,
 ) -> Result<RobustnessReport, EvalError> {
-    let facts = EngineChoice::Mujoco(Box::new(scene.clone())).facts(&setup.preset);
+    let engine = |scene: SceneOptions| EngineChoice::Mujoco(Box::new(scene));
+    let usual = EvalSetup { engine: engine(scene.clone()), ..setup.clone() };
+    let facts = usual.engine.facts(&usual.preset);
     let watched_s = WATCHED_S.min(options.limit_s);
     let shots = ShootingOptions {
         grid: Grid::EFFECTIVE,
@@ -210,6 +212,8 @@ pub fn evaluate(
         after_s: Some(watched_s),
         ..ShootingOptions::default()
     };
+    let trials = plan(&usual, &shots)?;
+    let (mass, dt_s) = (usual.robot.mass(), usual.preset.control_dt_s());
     let mut rows = Vec::new();
     for trouble in TROUBLES {
         if setup.monitor.stopped() {
@@ -217,9 +221,7 @@ pub fn evaluate(
         }
         let (mut scene, mut setup) = (scene.clone(), setup.clone());
         trouble.apply(&mut setup, &mut scene)?;
-        setup.engine = EngineChoice::Mujoco(Box::new(scene));
-        let trials = plan(&setup, &shots)?;
-        let (mass, dt_s) = (setup.robot.mass(), setup.preset.control_dt_s());
+        setup.engine = engine(scene);
         let pusher = |i: usize| {
             // Every trouble's push comes at the same share of its time, in the same direction.
             let mut rng = Rng::new(setup.seed, i as u32, 0x7055);

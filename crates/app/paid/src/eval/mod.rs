@@ -147,10 +147,25 @@ fn begin_with_ball(common: &Common, output: &Output) -> Result<(Subject, Progres
     common.setting.one_engine()?;
     let mut subject = Subject::load(&common.spec("paper_stage2")?)?;
     subject.require_ball()?;
+    let progress = begin(&mut subject, output)?;
+    Ok((subject, progress))
+}
+
+/// The same for an evaluation that is in MuJoCo, whatever --engine says.
+fn begin_with_ball_in_mujoco(common: &Common, output: &Output) -> Result<(Subject, Progress), Failure> {
+    let mut subject = Subject::load(&common.spec_of_referee("paper_stage2")?)?;
+    subject.require_ball()?;
+    Engines::Mujoco.check()?;
+    let progress = begin(&mut subject, output)?;
+    Ok((subject, progress))
+}
+
+/// Prepares the output and watches the subject's trials.
+fn begin(subject: &mut Subject, output: &Output) -> Result<Progress, Failure> {
     output.prepare()?;
     let (monitor, progress) = Progress::start(output.json)?;
     subject.setup.monitor = monitor;
-    Ok((subject, progress))
+    Ok(progress)
 }
 
 /// The exit code of an evaluation that ran to its end or was stopped.

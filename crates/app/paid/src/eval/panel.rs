@@ -5,15 +5,12 @@ use std::process::ExitCode;
 use paid_eval::html::write_report;
 use paid_eval::panel::{self, PanelOptions};
 use paid_eval::results::{Evaluation, to_json, write_panel};
-use paid_eval::scene::Engines;
 use paid_eval::shooting::ROLLING_SPEED;
-use paid_eval::subject::Subject;
 
 use super::engine::{count, positive};
-use super::progress::Progress;
 use super::protocol::Ball;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, begin_with_ball_in_mujoco, ended};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval panel`.
@@ -44,10 +41,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             "--scene: expected no {key}, as the panel has its own balls and grounds, found one"
         )));
     }
-    let mut subject = Subject::load(&args.common.spec_of_referee("paper_stage2")?)?;
-    subject.require_ball()?;
-    Engines::Mujoco.check()?;
-    args.output.prepare()?;
+    let (subject, progress) = begin_with_ball_in_mujoco(&args.common, &args.output)?;
     let rolling = Some(ROLLING_SPEED);
     let balls = match args.ball {
         Ball::Static => vec![None],
@@ -61,8 +55,6 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         held_out: args.held_out,
         ..PanelOptions::default()
     };
-    let (monitor, progress) = Progress::start(args.output.json)?;
-    subject.setup.monitor = monitor;
     let report = panel::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("panel", &subject.name, &report, timing))?;

@@ -5,14 +5,11 @@ use std::process::ExitCode;
 use paid_eval::html::write_report;
 use paid_eval::results::{Evaluation, to_json, write_robustness};
 use paid_eval::robustness::{self, RobustnessOptions};
-use paid_eval::scene::Engines;
 use paid_eval::shooting::ROLLING_SPEED;
-use paid_eval::subject::Subject;
 
 use super::engine::{count, positive};
-use super::progress::Progress;
 use super::subject::Common;
-use super::{Output, ended};
+use super::{Output, begin_with_ball_in_mujoco, ended};
 use crate::failure::Failure;
 
 /// Arguments of `paid eval robustness`.
@@ -35,17 +32,12 @@ pub struct Args {
 
 /// Shoots with one thing wrong at a time in MuJoCo, whatever --engine says.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut subject = Subject::load(&args.common.spec_of_referee("paper_stage2")?)?;
-    subject.require_ball()?;
-    Engines::Mujoco.check()?;
-    args.output.prepare()?;
+    let (subject, progress) = begin_with_ball_in_mujoco(&args.common, &args.output)?;
     let options = RobustnessOptions {
         trials: args.trials,
         rolling: args.rolling.then_some(ROLLING_SPEED),
         limit_s: args.limit,
     };
-    let (monitor, progress) = Progress::start(args.output.json)?;
-    subject.setup.monitor = monitor;
     let report = robustness::evaluate(&subject.setup, &subject.scene, &*subject.maker, &options)?;
     let timing = progress.finish();
     let json = to_json(&Evaluation::new("robustness", &subject.name, &report, timing))?;
