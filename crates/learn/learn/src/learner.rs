@@ -16,6 +16,7 @@ use crate::ranks::{Alone, Ranks, gather_numbers};
 use crate::rollout::{RolloutLayout, World};
 use crate::shard::{Collect, Seen, Shard};
 use crate::stats::{CollectStats, IterationStats, UpdateStats};
+use crate::teacher::Teacher;
 use crate::transitions::Transitions;
 use crate::update::{Gradients, Horizon, Networks, Schedule, Worker, update};
 use paid_policy::Policy;
@@ -39,6 +40,8 @@ pub struct Learner {
     /// The task's critic, then that of the learned reward if it has its own.
     pub(crate) critics: Vec<Model>,
     pub(crate) learned: Option<RewardStream>,
+    /// A policy to imitate, and the weight of that now.
+    teacher: Option<(Teacher, f64)>,
     pub(crate) policy_normalizer: Normalizer,
     pub(crate) critic_normalizer: Normalizer,
     pub(crate) schedule: Schedule,
@@ -96,6 +99,7 @@ impl Learner {
             actor,
             critics: vec![critic],
             learned: None,
+            teacher: None,
             policy_normalizer: Normalizer::new(policy_obs),
             critic_normalizer: Normalizer::new(critic_obs),
             schedule,
@@ -149,6 +153,20 @@ impl Learner {
         }
         self.learned = Some(RewardStream { reward, role });
         self.shards.clear();
+        Ok(self)
+    }
+
+    /// The same learner with a policy to imitate. The environments must have its observation group ([`Teacher`]).
+    ///
+    /// # Errors
+    /// If it takes other actions.
+    pub fn with_teacher(mut self, teacher: Teacher) -> Result<Self, ConfigError> {
+        if teacher.actions() != self.actor.net.output {
+            let found = format!("{} for {}", teacher.actions(), self.actor.net.output);
+            return Err(ConfigError { key: "teacher".to_owned(), expected: "as many actions", found });
+        }
+        let weight = teacher.weight(0.0);
+        self.teacher = Some((teacher, weight));
         Ok(self)
     }
 
@@ -263,11 +281,15 @@ impl Learner {
         self.prepare_workers(threads);
         let models = core::iter::once(&self.actor).chain(&self.critics);
         self.operands.refresh(models, &mut self.workers);
+        let teacher = self.teacher.as_ref().filter(|(_, weight)| *weight > 0.0).map(|(teacher, _)| teacher);
+        let further = self.shards.first().map_or(&[][..], |shard| shard.transitions.groups());
+        let group = teacher.and_then(|teacher| teacher.group(further)).unwrap_or_default();
         let shared = Collect {
             actor: &self.actor,
             critics: &self.critics,
             operands: &self.operands,
             learned: self.learned.as_ref(),
+            teacher: teacher.map(|teacher| (teacher, group)),
             policy_normalizer: &self.policy_normalizer,
             critic_normalizer: &self.critic_normalizer,
             gae: GaeConfig { gamma: self.config.ppo.gamma, lambda: self.config.ppo.lambda },
@@ -328,11 +350,20 @@ impl Learner {
     /// ([`crate::PpoConfig::std_limit`]). A larger one is cut at once, before the next horizon is collected with it: cut
     /// in the update, it would read as a divergence there. A new learner is at 0.
     pub fn anneal(&mut self, share: f64) {
+        if let Some((teacher, weight)) = &mut self.teacher {
+            *weight = teacher.weight(share);
+        }
         self.std_limit = self.config.ppo.std_limit(share);
         let limit = self.std_limit.ln() as f32;
         for log_std in self.actor.log_std_mut() {
             *log_std = log_std.min(limit);
         }
+    }
+
+    /// How much the actions that the teacher took in the last horizon count.
+    fn teaching(&self) -> f64 {
+        let taught = self.shards.first().is_some_and(|shard| !shard.rollout.taught.is_empty());
+        self.teacher.as_ref().filter(|_| taught).map_or(0.0, |(_, weight)| *weight)
     }
 
     /// Clears the memory of all shards, whose environments begin new episodes.
@@ -349,6 +380,7 @@ impl Learner {
             return UpdateStats::default();
         }
         self.iteration += 1;
+        let teacher = self.teaching();
         let ppo = PpoConfig { max_std: self.std_limit, ..self.config.ppo.clone() };
         let stats = update(
             &ppo,
@@ -360,6 +392,7 @@ impl Learner {
                 ranks: &*self.ranks,
                 advantage: moments(self.advantages),
                 mirrors: self.collected.as_ref(),
+                teacher,
             },
             &mut self.gradients,
             &mut self.workers,
@@ -422,6 +455,13 @@ impl Learner {
                 };
                 return Err(ShardError { shard, expected: text(&first), found: text(&found) });
             }
+        }
+        if let Some((teacher, _)) = &self.teacher
+            && teacher.group(&first).is_none()
+        {
+            let names: Vec<_> = first.iter().map(|g| format!("{} [{}]", g.name, g.size)).collect();
+            let found = format!("further groups ({})", names.join(", "));
+            return Err(ShardError { shard: 0, expected: teacher.wanted(), found });
         }
         if self.shards.is_empty() {
             let sizes: Vec<f64> = envs.iter().map(|env| env.num_envs() as f64).collect();

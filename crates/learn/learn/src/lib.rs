@@ -65,6 +65,7 @@ pub mod ranks;
 pub mod rollout;
 pub mod shard;
 pub mod stats;
+mod teacher;
 pub mod transitions;
 pub mod update;
 pub mod value_loss;
@@ -75,6 +76,7 @@ pub use learner::{Learner, ShardError};
 pub use model::Model;
 pub use ranks::{Alone, Ranks};
 pub use stats::{CollectStats, IterationStats, UpdateStats};
+pub use teacher::Teacher;
 pub use transitions::Transitions;
 
 // What the learner takes and gives, so that its callers need not name two crates.

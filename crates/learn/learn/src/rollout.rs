@@ -121,6 +121,8 @@ pub struct Rollout {
     pub action: Vec<f32>,
     /// Means of the policy.
     pub mean: Vec<f32>,
+    /// Mean actions of the teacher, while there is one; else empty.
+    pub taught: Vec<f32>,
     /// Log probability of the action.
     pub log_prob: Vec<f32>,
     /// Bit 0: terminated, bit 1: truncated.
@@ -194,6 +196,7 @@ impl Rollout {
             critic_obs: vec![0.0; critic_obs * n],
             action: vec![0.0; actions * n],
             mean: vec![0.0; actions * n],
+            taught: Vec::new(),
             log_prob: vec![0.0; n],
             done: vec![0; n],
             mask: vec![1.0; n],

@@ -8,6 +8,7 @@ use crate::learned_reward::{RewardRole, RewardStream};
 use crate::model::Model;
 use crate::operands::Operands;
 use crate::rollout::{Rollout, RolloutLayout, block_mut, unit_ref};
+use crate::teacher::Teacher;
 use crate::transitions::Transitions;
 use paid_policy::matrix::{Mat, MatMut};
 use paid_policy::net::{State, StepWorkspace};
@@ -37,6 +38,7 @@ pub struct Shard {
     pub stats: ShardStats,
     raw_policy: Vec<f32>,
     raw_critic: Vec<f32>,
+    taught: Vec<f32>,
     action: Vec<f32>,
     reward: Vec<f32>,
     learned_reward: Vec<f32>,
@@ -144,6 +146,8 @@ pub struct Collect<'a> {
     pub operands: &'a Operands,
     /// A reward that the learner computes.
     pub learned: Option<&'a RewardStream>,
+    /// A policy to imitate, while that counts, and the number of its observation group.
+    pub teacher: Option<(&'a Teacher, usize)>,
     /// Normalizer of the policy's observation.
     pub policy_normalizer: &'a Normalizer,
     /// Normalizer of the critic's observation.
@@ -175,6 +179,7 @@ impl Shard {
             stats: ShardStats::default(),
             raw_policy: vec![0.0; actor.net.input * n],
             raw_critic: vec![0.0; critic_obs * n],
+            taught: Vec::new(),
             action: vec![0.0; actions * n],
             reward: vec![0.0; n],
             learned_reward: Vec::new(),
@@ -204,6 +209,8 @@ impl Shard {
         self.stats = ShardStats::default();
         self.actor_start.clone_from(&self.actor_state);
         self.critic_starts.clone_from(&self.critic_states);
+        let taught = if shared.teacher.is_some() { self.rollout.action.len() } else { 0 };
+        self.rollout.taught.resize(taught, 0.0);
         for t in 0..self.rollout.layout.horizon {
             self.observe(t, env);
             for b in 0..self.rollout.layout.blocks.len() {
@@ -298,6 +305,10 @@ impl Shard {
             let x = columns(&r.critic_obs, critic_obs);
             let weights = shared.operands.weights(k + 1, critic);
             critic.net.step(weights, x, &mut self.critic_states[k][b], value, work);
+        }
+        if let Some((teacher, group)) = shared.teacher {
+            let raw = self.transitions.before(group, t).columns(first, place.width);
+            teacher.act(raw, block_mut(&mut r.taught, actions, place), &mut self.taught, work);
         }
         let key = NoiseKey {
             first_env: shared.noise.first_env + first as u32,

@@ -55,6 +55,8 @@ pub struct UpdateStats {
     pub learned_value_loss: f64,
     /// Mirror symmetry loss, before its weight; 0 where it is off.
     pub mirror_loss: f64,
+    /// Imitation loss ([`crate::Teacher`]), before its weight; 0 without a teacher.
+    pub teacher_loss: f64,
     /// Divergence from the policy that collected.
     pub kl: f64,
     /// Share of samples outside the clip range.
@@ -69,9 +71,17 @@ pub struct UpdateStats {
 
 impl UpdateStats {
     /// What every rank has a share of: losses, divergence, share of clipped samples.
-    pub(crate) fn sums_mut(&mut self) -> [&mut f64; 6] {
-        let Self { surrogate_loss, value_loss, learned_value_loss, mirror_loss, kl, clip_fraction, .. } =
-            self;
-        [surrogate_loss, value_loss, learned_value_loss, mirror_loss, kl, clip_fraction]
+    pub(crate) fn sums_mut(&mut self) -> [&mut f64; 7] {
+        let Self {
+            surrogate_loss,
+            value_loss,
+            learned_value_loss,
+            mirror_loss,
+            teacher_loss,
+            kl,
+            clip_fraction,
+            ..
+        } = self;
+        [surrogate_loss, value_loss, learned_value_loss, mirror_loss, teacher_loss, kl, clip_fraction]
     }
 }

@@ -6,3 +6,4 @@ mod common;
 mod gradients;
 mod learning;
 mod seams;
+mod teacher;

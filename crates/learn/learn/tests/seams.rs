@@ -3,7 +3,7 @@
 
 #![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
 
-use crate::common::{PointMass, WithMotion};
+use crate::common::{PointMass, WithGroup};
 use paid_learn::{
     LearnConfig, LearnedReward, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, Ranks,
     RewardRole, Transitions, VecEnv,
@@ -40,8 +40,8 @@ fn plain(shards: usize) -> Vec<Box<PointMass>> {
     (0..shards).map(|k| Box::new(PointMass::new(40, k as u64))).collect()
 }
 
-fn moving(shards: usize) -> Vec<Box<WithMotion>> {
-    (0..shards).map(|k| Box::new(WithMotion(PointMass::new(40, k as u64)))).collect()
+fn moving(shards: usize) -> Vec<Box<WithGroup>> {
+    (0..shards).map(|k| Box::new(WithGroup(PointMass::new(40, k as u64), "motion"))).collect()
 }
 
 fn weights(learner: &Learner) -> Vec<u32> {
@@ -289,7 +289,7 @@ fn a_resumed_learner_has_the_learned_reward_and_its_critic() {
 #[test]
 fn shards_with_other_further_groups_are_refused() {
     let mut envs: Vec<Box<dyn VecEnv>> =
-        vec![Box::new(WithMotion(PointMass::new(40, 0))), Box::new(PointMass::new(40, 1))];
+        vec![Box::new(WithGroup(PointMass::new(40, 0), "motion")), Box::new(PointMass::new(40, 1))];
     let error = learner(NetworkKind::Mlp).iterate(&mut envs, 1).expect_err("refused").to_string();
     assert_eq!(error, "shard 1: expected further groups (motion [2]), found further groups ()");
 }

@@ -9,8 +9,10 @@ pub const CRITIC: usize = 1;
 
 /// Name of the group that a discriminator of the style sees, where there is one.
 pub const STYLE_GROUP: &str = "style";
+/// Name of the group that a teacher sees, where there is one.
+pub const TEACHER_GROUP: &str = "teacher";
 
-/// Observations that belong together: what the policy sees, what the critic sees, what a discriminator sees.
+/// Observations that belong together: what the policy sees, the critic, a discriminator or a teacher.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ObservationGroup {
     /// Name, for example `policy`.
@@ -106,7 +108,7 @@ pub trait VecEnv: Send {
     /// Number of environments.
     fn num_envs(&self) -> usize;
     /// The observation groups: number [`POLICY`] is the policy's (with noise), number [`CRITIC`] the critic's; further ones are
-    /// collected as they are, for a reward that the learner computes.
+    /// collected as they are, for a reward that the learner computes or for a teacher.
     fn observation_groups(&self) -> Vec<ObservationGroup>;
     /// Number of actions.
     fn action_dim(&self) -> usize;

@@ -74,7 +74,7 @@ struct Side {
 impl Side {
     fn new(preset: &RunPreset, scene: &Scene, threads: usize) -> Result<Self, TrainError> {
         let trainer = Trainer::new(preset, scene.shards(preset)?, scene.motion_names())?;
-        let mut trainer = scene.styled(preset, trainer)?;
+        let mut trainer = scene.equip(preset, trainer)?;
         // The first iterations allocate; the memory of training is what they reach.
         for _ in 0..2 {
             trainer.iterate(threads)?;

@@ -36,6 +36,7 @@ mod run_tests;
 pub mod setup;
 pub mod stage;
 pub mod style;
+mod teacher;
 #[cfg(test)]
 mod toy;
 pub mod trainer;
@@ -59,4 +60,5 @@ pub use record::{LossRecord, Named, Record};
 pub use setup::Scene;
 pub use stage::{End, Limits, Outcome, StageJob, Start, train_in, train_judged_stage, train_stage};
 pub use style::AmpPreset;
+pub use teacher::TeacherPreset;
 pub use trainer::Trainer;

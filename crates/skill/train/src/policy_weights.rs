@@ -128,10 +128,13 @@ impl RunPreset {
         self.validate().map_err(|message| TrainError::Preset { place: self.stage.clone(), message })
     }
 
-    /// With the name of the motions' folder in place of its path, for another machine.
+    /// With names in place of the paths of motions and teacher, for another machine.
     pub(crate) fn without_paths(&self) -> Self {
         let mut preset = self.clone();
         preset.run.motions = folder_name(&preset.run.motions);
+        if let Some(teacher) = &mut preset.teacher {
+            teacher.policy = folder_name(&teacher.policy);
+        }
         preset
     }
 }

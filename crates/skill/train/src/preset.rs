@@ -10,6 +10,7 @@ use crate::TrainError;
 use crate::judge::JudgeConfig;
 use crate::phases::Phase;
 use crate::style::AmpPreset;
+use crate::teacher::TeacherPreset;
 use crate::written::signed;
 
 /// Environments and shards at most: more fit into no machine's memory.
@@ -35,6 +36,9 @@ pub struct RunPreset {
     /// A style reward by adversarial motion priors; none in most runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub amp: Option<AmpPreset>,
+    /// A policy to imitate; none in most runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub teacher: Option<TeacherPreset>,
 }
 
 /// Size and duration of a stage.
@@ -125,6 +129,7 @@ impl RunPreset {
             message: format!("expected {}, found {}", error.expected, error.found),
         })?;
         self.check_style()?;
+        self.check_teacher()?;
         self.check_phases()
     }
 

@@ -46,6 +46,9 @@ pub struct LossRecord {
     /// Mirror symmetry loss, before its weight; not written where it is off.
     #[serde(skip_serializing_if = "is_zero")]
     pub mirror: f64,
+    /// Imitation loss, before its weight; not written without a teacher.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub teacher: f64,
     /// KL divergence of the new policy from the old `[nat]`.
     pub kl: f64,
     /// Gradient norm before clipping.
@@ -132,6 +135,9 @@ impl Record {
         .into();
         if self.loss.mirror != 0.0 {
             tags.push(("Loss/symmetry".to_owned(), self.loss.mirror));
+        }
+        if self.loss.teacher != 0.0 {
+            tags.push(("Loss/teacher".to_owned(), self.loss.teacher));
         }
         for (prefix, named) in [
             ("Episode_Reward", &self.rewards),

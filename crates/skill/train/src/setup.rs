@@ -35,6 +35,8 @@ pub struct Scene {
     pub spec: RobotSpec,
     /// The motions in the task's form.
     pub library: Arc<ReferenceLibrary>,
+    /// A policy to imitate ([`Scene::with_teacher`]).
+    pub teacher: Option<Arc<TrainedPolicy>>,
 }
 
 impl Scene {
@@ -49,7 +51,7 @@ impl Scene {
             ReferenceSource::None => ReferenceLibrary::standing(&model, &spec, preset.task.control_dt_s())
                 .map_err(|e| TrainError::Setup(e.to_string()))?,
         };
-        Ok(Self { model, spec, library: Arc::new(library) })
+        Ok(Self { model, spec, library: Arc::new(library), teacher: None })
     }
 
     /// The preset's robot with motions that are made in memory: generated, or read from a format of one's own. Each clip has the frame
@@ -59,7 +61,7 @@ impl Scene {
     /// If the robot cannot be loaded.
     pub fn with_library(preset: &RunPreset, library: ReferenceLibrary) -> Result<Self, TrainError> {
         let (model, spec) = load_robot(&preset.robot)?;
-        Ok(Self { model, spec, library: Arc::new(library) })
+        Ok(Self { model, spec, library: Arc::new(library), teacher: None })
     }
 
     /// Names of the motions in order.
@@ -93,13 +95,17 @@ impl Scene {
         let each = shards / count;
         let isa = preset.isa().map_err(TrainError::Setup)?;
         let envs = preset.run.envs / preset.run.shards;
+        let mut task = preset.task.clone();
+        if let Some(teacher) = &self.teacher {
+            task.observations.teacher.clone_from(&teacher.preset.task.observations.policy);
+        }
         (each * ranks.rank()..each * (ranks.rank() + 1))
             .map(|shard| {
                 let task = TaskSetup {
                     robot: &self.model,
                     spec: &self.spec,
                     library: &self.library,
-                    preset: &preset.task,
+                    preset: &task,
                     first_env: shard * envs,
                     seed: preset.run.seed,
                 };
@@ -122,9 +128,9 @@ pub fn check_starts(stages: &[RunPreset], from: Option<&Path>) -> Result<(), Tra
         let mut few = preset.in_phase(0).map_err(fail)?;
         few.run.shards = 1;
         few.run.envs = few.isa().map_err(TrainError::Setup)?.lanes();
-        let scene = Scene::load(&few)?;
+        let scene = Scene::load(&few)?.with_teacher(&few)?;
         let trainer = Trainer::new(&few, scene.shards(&few)?, scene.motion_names())?;
-        let mut trainer = scene.styled(&few, trainer)?;
+        let mut trainer = scene.equip(&few, trainer)?;
         if let Some(before) = &before {
             let networks = |trainer: &Trainer| {
                 let learner = trainer.learner();

@@ -120,14 +120,12 @@ pub fn train_in(
     judge: Option<&mut dyn Judge>,
 ) -> Result<Outcome, TrainError> {
     let ranks = &job.ranks;
+    let scene = &scene.clone().with_teacher(&job.preset)?;
     meet_for(job, scene)?;
     let build = |preset: &RunPreset| {
         let trainer = Trainer::new(preset, scene.shards_of(preset, &**ranks)?, scene.motion_names())?;
         let trainer = trainer.with_ranks(Arc::clone(ranks));
-        match scene.style(preset)? {
-            Some(style) => trainer.with_style(style),
-            None => Ok(trainer),
-        }
+        scene.equip(preset, trainer)
     };
     let outcome = run_stage(job, &build, stop, report, judge)?;
     if ranks.rank() == 0 {

@@ -88,17 +88,21 @@ impl Scene {
         StyleReward::new(clips, &amp.discriminator, preset.run.seed).map(Some).map_err(setup)
     }
 
-    /// The trainer with the style reward of its run, if it has one.
+    /// The trainer with the style reward and the teacher of its run, if it has them.
     ///
     /// # Errors
-    /// As [`Scene::style`].
-    pub(crate) fn styled<E: TrainShard + ?Sized>(
+    /// As [`Scene::style`], or if the teacher does not fit.
+    pub(crate) fn equip<E: TrainShard + ?Sized>(
         &self,
         preset: &RunPreset,
         trainer: Trainer<E>,
     ) -> Result<Trainer<E>, TrainError> {
-        match self.style(preset)? {
-            Some(style) => trainer.with_style(style),
+        let trainer = match self.style(preset)? {
+            Some(style) => trainer.with_style(style)?,
+            None => trainer,
+        };
+        match self.teacher(preset)? {
+            Some(teacher) => trainer.with_teacher(teacher),
             None => Ok(trainer),
         }
     }

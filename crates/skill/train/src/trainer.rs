@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use paid_amp::StyleReward;
-use paid_learn::{Alone, Checkpoint, Learner, Ranks};
+use paid_learn::{Alone, Checkpoint, Learner, Ranks, Teacher};
 use paid_play::PRESET_FILE;
 use paid_policy::observation::ObservationId;
 use paid_task::{BallCurriculum, SamplerState, TaskMetrics, TaskShard, TrainShard};
@@ -131,6 +131,16 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         Ok(self)
     }
 
+    /// The same trainer with a policy to imitate, which its shards must show what it sees.
+    ///
+    /// # Errors
+    /// If it takes other actions.
+    pub fn with_teacher(mut self, teacher: Teacher) -> Result<Self, TrainError> {
+        self.learner =
+            self.learner.with_teacher(teacher).map_err(|error| TrainError::Setup(error.to_string()))?;
+        Ok(self)
+    }
+
     /// Counters.
     pub fn progress(&self) -> &Progress {
         &self.progress
@@ -193,6 +203,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
                 entropy: stats.entropy,
                 learning_rate: stats.learning_rate,
                 mirror: stats.update.mirror_loss,
+                teacher: stats.update.teacher_loss,
                 kl: stats.update.kl,
                 gradient_norm: stats.update.grad_norm,
             },

@@ -160,3 +160,56 @@ fn stage_two_starts_from_the_networks_of_stage_one() {
     // Stage I began at 0.35; the noise is the second preset's.
     assert!((record.mean_noise_std - 0.2).abs() < 0.02, "{}", record.mean_noise_std);
 }
+
+/// A student that is its teacher acts as it does: what the shards show the teacher is what they show the policy, in the
+/// mirror too.
+#[test]
+fn a_teacher_sees_what_its_policy_sees_and_a_student_learns_from_it() {
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name);
+    let resolve = |name: &str, sets: &[&str]| {
+        let common = ["run.envs=64", "run.shards=4", "run.iterations=2", "learn.precision=f32"];
+        let sets: Vec<String> = common.iter().chain(sets).map(|set| (*set).to_owned()).collect();
+        RunPreset::resolve(name, &sets)
+    };
+    run(at("teacher"), &resolve("stage2", &[]).expect("resolves"), Start::Fresh, 2, u64::MAX);
+    let file = at("taught.toml");
+    let policy = at("teacher").join("policy.onnx");
+    let text = format!(
+        "base = \"stage2\"\n[teacher]\npolicy = {:?}\nweight = 1\nuntil = 0.75\n",
+        policy.display().to_string()
+    );
+    std::fs::write(&file, text).expect("writes");
+    let taught = |sets: &[&str]| resolve(&file.display().to_string(), sets);
+    let losses = |name: &str, preset: &RunPreset, start: Start| -> Vec<f64> {
+        run(at(name), preset, start, 2, u64::MAX);
+        let log = std::fs::read_to_string(at(name).join("metrics.jsonl")).expect("a log");
+        let line = |line: &str| -> serde_json::Value { serde_json::from_str(line).expect("JSON") };
+        log.lines().map(|text| line(text)["loss"]["teacher"].as_f64().unwrap_or(0.0)).collect()
+    };
+    // Without noise, at a rate of next to nothing. In the second iteration it normalizes by other means. 64 environments begin with some left-footed kicks.
+    let still = taught(&[
+        "learn.ppo.learning_rate=1e-9",
+        "learn.ppo.adaptive_learning_rate=false",
+        "learn.ppo.min_learning_rate=1e-9",
+        "task.observations.noise.projected_gravity=0",
+        "task.observations.noise.reference_anchor_ang_vel=0",
+        "task.observations.noise.base_ang_vel=0",
+        "task.observations.noise.joint_pos_rel=0",
+        "task.observations.noise.joint_vel=0",
+    ]);
+    let own = losses("own", &still.expect("resolves"), Start::From(at("teacher")));
+    assert!(own[0] > 0.0 && own[0] < 1e-9, "{own:?}");
+    // Another policy has something to learn, which counts as long as the preset says.
+    let other = losses("other", &taught(&["run.iterations=5"]).expect("resolves"), Start::Fresh);
+    assert!(other[0] > 0.1 && other[3] > 0.0 && other[4] == 0.0, "{other:?}");
+    // The file of the student reads without its teacher.
+    std::fs::remove_dir_all(at("teacher")).expect("removes");
+    paid_train::TrainedPolicy::load(&at("other").join("policy.onnx")).expect("a policy");
+
+    let refused = |set: &str| taught(&[set]).expect_err("refused").to_string();
+    let error = refused("teacher.weight=0");
+    assert!(error.contains("teacher.weight: expected a positive number, found 0"), "{error}");
+    let error = refused("teacher.until=2");
+    assert!(error.contains("teacher.until: expected more than 0 and at most 1, found 2"), "{error}");
+}

@@ -55,6 +55,8 @@ pub struct Horizon<'a> {
     pub advantage: (f64, f64),
     /// The mirror images of the samples, observations normalized as they were collected; `None` if the loss is off.
     pub mirrors: Option<&'a Mirrors>,
+    /// Weight of the imitation loss now; 0 without a teacher.
+    pub teacher: f64,
 }
 
 impl Horizon<'_> {
@@ -78,7 +80,7 @@ pub fn update(
     workers: &mut [Worker],
 ) -> UpdateStats {
     let Networks { actor, critics, operands } = networks;
-    let Horizon { shards, world, ranks, advantage, mirrors } = horizon;
+    let Horizon { shards, world, ranks, advantage, mirrors, teacher } = horizon;
     let mut units = world.units();
     let old_log_std = actor.log_std().to_vec();
     let minibatches = minibatches(config, world);
@@ -97,6 +99,7 @@ pub fn update(
                 shards,
                 advantage,
                 mirrors: mirrors.map(|mirrors| (mirrors, step_number)),
+                teacher,
             };
             let weight = 1.0 / world.samples(&batch) as f64;
             let own = horizon.own(&batch);
@@ -115,6 +118,7 @@ pub fn update(
             totals.value_loss += losses.value_loss;
             totals.learned_value_loss += losses.learned_value_loss;
             totals.mirror_loss += losses.mirror_loss;
+            totals.teacher_loss += losses.teacher_loss;
             totals.kl += losses.kl;
             totals.clip_fraction += losses.clip_fraction;
         }
@@ -126,6 +130,7 @@ pub fn update(
         value_loss: totals.value_loss / count,
         learned_value_loss: totals.learned_value_loss / count,
         mirror_loss: totals.mirror_loss / count,
+        teacher_loss: totals.teacher_loss / count,
         kl: totals.kl / count,
         clip_fraction: totals.clip_fraction / count,
         grad_norm: totals.grad_norm / taken,

@@ -14,6 +14,7 @@ use crate::parallel::for_each;
 use crate::rollout::unit_ref;
 use crate::shard::Shard;
 use crate::stats::UpdateStats;
+use crate::teacher::imitation_loss;
 use crate::value_loss::{ValueBatch, value_loss};
 
 /// Scratch of one thread.
@@ -28,8 +29,15 @@ pub struct Worker {
 
 /// Which network a slice trains, and where its loss goes.
 enum Target<'a> {
-    Actor(&'a mut ActorLoss, &'a mut f64),
+    Actor(&'a mut ActorLoss, &'a mut Auxiliary),
     Critic(usize, &'a mut f64),
+}
+
+/// Sums of the losses beside the surrogate's.
+#[derive(Clone, Copy, Debug, Default)]
+struct Auxiliary {
+    mirror: f64,
+    teacher: f64,
 }
 
 /// One slice of a minibatch for one network.
@@ -50,6 +58,8 @@ pub(super) struct Shared<'a> {
     pub(super) advantage: (f64, f64),
     /// How samples read in a mirrored world, and the number of the gradient step.
     pub(super) mirrors: Option<(&'a Mirrors, usize)>,
+    /// Weight of the imitation loss; 0 without a teacher.
+    pub(super) teacher: f64,
 }
 
 /// Gradients of this rank's units of one minibatch, one for each slice, and their share of its mean losses. `weight` is one over the
@@ -79,10 +89,10 @@ pub(super) fn minibatch_gradient(
             jobs.push(Slice { target: Target::Critic(k, value), units: part(s), grads });
         }
     }
-    let mut mirror = vec![0.0; slices];
-    let sinks = sums.iter_mut().zip(&mut mirror);
-    for (s, (grads, (sums, mirror))) in gradients.actor.slices.iter_mut().zip(sinks).enumerate() {
-        jobs.push(Slice { target: Target::Actor(sums, mirror), units: part(s), grads });
+    let mut auxiliary = vec![Auxiliary::default(); slices];
+    let sinks = sums.iter_mut().zip(&mut auxiliary);
+    for (s, (grads, (sums, auxiliary))) in gradients.actor.slices.iter_mut().zip(sinks).enumerate() {
+        jobs.push(Slice { target: Target::Actor(sums, auxiliary), units: part(s), grads });
     }
     for_each(workers, jobs, |worker, slice| train_slice(shared, weight, worker, slice));
     // Once in the sum over all ranks.
@@ -93,7 +103,8 @@ pub(super) fn minibatch_gradient(
     let mut losses = UpdateStats::default();
     for s in 0..slices {
         losses.surrogate_loss += sums[s].surrogate * weight;
-        losses.mirror_loss += mirror[s] * weight;
+        losses.mirror_loss += auxiliary[s].mirror * weight;
+        losses.teacher_loss += auxiliary[s].teacher * weight;
         losses.kl += sums[s].kl * weight;
         losses.clip_fraction += sums[s].clipped * weight;
         losses.value_loss += values[0][s] * weight;
@@ -108,12 +119,13 @@ fn train_slice(shared: &Shared<'_>, weight: f64, worker: &mut Worker, slice: Sli
     for &(k, unit) in units {
         let shard = &shared.shards[k];
         match &mut target {
-            Target::Actor(sums, mirror) => {
-                let loss = train_actor(shared, weight, shard, unit, grads, worker);
+            Target::Actor(sums, auxiliary) => {
+                let (loss, teacher) = train_actor(shared, weight, shard, unit, grads, worker);
                 sums.surrogate += loss.surrogate;
                 sums.kl += loss.kl;
                 sums.clipped += loss.clipped;
-                **mirror += mirrored::train(shared, weight, shard, unit, grads, worker);
+                auxiliary.teacher += teacher;
+                auxiliary.mirror += mirrored::train(shared, weight, shard, unit, grads, worker);
             }
             Target::Critic(critic, value) => {
                 **value += train_critic(shared, *critic, weight, (shard, unit), grads, worker);
@@ -137,6 +149,7 @@ pub(super) fn sequence<'a>(
     Sequence { input: unit_ref(obs, rows, place), steps, state: &starts[block] }
 }
 
+/// Surrogate's and imitation's loss of a unit, summed over its samples.
 fn train_actor(
     shared: &Shared<'_>,
     weight: f64,
@@ -144,7 +157,7 @@ fn train_actor(
     unit: usize,
     grads: &mut [f32],
     worker: &mut Worker,
-) -> ActorLoss {
+) -> (ActorLoss, f64) {
     let r = &shard.rollout;
     let [rows, _, actions] = r.dims;
     let (_, place) = r.layout.unit(unit);
@@ -156,12 +169,13 @@ fn train_actor(
     };
     let net = &shared.actor.net;
     let (grads, dlog_std) = grads.split_at_mut(net.layout().len());
-    let mut total = ActorLoss::default();
+    let (mut total, mut apart) = (ActorLoss::default(), 0.0);
+    let taught = (shared.teacher > 0.0).then(|| unit_ref(&r.taught, actions, place));
     let Worker { train, dlog_prob, .. } = worker;
     dlog_prob.resize(place.stride, 0.0);
     let sequence = sequence(shard, &r.policy_obs, rows, unit, &shard.actor_start);
     let weights = shared.operands.weights(0, shared.actor);
-    net.train(weights, grads, sequence, train, &mut |columns, mean, dmean| {
+    net.train(weights, grads, sequence, train, &mut |columns, mean, mut dmean| {
         let samples = place.unit + columns.start..place.unit + columns.end;
         let batch = ActorBatch {
             action: unit_ref(&r.action, actions, place).columns(columns.start, columns.len()),
@@ -170,12 +184,17 @@ fn train_actor(
             old_log_prob: &r.log_prob[samples.clone()],
             advantage: &r.advantage[samples],
         };
-        let loss = actor_loss(config, mean, shared.actor.log_std(), batch, dmean, dlog_std, dlog_prob);
+        let into = dmean.reborrow();
+        let loss = actor_loss(config, mean, shared.actor.log_std(), batch, into, dlog_std, dlog_prob);
         total.surrogate += loss.surrogate;
         total.kl += loss.kl;
         total.clipped += loss.clipped;
+        if let Some(taught) = taught {
+            let wanted = taught.columns(columns.start, columns.len());
+            apart += imitation_loss(weight * shared.teacher, shared.old_log_std, mean, wanted, &mut dmean);
+        }
     });
-    total
+    (total, apart)
 }
 
 fn train_critic(

@@ -155,16 +155,16 @@ impl VecEnv for Recall {
     }
 }
 
-/// [`PointMass`] with a further observation group `motion`: position and velocity.
-pub struct WithMotion(pub PointMass);
+/// [`PointMass`] with a further observation group of this name: position and velocity.
+pub struct WithGroup(pub PointMass, pub &'static str);
 
-impl VecEnv for WithMotion {
+impl VecEnv for WithGroup {
     fn num_envs(&self) -> usize {
         self.0.num_envs()
     }
     fn observation_groups(&self) -> Vec<ObservationGroup> {
         let mut groups = self.0.observation_groups();
-        groups.push(ObservationGroup::new("motion", 2));
+        groups.push(ObservationGroup::new(self.1, 2));
         groups
     }
     fn action_dim(&self) -> usize {

@@ -161,6 +161,8 @@ pub(crate) struct Observe<'a, V> {
     pub critic: &'a mut [f32],
     /// Empty without a discriminator.
     pub style: &'a mut [f32],
+    /// Empty without a teacher.
+    pub teacher: &'a mut [f32],
     pub stride: usize,
     pub first: usize,
 }
@@ -200,6 +202,10 @@ impl<V: Real> Kernel for Observe<'_, V> {
         if config.observations.style_dim > 0 {
             let mut rows = Rows { out: self.style, stride: self.stride, at: self.first };
             observe(&config.observations.style, &views, &mut rows);
+        }
+        if config.observations.teacher_dim > 0 {
+            let mut rows = Rows { out: self.teacher, stride: self.stride, at: self.first };
+            observe(&config.observations.teacher, &views, &mut rows);
         }
 
         let views = Views { scene: Some(seen), ..views };

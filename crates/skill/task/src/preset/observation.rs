@@ -22,14 +22,21 @@ pub struct ObservationPreset {
     /// own state, without noise.
     #[serde(default)]
     pub style: Vec<ObservationId>,
+    /// Terms that a teacher sees, in order, without noise; empty without one. They are the teacher's own: no preset names them.
+    #[serde(skip)]
+    pub teacher: Vec<ObservationId>,
     /// Half-widths of uniform noise on the policy's terms, by name; terms that are left out have none.
     pub noise: ObservationNoise,
 }
 
 impl ObservationPreset {
-    /// True if policy or critic is shown the ball where it will be.
+    /// True if policy, critic or teacher is shown the ball where it will be.
     pub(crate) fn predicts(&self) -> bool {
-        self.policy.iter().chain(&self.critic).any(|id| *id == ObservationId::BallAtStrike)
+        self.policy
+            .iter()
+            .chain(&self.critic)
+            .chain(&self.teacher)
+            .any(|id| *id == ObservationId::BallAtStrike)
     }
 
     /// What the numbers of both observations mean for a robot.
@@ -64,6 +71,10 @@ impl ObservationPreset {
                 return Err(value_error("observations.style", expected, found));
             }
         }
+        if !self.teacher.is_empty() {
+            observation::check(&self.teacher, critic)
+                .map_err(|error| TaskError::Observations { list: "teacher", error })?;
+        }
         for id in ObservationId::all() {
             let limits = ([0.0, 1000.0], "0 to 1000");
             check("observations.noise", &[(id.name(), self.noise.half_width(id).into(), limits)])?;
@@ -90,6 +101,9 @@ pub(crate) struct ObservationConfig {
     pub style: Vec<ObservationId>,
     /// Numbers of a frame that a discriminator sees; 0 without one.
     pub style_dim: usize,
+    pub teacher: Vec<ObservationId>,
+    /// Numbers that a teacher sees; 0 without one.
+    pub teacher_dim: usize,
     /// Random numbers of one observation.
     pub noisy: usize,
     /// Numbers of the policy's sensed terms.
@@ -109,10 +123,13 @@ impl ObservationConfig {
         let count = |counts: fn(&PolicyTerm) -> bool| {
             policy.iter().filter(|term| counts(term)).map(|term| term.id.info().shape.size(dimensions)).sum()
         };
+        let size = |list: &[ObservationId]| list.iter().map(|id| id.info().shape.size(dimensions)).sum();
         Self {
             critic: preset.critic.clone(),
-            style_dim: preset.style.iter().map(|id| id.info().shape.size(dimensions)).sum(),
+            style_dim: size(&preset.style),
             style: preset.style.clone(),
+            teacher_dim: size(&preset.teacher),
+            teacher: preset.teacher.clone(),
             noisy: count(|term| term.half_width > 0.0),
             sensed: count(|term| term.sensed),
             predicts: preset.predicts(),

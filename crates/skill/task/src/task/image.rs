@@ -18,6 +18,8 @@ pub(crate) struct Image {
     mirrors: Mirrors,
     /// Of the critic's observation.
     critic: Mirror,
+    /// Of the teacher's, which acts for the policy.
+    teacher: Mirror,
     /// Whether each environment's motion is mirrored.
     left: Vec<bool>,
     actions: Vec<f32>,
@@ -39,6 +41,7 @@ impl Image {
         Ok(Some(Self {
             mirrors: Mirrors::new(sides, &terms.policy),
             critic: Mirror::of_observation(&terms.critic, sides),
+            teacher: Mirror::of_observation(&terms.teacher, sides),
             left: Vec::new(),
             actions: Vec::new(),
             room: Vec::new(),
@@ -51,11 +54,21 @@ impl Image {
         self.left.contains(&true)
     }
 
-    /// What policy and critic are shown, from what there is to be seen `[features, envs]` each. Further groups stay as they are.
-    pub fn show(&mut self, groups: &mut [&mut [f32]], envs: &[EnvTask], facts: &[MotionFacts]) {
+    /// What policy, critic and teacher are shown, from what there is to be seen `[features, envs]` each. A discriminator's group stays as
+    /// it is. `teacher` is the number of the teacher's group.
+    pub fn show(
+        &mut self,
+        groups: &mut [&mut [f32]],
+        teacher: usize,
+        envs: &[EnvTask],
+        facts: &[MotionFacts],
+    ) {
         if self.mark(envs, facts) {
-            for (group, mirror) in groups.iter_mut().zip([&self.mirrors.observation, &self.critic]) {
-                mirror.apply_to_marked(group, &self.left, &mut self.room);
+            let mirrors = [(0, &self.mirrors.observation), (1, &self.critic), (teacher, &self.teacher)];
+            for (number, mirror) in mirrors {
+                if let Some(group) = groups.get_mut(number) {
+                    mirror.apply_to_marked(group, &self.left, &mut self.room);
+                }
             }
         }
     }

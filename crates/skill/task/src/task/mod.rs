@@ -104,6 +104,7 @@ pub struct Task<V: Real, S: Simulator<V>> {
     policy_rows: Vec<f32>,
     critic_rows: Vec<f32>,
     style_rows: Vec<f32>,
+    teacher_rows: Vec<f32>,
     /// `None` if the policy sees left-footed kicks as they are.
     pub(crate) image: Option<Image>,
 }
@@ -170,6 +171,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             policy_rows: vec![0.0; config.layout.policy_dim() * BLOCK_GROUPS * V::LANES],
             critic_rows: vec![0.0; config.layout.critic_dim() * BLOCK_GROUPS * V::LANES],
             style_rows: vec![0.0; config.observations.style_dim * BLOCK_GROUPS * V::LANES],
+            teacher_rows: vec![0.0; config.observations.teacher_dim * BLOCK_GROUPS * V::LANES],
             library: Arc::clone(library),
             image: Image::new(&config)?,
             config,

@@ -2,6 +2,7 @@
 
 use paid_lanes::{MAX_LANES, Real};
 use paid_physics::Simulator;
+use paid_policy::env::{STYLE_GROUP, TEACHER_GROUP};
 
 use super::{BLOCK_GROUPS, Task};
 use crate::kernels::delay::Remember;
@@ -12,10 +13,9 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
     /// Writes observations, see [`paid_policy::VecEnv::observe`].
     pub(crate) fn observe_all(&mut self, out: &mut [&mut [f32]]) {
         let envs = self.envs.len();
-        let layout = &self.config.layout;
-        let sizes = [layout.policy_dim(), layout.critic_dim(), self.config.observations.style_dim];
+        let sizes: Vec<usize> = self.groups_shown().into_iter().map(|(_, size)| size).collect();
         assert!(out.len() <= sizes.len(), "at most {} observation groups, found {}", sizes.len(), out.len());
-        for (k, (out, size)) in out.iter().zip(sizes).enumerate() {
+        for (k, (out, size)) in out.iter().zip(&sizes).enumerate() {
             assert_eq!(out.len(), size * envs, "observation group {k}");
         }
         let disturbed = self.disturbed();
@@ -32,13 +32,23 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
                 self.observe_group(group, disturbed, (group - first) * V::LANES, width);
             }
             let used = groups * V::LANES;
-            for (out, rows) in out.iter_mut().zip([&self.policy_rows, &self.critic_rows, &self.style_rows]) {
+            let rows = [&self.policy_rows, &self.critic_rows, &self.style_rows, &self.teacher_rows];
+            for (out, rows) in out.iter_mut().zip(rows.into_iter().filter(|rows| !rows.is_empty())) {
                 for (to, from) in out.chunks_exact_mut(envs).zip(rows.chunks_exact(width)) {
                     to[first * V::LANES..][..used].copy_from_slice(&from[..used]);
                 }
             }
         }
         self.observations += 1;
+    }
+
+    /// Names and sizes of the observation groups: the policy's, the critic's, and those of a discriminator and a teacher if there are such.
+    pub(crate) fn groups_shown(&self) -> Vec<(&'static str, usize)> {
+        let (layout, lists) = (&self.config.layout, &self.config.observations);
+        let mut groups = vec![("policy", layout.policy_dim()), ("critic", layout.critic_dim())];
+        let further = [(STYLE_GROUP, lists.style_dim), (TEACHER_GROUP, lists.teacher_dim)];
+        groups.extend(further.into_iter().filter(|(_, size)| *size > 0));
+        groups
     }
 
     /// Numbers of a group's environments, one per lane.
@@ -66,6 +76,7 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
             policy: &mut self.policy_rows,
             critic: &mut self.critic_rows,
             style: &mut self.style_rows,
+            teacher: &mut self.teacher_rows,
             stride,
             first,
         });

@@ -3,7 +3,6 @@
 use paid_lanes::Real;
 use paid_physics::Simulator;
 use paid_policy::action::joint_target;
-use paid_policy::env::STYLE_GROUP;
 use paid_policy::{Mirrors, ObservationGroup, ObservationLayout, StepBuffers, VecEnv};
 
 use super::image;
@@ -24,13 +23,7 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
         self.envs.len()
     }
     fn observation_groups(&self) -> Vec<ObservationGroup> {
-        let layout = &self.config.layout;
-        let mut groups = ObservationGroup::policy_and_critic(layout.policy_dim(), layout.critic_dim());
-        match self.config.observations.style_dim {
-            0 => {}
-            size => groups.push(ObservationGroup::new(STYLE_GROUP, size)),
-        }
-        groups
+        self.groups_shown().into_iter().map(|(name, size)| ObservationGroup::new(name, size)).collect()
     }
     fn action_dim(&self) -> usize {
         self.config.joints()
@@ -41,7 +34,10 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
     fn observe(&mut self, groups: &mut [&mut [f32]]) {
         self.observe_all(groups);
         if let Some(image) = &mut self.image {
-            image.show(groups, &self.envs, self.library.facts());
+            let lists = &self.config.observations;
+            let teacher =
+                if lists.teacher_dim > 0 { 2 + usize::from(lists.style_dim > 0) } else { usize::MAX };
+            image.show(groups, teacher, &self.envs, self.library.facts());
         }
     }
     fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
