@@ -44,6 +44,26 @@ fn scatter(data: &[f32], states: &mut [State<f32>], envs: usize) {
     }
 }
 
+/// The parameters of a network without a memory, with that of `model`, which weighs nothing.
+fn with_memory(checkpoint: &Checkpoint, name: &str, model: &Model) -> Result<Vec<f32>, CheckpointError> {
+    let mut params = model.params.clone();
+    for spec in model.layout.tensors().iter().filter(|spec| !spec.name.starts_with("lstm.")) {
+        let tensor = format!("{name}.{}", spec.name);
+        let place = &mut params[spec.range.clone()];
+        if spec.range == model.net.mlp[0].weight {
+            let (rows, known) = (spec.shape[0], model.net.direct);
+            let weights = checkpoint.tensors().f32s(&tensor, &[rows, known])?;
+            place.fill(0.0);
+            for (row, weights) in place.chunks_exact_mut(spec.shape[1]).zip(weights.chunks_exact(known)) {
+                row[..known].copy_from_slice(weights);
+            }
+        } else {
+            place.copy_from_slice(&checkpoint.tensors().f32s(&tensor, &spec.shape)?);
+        }
+    }
+    Ok(params)
+}
+
 /// Beginning of the name of a learned reward's state.
 const REWARD: &str = "reward.";
 
@@ -241,8 +261,8 @@ impl Learner {
     }
 
     /// Takes weights, standard deviations and normalizers only: the start of a next stage. Moments, rates, counters, recurrent
-    /// states and a learned reward stay as they are; so does its critic where the checkpoint has none. On an error the learner is
-    /// as before.
+    /// states and a learned reward stay as they are; so does its critic where the checkpoint has none. A network with a memory beside its
+    /// input may begin from one without: its memory stays as it is and weighs nothing yet. On an error the learner is as before.
     ///
     /// # Errors
     /// If the checkpoint is of another architecture.
@@ -258,7 +278,7 @@ impl Learner {
             (weights.policy_normalizer, weights.critic_normalizer);
     }
 
-    /// Copies of the models with the checkpoint's weights, and its normalizers. Unless `all`, a second critic may be missing.
+    /// Copies of the models with the checkpoint's weights, and its normalizers. Unless `all`, a second critic and a memory may be missing.
     fn weights_of(&self, checkpoint: &Checkpoint, all: bool) -> Result<Weights, CheckpointError> {
         let (mut actor, mut critics) = (self.actor.clone(), self.critics.clone());
         let names: Vec<String> = self.models().into_iter().map(|(name, _)| name).collect();
@@ -278,8 +298,13 @@ impl Learner {
                     found: format!("{:?} {:?}", tensor.dtype, tensor.shape),
                 });
             }
+            let has_memory = tensors.clone().any(|(key, _)| key[prefix.len()..].starts_with("lstm."));
             if k < 2 || all || tensors.next().is_some() {
-                model.params = checkpoint.parameters(name, &model.layout)?;
+                model.params = if all || has_memory || !model.net.is_beside() {
+                    checkpoint.parameters(name, &model.layout)?
+                } else {
+                    with_memory(checkpoint, name, model)?
+                };
             }
         }
         let policy_normalizer = checkpoint.normalizer("policy", actor.net.input)?;

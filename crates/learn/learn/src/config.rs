@@ -1,6 +1,7 @@
 //! A preset's values for networks and PPO. Unknown keys are refused.
 
 use paid_policy::bf16::Precision;
+use paid_policy::config::SizeError;
 use paid_policy::{NetworkConfig, NetworkKind};
 use serde::{Deserialize, Serialize};
 
@@ -226,14 +227,24 @@ impl LearnConfig {
             }
         }
         for (name, net) in [("actor", &self.actor), ("critic", &self.critic)] {
-            net.check().map_err(|error| ConfigError {
-                key: format!("{name}.{}", error.key),
-                expected: error.expected,
-                found: error.found,
-            })?;
+            net.check().map_err(|error| of_network(name, &error))?;
         }
         Ok(())
     }
+
+    /// Checks the networks for observations of `policy` and `critic` features.
+    ///
+    /// # Errors
+    /// The first value that does not fit.
+    pub fn check_for(&self, policy: usize, critic: usize) -> Result<(), ConfigError> {
+        self.actor.check_for(policy).map_err(|error| of_network("actor", &error))?;
+        self.critic.check_for(critic).map_err(|error| of_network("critic", &error))
+    }
+}
+
+fn of_network(name: &str, error: &SizeError) -> ConfigError {
+    let SizeError { key, expected, found } = error.clone();
+    ConfigError { key: format!("{name}.{key}"), expected, found }
 }
 
 #[cfg(test)]

@@ -88,6 +88,7 @@ impl Learner {
         seed: u64,
     ) -> Result<Self, ConfigError> {
         config.check()?;
+        config.check_for(policy_obs, critic_obs)?;
         let std = Some(config.ppo.initial_std);
         let actor = Model::new(policy_obs, actions, &config.actor, std, &mut Rng::new(seed, 0, INIT_STREAM));
         let critic = Model::new(critic_obs, 1, &config.critic, None, &mut Rng::new(seed, 1, INIT_STREAM));
@@ -146,8 +147,10 @@ impl Learner {
         }
         if let RewardRole::OwnCritic { critic, .. } = &role {
             // The configuration's check is the critic's.
-            LearnConfig { critic: critic.clone(), ..self.config.clone() }.check()?;
             let features = self.critics[0].net.input;
+            let config = LearnConfig { critic: critic.clone(), ..self.config.clone() };
+            config.check()?;
+            config.check_for(self.actor.net.input, features)?;
             let mut rng = Rng::new(self.seed, 2, INIT_STREAM);
             self.critics.push(Model::new(features, 1, critic, None, &mut rng));
         }

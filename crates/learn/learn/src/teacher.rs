@@ -116,7 +116,7 @@ mod tests {
         let config = NetworkConfig {
             kind,
             hidden: vec![4],
-            lstm: LstmConfig { layers: 1, size: 2 },
+            lstm: LstmConfig { layers: 1, size: 2, inputs: 0 },
             ..NetworkConfig::default()
         };
         let net = Network::new(3, 2, &config);

@@ -11,7 +11,7 @@ fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
     let network = NetworkConfig {
         kind,
         hidden: hidden.to_vec(),
-        lstm: LstmConfig { layers: 2, size: 6 },
+        lstm: LstmConfig { layers: 2, size: 6, inputs: 0 },
         ..NetworkConfig::default()
     };
     LearnConfig {
@@ -34,7 +34,7 @@ fn weights(learner: &Learner) -> Vec<u32> {
 fn a_resumed_run_ends_in_the_same_weights() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.safetensors");
-    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
         let config = config(kind, &[8]);
         let mut whole = Learner::new(2, 2, 1, &config, 4).unwrap();
         let mut envs = recalls();
@@ -226,7 +226,7 @@ fn a_learner_that_forgot_its_shards_can_be_saved() {
 fn a_policy_with_new_inputs_does_what_it_did() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("two.safetensors");
-    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
         let config = config(kind, &[8]);
         let mut learner = Learner::new(2, 2, 1, &config, 4).unwrap();
         learner.iterate(&mut recalls(), 2).unwrap();
@@ -253,4 +253,80 @@ fn a_policy_with_new_inputs_does_what_it_did() {
         assert_eq!(normalizer.mean()[0], 0.0);
         assert!((normalizer.inv_std()[0] - 1.0 / 1.01).abs() < 1e-6);
     }
+}
+
+#[test]
+fn a_memory_beside_the_input_starts_from_a_network_without_one_and_does_what_it_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mlp.safetensors");
+    let mut first = Learner::new(2, 2, 1, &config(NetworkKind::Mlp, &[8, 6]), 4).unwrap();
+    first.iterate(&mut recalls(), 1).unwrap();
+    first.save(&path, &[]).unwrap();
+    let checkpoint = Checkpoint::load(&path).unwrap();
+    let mut with = config(NetworkKind::Memory, &[8, 6]);
+    with.actor.lstm.inputs = 1;
+    with.critic.kind = NetworkKind::Mlp;
+    let mut second = Learner::new(2, 2, 1, &with, 5).unwrap();
+    let fresh = second.policy();
+    second.load_weights(&checkpoint).unwrap();
+    let (before, after) = (first.policy(), second.policy());
+    let (mut none, mut memory) = (before.start(3), after.start(3));
+    let mut actions = [[0.0; 3], [0.0; 3]];
+    for step in 0..4 {
+        let obs: Vec<f32> = (0..6).map(|k| (k * step) as f32 * 0.1 - 0.3).collect();
+        before.act(&obs, &mut none, &mut actions[0]);
+        after.act(&obs, &mut memory, &mut actions[1]);
+        assert!(actions[0].iter().zip(&actions[1]).all(|(a, b)| (a - b).abs() < 1e-6), "{actions:?}");
+    }
+    assert_eq!((&before.std, &first.critic().params), (&after.std, &second.critic().params));
+    assert_eq!(before.normalizer.mean(), after.normalizer.mean());
+    // Its memory is a fresh one, which runs and will be listened to.
+    let lstm = after.net.lstm[0].weight_ih.clone();
+    assert_eq!(after.params[lstm.clone()], fresh.params[lstm.clone()]);
+    assert!(memory.recurrent.h[0].iter().any(|h| *h != 0.0));
+    for _ in 0..2 {
+        second.iterate(&mut recalls(), 1).unwrap();
+    }
+    let listened = &second.actor().params[after.net.mlp[0].weight.clone()];
+    assert!(listened.chunks(8).all(|row| row[2..].iter().all(|w| *w != 0.0)));
+    assert_ne!(second.actor().params[lstm.clone()], fresh.params[lstm]);
+    // A run is continued by its own kind alone, and other widths are no start.
+    let error = second.restore(&checkpoint).unwrap_err().to_string();
+    assert!(error.contains("lstm.0.weight_ih") && error.contains("found none"), "{error}");
+    with.actor.hidden = vec![9, 6];
+    let mut wider = Learner::new(2, 2, 1, &with, 5).unwrap();
+    let error = wider.load_weights(&checkpoint).unwrap_err().to_string();
+    assert!(error.contains("actor.mlp.0.weight: expected F32 [9, 2], found F32 [8, 2]"), "{error}");
+}
+
+#[test]
+fn a_memory_keeps_its_features_in_another_order_or_says_that_it_cannot() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("memory.safetensors");
+    let mut config = config(NetworkKind::Memory, &[8]);
+    config.actor.lstm.inputs = 1;
+    let mut learner = Learner::new(2, 2, 1, &config, 4).unwrap();
+    learner.iterate(&mut recalls(), 2).unwrap();
+    learner.save(&path, &[]).unwrap();
+    let before = Checkpoint::load(&path).unwrap();
+    let after = before.with_policy_inputs(&[Some(0), None, Some(1)]).unwrap();
+    let (one, two) = (before.policy().unwrap(), after.policy().unwrap());
+    let (mut memory, mut other_memory) = (one.start(1), two.start(1));
+    for step in 0..4_i16 {
+        let [a, b] = [0.3 * f32::from(step), 1.0 - f32::from(step)];
+        let (mut out, mut other) = ([0.0], [0.0]);
+        one.act(&[a, b], &mut memory, &mut out);
+        two.act(&[a, 5.0, b], &mut other_memory, &mut other);
+        assert!(out[0] != 0.0 && (out[0] - other[0]).abs() < 1e-6, "{step}: {out:?} {other:?}");
+    }
+    let error = before.with_policy_inputs(&[Some(1), Some(0)]).unwrap_err().to_string();
+    assert!(error.contains("the 1 features that its memory reads at the end"), "{error}");
+}
+
+#[test]
+fn a_memory_that_reads_more_than_is_observed_is_refused() {
+    let mut config = config(NetworkKind::Memory, &[8]);
+    config.actor.lstm.inputs = 3;
+    let error = Learner::new(2, 3, 1, &config, 4).unwrap_err().to_string();
+    assert_eq!(error, "actor.lstm.inputs: expected no more than are observed, found 3 of 2");
 }

@@ -12,9 +12,15 @@ fn config(layers: usize, hidden: &[usize]) -> NetworkConfig {
     NetworkConfig {
         kind: if layers > 0 { NetworkKind::Lstm } else { NetworkKind::Mlp },
         hidden: hidden.to_vec(),
-        lstm: LstmConfig { layers, size: 4 },
+        lstm: LstmConfig { layers, size: 4, inputs: 0 },
         ..NetworkConfig::default()
     }
+}
+
+/// A memory of `layers` beside the input, of which it reads the last `inputs`.
+fn memory(layers: usize, inputs: usize, hidden: &[usize]) -> NetworkConfig {
+    let lstm = LstmConfig { layers, size: 4, inputs };
+    NetworkConfig { kind: NetworkKind::Memory, lstm, ..config(layers, hidden) }
 }
 
 struct Case {
@@ -41,7 +47,9 @@ impl Case {
         }
         // Episodes begin in the middle of some sequences.
         let mask = (0..cols).map(|k| if k >= width && k % 7 == 3 { 0.0 } else { 1.0 }).collect();
-        let params = net.initialize(&mut Rng::new(6, 0, 0));
+        let mut params: Vec<f64> = net.initialize(&mut Rng::new(6, 0, 0));
+        // A memory that weighs nothing has no gradient.
+        params.iter_mut().filter(|x| **x == 0.0).for_each(|x| *x = rng.uniform(-0.5, 0.5));
         Self { net, params, input, mask, state, target, steps, width }
     }
 
@@ -112,9 +120,61 @@ fn lstm_gradients_match_differences_through_time_and_resets() {
 }
 
 #[test]
+fn gradients_of_a_memory_beside_the_input_match_differences_through_time_and_resets() {
+    Case::new(Network::new(5, 2, &memory(1, 2, &[5])), 5, 4).check();
+    Case::new(Network::new(3, 2, &memory(2, 0, &[5, 3])), 4, 3).check();
+    // Chunks that do not end with a step, and a first layer that is the last.
+    Case::new(Network::new(3, 1, &memory(1, 1, &[])), 3, 100).check();
+}
+
+#[test]
+fn a_memory_beside_the_input_begins_as_the_network_without_one() {
+    let (net, plain) = (Network::new(5, 2, &memory(1, 2, &[6, 4])), Network::new(5, 2, &config(0, &[6, 4])));
+    let [params, without] = [&net, &plain].map(|net| net.initialize::<f64>(&mut Rng::new(6, 0, 0)));
+    let (mut state, mut none) = (net.initial_state(3), plain.initial_state(3));
+    let mut rng = Rng::new(7, 0, 0);
+    for _ in 0..4 {
+        let input: Vec<f64> = (0..15).map(|_| rng.normal()).collect();
+        let x = Mat::new(&input, 5, 3, 3);
+        let (mut out, mut expected) = (vec![0.0; 6], vec![0.0; 6]);
+        let mut work = StepWorkspace::default();
+        net.step(&params, x, &mut state, MatMut::new(&mut out, 2, 3, 3), &mut work);
+        plain.step(&without, x, &mut none, MatMut::new(&mut expected, 2, 3, 3), &mut work);
+        assert!(out.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-12), "{out:?} {expected:?}");
+    }
+    assert!(state.h[0].iter().all(|h| h.abs() > 1e-6), "it remembers from the start: {:?}", state.h);
+    let bias = net.layout().find("lstm.0.bias").expect("a tensor").range.clone();
+    let (input, forget) = params[bias][..8].split_at(4);
+    assert!(forget.iter().zip(input).all(|(f, i)| (0.0..50.0_f64.ln()).contains(f) && f == &-i));
+}
+
+#[test]
+fn what_is_in_front_of_a_memorys_features_does_not_reach_it() {
+    let net = Network::new(5, 2, &memory(1, 2, &[6]));
+    assert_eq!((net.remembered_features(), net.train_flop()), (3..5, f64::from(2 * (3 * 162 - 32 - 30))));
+    let params = net.initialize::<f64>(&mut Rng::new(6, 0, 0));
+    let mut states = [1.0, 2.0].map(|x| {
+        let mut state = net.initial_state(1);
+        let out = &mut [0.0; 2];
+        let input = [x, x, x, 0.5, -0.5];
+        let (input, out) = (Mat::new(&input, 5, 1, 1), MatMut::new(out, 2, 1, 1));
+        net.step(&params, input, &mut state, out, &mut StepWorkspace::default());
+        state
+    });
+    assert_eq!(states[0], states[1]);
+    states[0].reset(0);
+    assert_eq!(states[0], net.initial_state(1));
+}
+
+#[test]
 fn a_sequence_and_single_steps_give_the_same_outputs() {
+    same_outputs(Network::new(3, 2, &config(2, &[4])));
+    same_outputs(Network::new(3, 2, &memory(2, 2, &[4])));
+}
+
+fn same_outputs(net: Network) {
     let (steps, width) = (6, 5);
-    let mut case = Case::new(Network::new(3, 2, &config(2, &[4])), steps, width);
+    let mut case = Case::new(net, steps, width);
     let cols = steps * width;
     case.target.fill(0.0);
     let mut outputs = vec![0.0; 2 * cols];

@@ -2,7 +2,7 @@
 
 #![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
 
-use crate::common::{PointMass, Recall};
+use crate::common::{PointMass, Recall, Told};
 use paid_learn::{
     LearnConfig, Learner, LstmConfig, MirrorConfig, NetworkConfig, NetworkKind, PpoConfig, StepBuffers,
     VecEnv,
@@ -21,7 +21,7 @@ fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
     let network = NetworkConfig {
         kind,
         hidden: hidden.to_vec(),
-        lstm: LstmConfig { layers: 1, size: 16 },
+        lstm: LstmConfig { layers: 1, size: 16, inputs: 0 },
         ..NetworkConfig::default()
     };
     LearnConfig {
@@ -106,13 +106,28 @@ fn a_sign_seen_once_is_remembered_by_an_lstm() {
     assert!(after > 0.9 * 5.0 / 6.0, "trained {after}");
 }
 
+/// A policy with memory beside a critic without: what the policy must remember, the critic is told.
+#[test]
+fn a_sign_seen_once_is_remembered_beside_the_input_with_a_critic_that_has_no_memory() {
+    let mut config = config(NetworkKind::Memory, &[16]);
+    config.critic.kind = NetworkKind::Mlp;
+    let mut learner = Learner::new(2, 3, 1, &config, 1).unwrap();
+    let mut envs: Vec<Box<Told>> = (0..2).map(|k| Box::new(Told(Recall::new(64, k)))).collect();
+    for _ in 0..80 {
+        learner.iterate(&mut envs, 2).unwrap();
+    }
+    let after = evaluate(&learner, &mut Recall::new(100, 99));
+    println!("trained {after:.3}");
+    assert!(after > 0.9 * 5.0 / 6.0, "trained {after}");
+}
+
 fn weights(learner: &Learner) -> Vec<u32> {
     learner.actor().params.iter().chain(&learner.critic().params).map(|x| x.to_bits()).collect()
 }
 
 #[test]
 fn weights_do_not_depend_on_the_number_of_threads() {
-    for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
         let run = |threads: usize| {
             let mut learner = Learner::new(2, 3, 1, &config(kind, &[16, 8]), 3).unwrap();
             let mut envs = point_masses(3, 40);

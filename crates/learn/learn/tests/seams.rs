@@ -13,7 +13,7 @@ fn config(kind: NetworkKind) -> LearnConfig {
     let network = NetworkConfig {
         kind,
         hidden: vec![16],
-        lstm: LstmConfig { layers: 1, size: 6 },
+        lstm: LstmConfig { layers: 1, size: 6, inputs: 0 },
         ..NetworkConfig::default()
     };
     LearnConfig {

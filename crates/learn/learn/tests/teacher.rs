@@ -26,7 +26,7 @@ fn student(kind: NetworkKind, teacher: Teacher) -> Learner {
     let network = NetworkConfig {
         kind,
         hidden: vec![16],
-        lstm: LstmConfig { size: 6, layers: 1 },
+        lstm: LstmConfig { layers: 1, size: 6, inputs: 0 },
         ..NetworkConfig::default()
     };
     let ppo = PpoConfig { minibatches: 4, block: 32, sequence_block: 16, ..PpoConfig::default() };

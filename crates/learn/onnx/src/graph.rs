@@ -44,7 +44,15 @@ pub(crate) fn build(
         }
     }
     if let Some(first) = weights.lstm.first() {
-        x = g.lstm(&weights.lstm, first.hidden, x);
+        let observed = weights.observations();
+        if weights.is_beside() {
+            let seen = g.last_features(&x, first.inputs, observed);
+            let remembered = g.lstm(&weights.lstm, first.hidden, seen);
+            x = g.node("Concat", &[&x, &remembered], "observed_and_remembered");
+            g.attribute(int("axis", 1));
+        } else {
+            x = g.lstm(&weights.lstm, first.hidden, x);
+        }
     }
     let last = weights.layers.len() - 1;
     let actions = if weights.mirror.is_some() { "actions_shown" } else { "actions" };
@@ -117,6 +125,17 @@ impl Builder {
         self.attribute(int("axis", 1));
         let image = self.node("Mul", &[&image, &signs], &format!("{name}_mirrored"));
         self.node("Where", &[IS_MIRRORED, &image, x], out)
+    }
+
+    /// The last `count` of the features `x` `[1, all]`.
+    fn last_features(&mut self, x: &str, count: usize, all: usize) -> String {
+        if count == all {
+            return x.to_owned();
+        }
+        let first = self.int64("lstm.first_feature", &[(all - count) as i64]);
+        let end = self.int64("lstm.features", &[all as i64]);
+        let axis = self.int64("lstm.feature_axis", &[1]);
+        self.node("Slice", &[x, &first, &end, &axis], "lstm_features")
     }
 
     /// The LSTM stack from `x` `[1, inputs]`; returns the last layer's output `[1, hidden]`.

@@ -116,16 +116,17 @@ impl OnnxPolicy {
         self.act_with(obs, 0.0, state)
     }
 
-    /// [`Self::act`] in the mirror, of a feed-forward policy whose graph has that input: observation and actions are those of the world.
+    /// [`Self::act`] in the mirror, of a policy whose graph has that input: observation and actions are those of the world. `state` is
+    /// that of the mirrored world, so a policy with memory changes sides only with a fresh one.
     ///
     /// # Errors
     /// As [`Self::act`], and [`OnnxError::Input`] if the graph has no such input.
-    pub fn act_in_mirror(&self, obs: &[f32]) -> Result<Vec<f32>, OnnxError> {
+    pub fn act_in_mirror(&self, obs: &[f32], state: &mut OnnxState) -> Result<Vec<f32>, OnnxError> {
         if !self.has_mirror() {
             let (expected, found) = ("a policy that is played in it".to_owned(), "another".to_owned());
             return Err(OnnxError::Input { what: MIRROR, expected, found });
         }
-        self.act_with(obs, 1.0, &mut self.initial_state())
+        self.act_with(obs, 1.0, state)
     }
 
     fn has_mirror(&self) -> bool {

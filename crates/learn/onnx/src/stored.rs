@@ -80,8 +80,10 @@ fn policy(weights: PolicyWeights, std: Vec<f32>) -> Result<Policy, String> {
     hidden.pop();
     let mut config = NetworkConfig { hidden, ..NetworkConfig::default() };
     if let Some(first) = weights.lstm.first() {
-        config.kind = NetworkKind::Lstm;
-        config.lstm = LstmConfig { layers: weights.lstm.len(), size: first.hidden };
+        let beside = weights.is_beside();
+        config.kind = if beside { NetworkKind::Memory } else { NetworkKind::Lstm };
+        let inputs = if beside { first.inputs } else { 0 };
+        config.lstm = LstmConfig { layers: weights.lstm.len(), size: first.hidden, inputs };
     }
     config.check().map_err(|error| error.to_string())?;
     let net = Network::new(observations, actions, &config);

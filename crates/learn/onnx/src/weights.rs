@@ -41,7 +41,9 @@ pub struct DenseLayer {
     pub b: Vec<f32>,
 }
 
-/// The deterministic policy: normalizer, LSTM layers, dense layers with ELU between them and none after the last.
+/// The deterministic policy: normalizer, LSTM layers, dense layers with ELU between them and none after the last. Where the first dense
+/// layer has more inputs than the LSTM has outputs, it reads the whole observation and, behind it, the LSTM's output; the LSTM reads as
+/// many of the observation's last features as it has inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolicyWeights {
     /// Observation normalization.
@@ -57,7 +59,17 @@ pub struct PolicyWeights {
 impl PolicyWeights {
     /// Number of observations, from the first layer; 0 if there is none.
     pub fn observations(&self) -> usize {
-        self.lstm.first().map(|l| l.inputs).or(self.layers.first().map(|l| l.inputs)).unwrap_or(0)
+        let dense = self.layers.first().map_or(0, |l| l.inputs);
+        match self.lstm.last() {
+            None => dense,
+            Some(last) if dense > last.hidden => dense - last.hidden,
+            Some(_) => self.lstm[0].inputs,
+        }
+    }
+
+    /// True if the first dense layer reads the observation beside the LSTM's output.
+    pub(crate) fn is_beside(&self) -> bool {
+        self.lstm.last().zip(self.layers.first()).is_some_and(|(last, dense)| dense.inputs > last.hidden)
     }
 
     /// Number of actions, from the last layer; 0 if there is none.
@@ -82,6 +94,14 @@ impl PolicyWeights {
             }
         }
         let hidden = self.lstm.first().map_or(0, |l| l.hidden);
+        let direct = if self.is_beside() { width } else { 0 };
+        if let Some(first) = self.lstm.first().filter(|_| direct > 0) {
+            if first.inputs > width {
+                let found = first.inputs;
+                return Err(format!("LSTM layer 0 has {found} inputs, expected at most {width}"));
+            }
+            width = first.inputs;
+        }
         for (i, l) in self.lstm.iter().enumerate() {
             if (l.inputs, l.hidden) != (width, hidden) {
                 return Err(format!(
@@ -94,6 +114,7 @@ impl PolicyWeights {
             check(&format!("LSTM layer {i} bias"), &l.bias, 4 * l.hidden)?;
             width = l.hidden;
         }
+        width += direct;
         if self.layers.is_empty() {
             return Err("no dense layer".to_owned());
         }

@@ -94,6 +94,18 @@ fn weights(seed: u64, lstm: Option<(usize, usize)>, hidden: &[usize], clip: Opti
     PolicyWeights { normalizer, lstm: cells, layers, mirror: None }
 }
 
+/// The same with a memory beside the input, of which it reads the last `inputs`.
+fn beside(seed: u64, lstm: (usize, usize), inputs: usize, hidden: &[usize]) -> PolicyWeights {
+    let mut p = weights(seed, Some(lstm), hidden, Some(3.0));
+    let mut r = Numbers(seed + 100);
+    let first = &mut p.lstm[0];
+    (first.inputs, first.w_input) = (inputs, r.many(4 * lstm.1 * inputs, 0.5));
+    let first = &mut p.layers[0];
+    first.inputs = OBSERVATIONS + lstm.1;
+    first.w = r.many(first.inputs * first.outputs, 0.4);
+    p
+}
+
 fn affine(w: &[f32], x: &[f64]) -> Vec<f64> {
     w.chunks(x.len()).map(|row| row.iter().zip(x).map(|(&w, x)| f64::from(w) * x).sum()).collect()
 }
@@ -113,6 +125,11 @@ fn forward(p: &PolicyWeights, obs: &[f32], h: &mut [Vec<f64>], c: &mut [Vec<f64>
             }
         }
     }
+    let observed = x.clone();
+    let is_beside = !p.lstm.is_empty() && p.layers[0].inputs > p.lstm[0].hidden;
+    if is_beside {
+        x.drain(..OBSERVATIONS - p.lstm[0].inputs);
+    }
     for (l, cell) in p.lstm.iter().enumerate() {
         let (a, b) = (affine(&cell.w_input, &x), affine(&cell.w_hidden, &h[l]));
         let gate = |g: usize, i: usize| {
@@ -125,6 +142,9 @@ fn forward(p: &PolicyWeights, obs: &[f32], h: &mut [Vec<f64>], c: &mut [Vec<f64>
             h[l][i] = sigmoid(gate(3, i)) * c[l][i].tanh();
         }
         x = h[l].clone();
+    }
+    if is_beside {
+        x.splice(..0, observed);
     }
     for (i, layer) in p.layers.iter().enumerate() {
         x = affine(&layer.w, &x);
@@ -180,6 +200,20 @@ fn feed_forward_policy_acts_the_same_when_read_back() {
 fn recurrent_policy_acts_the_same_when_read_back_over_steps() {
     assert_acts_the_same(&weights(3, Some((1, 12)), &[16], None), &contract(Some((1, 12))), 9);
     assert_acts_the_same(&weights(4, Some((2, 12)), &[16, 8], Some(3.0)), &contract(Some((2, 12))), 10);
+}
+
+#[test]
+fn a_memory_beside_the_input_acts_the_same_when_read_back_over_steps() {
+    for (seed, lstm, inputs, hidden) in
+        [(5, (1, 12), 3, vec![16]), (6, (2, 5), OBSERVATIONS, vec![16, 8]), (7, (1, 1), 1, vec![])]
+    {
+        assert_acts_the_same(&beside(seed, lstm, inputs, &hidden), &contract(Some(lstm)), seed + 1);
+    }
+    let bytes =
+        encode(&beside(5, (1, 12), OBSERVATIONS + 1, &[16]), &contract(Some((1, 12))), None, "run", None);
+    let error = bytes.expect_err("more than there is").to_string();
+    let found = format!("has {} inputs, expected at most {OBSERVATIONS}", OBSERVATIONS + 1);
+    assert!(error.contains(&found), "{error}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::config::{MOST_WIDTH, NetworkConfig};
-use crate::net::{Layout, Network};
+use crate::net::{Layout, Network, TensorSpec};
 use crate::normalizer::{Moments, Normalizer};
 use crate::policy::Policy;
 use crate::tensor_file::TensorFile;
@@ -91,8 +91,10 @@ impl Meta {
                 return Err(format!("{key}: expected 1 to {MOST_WIDTH}, found {size}"));
             }
         }
-        for (name, network) in [("actor", &self.actor), ("critic", &self.critic)] {
-            network.check().map_err(|error| format!("{name}.{error}"))?;
+        for (name, network, features) in
+            [("actor", &self.actor, self.policy_obs), ("critic", &self.critic, self.critic_obs)]
+        {
+            network.check_for(features).map_err(|error| format!("{name}.{error}"))?;
         }
         Ok(())
     }
@@ -247,36 +249,61 @@ impl Checkpoint {
         meta: Meta,
     ) -> Result<Self, CheckpointError> {
         let (old, new) = (net.input, from.len());
-        let rearranged = |row: &[f64], unknown: f64| -> Vec<f64> {
+        let rearranged = |from: &[Option<usize>], row: &[f64], unknown: f64| -> Vec<f64> {
             from.iter().map(|&k| k.map_or(unknown, |k| row[k])).collect()
         };
+        let first = self.new_first_layers(net, from)?;
         let mut other = Self { file: self.file.clone(), meta };
         other.file.tensors.retain(|name, _| name.starts_with("blob.") || is_weight(name));
-        let first = &net.layout().tensors()[0];
-        let outputs = first.shape[0];
         for network in names {
-            let name = format!("{network}.{}", first.name);
-            let weights: Vec<f32> = self
-                .file
-                .numbers(&name, &[outputs, old])?
-                .chunks(old)
-                .flat_map(|row| rearranged(row, 0.0))
-                .map(|x| x as f32)
-                .collect();
-            other.file.put_f32s(name, &[outputs, new], &weights);
+            for (spec, from) in &first {
+                let (name, rows) = (format!("{network}.{}", spec.name), spec.shape[0]);
+                let weights = self.file.numbers(&name, &spec.shape)?;
+                let weights = weights.chunks(spec.shape[1]).flat_map(|row| rearranged(from, row, 0.0));
+                let weights: Vec<f32> = weights.map(|x| x as f32).collect();
+                other.file.put_f32s(name, &[rows, from.len()], &weights);
+            }
         }
         let moments = self.normalizer(normalizer, old)?.moments().clone();
         let mut put = |what: &str, values: &[f64]| {
             other.file.put_f64s(format!("normalizer.{normalizer}.{what}"), &[new], values);
         };
-        put("mean", &rearranged(&moments.mean, 0.0));
-        put("m2", &rearranged(&moments.m2, moments.count));
+        put("mean", &rearranged(from, &moments.mean, 0.0));
+        put("m2", &rearranged(from, &moments.m2, moments.count));
         let text = serde_json::to_string(&other.meta).map_err(|error| CheckpointError::Format {
             path: self.file.path.clone(),
             reason: error.to_string(),
         })?;
         other.file.metadata.insert("paid".to_owned(), text);
         Ok(other)
+    }
+
+    /// The weight matrices of `net` that read its input, and from where each of their inputs comes if the network's come `from` there.
+    fn new_first_layers<'n>(
+        &self,
+        net: &'n Network,
+        from: &[Option<usize>],
+    ) -> Result<Vec<(&'n TensorSpec, Vec<Option<usize>>)>, CheckpointError> {
+        let tensors = net.layout().tensors();
+        if !net.is_beside() {
+            return Ok(vec![(&tensors[0], from.to_vec())]);
+        }
+        // The memory reads as many of the last features as before, or all again.
+        let (read, old, new) = (net.remembered_features(), net.input, from.len());
+        let first = if read.len() == old { 0 } else { new.saturating_sub(read.len()) };
+        let (before, now) = from.split_at(first);
+        if let Some(k) = before.iter().flatten().find(|k| read.contains(*k)) {
+            let reason = format!(
+                "expected the {} features that its memory reads at the end of the observation, found feature {k} before them",
+                read.len()
+            );
+            return Err(CheckpointError::Format { path: self.file.path.clone(), reason });
+        }
+        let memory = now.iter().map(|k| k.filter(|k| read.contains(k)).map(|k| k - read.start));
+        let both = from.iter().copied().chain((old..net.mlp[0].input).map(Some));
+        let mlp = tensors.iter().find(|spec| spec.range == net.mlp[0].weight);
+        let mlp = mlp.map(|spec| (spec, both.collect()));
+        Ok(core::iter::once((&tensors[0], memory.collect())).chain(mlp).collect())
     }
 
     /// Writes all that it holds back to its file, with the bytes that [`Checkpoint::set_blob`] has put into it; the file stays whole if

@@ -76,6 +76,16 @@ impl<'a, S: Element> Mat<'a, S> {
         Self { data: &self.data[first.min(self.data.len())..], cols: count, ..self }
     }
 
+    /// Rows `first..first + count` of a matrix that was not transposed.
+    ///
+    /// # Panics
+    /// If there are fewer rows.
+    pub fn rows_from(self, first: usize, count: usize) -> Self {
+        assert!(self.col_stride == 1 && first + count <= self.rows, "rows out of range");
+        let start = (first * self.row_stride).min(self.data.len());
+        Self { data: &self.data[start..], rows: count, ..self }
+    }
+
     /// Element (`r`, `c`).
     #[inline(always)]
     pub fn get(&self, r: usize, c: usize) -> S {

@@ -15,7 +15,7 @@ fn file(path: &Path) -> TensorFile {
     let actor = NetworkConfig {
         kind: NetworkKind::Lstm,
         hidden: vec![5],
-        lstm: LstmConfig { layers: 1, size: 4 },
+        lstm: LstmConfig { layers: 1, size: 4, inputs: 0 },
         ..NetworkConfig::default()
     };
     let net = Network::new(OBSERVATIONS, ACTIONS, &actor);
@@ -101,7 +101,7 @@ fn sizes_that_no_network_has_are_refused_before_one_is_made() {
     // The largest network that may be is in no file.
     let error = refused(|meta| {
         meta.actor.hidden = vec![65_536; 64];
-        meta.actor.lstm = LstmConfig { layers: 64, size: 65_536 };
+        meta.actor.lstm = LstmConfig { layers: 64, size: 65_536, inputs: 0 };
     });
     assert!(
         error.contains("tensor actor.lstm.0.weight_ih: expected F32 [262144, 3], found F32 [16, 3]"),

@@ -128,7 +128,7 @@ fn with_memory(player: &Player) -> Arc<Player> {
     let config = NetworkConfig {
         kind: NetworkKind::Lstm,
         hidden: vec![24],
-        lstm: LstmConfig { layers: 2, size: 16 },
+        lstm: LstmConfig { layers: 2, size: 16, inputs: 0 },
         ..NetworkConfig::default()
     };
     let policy = Arc::make_mut(&mut player.policy);

@@ -207,14 +207,17 @@ pub(crate) mod tests {
         let features = terms.dim();
         let mut draw = |lo: f64, hi: f64| (0..features).map(|_| rng.uniform(lo, hi)).collect::<Vec<_>>();
         let moments = Moments { count: 50.0, mean: draw(-1.0, 1.0), m2: draw(1.0, 99.0) };
+        let inputs = if kind == NetworkKind::Memory { 15 } else { 0 };
         let config = NetworkConfig {
             kind,
             hidden: vec![40, 24],
-            lstm: LstmConfig { layers: 2, size: 16 },
+            lstm: LstmConfig { layers: 2, size: 16, inputs },
             ..NetworkConfig::default()
         };
         let net = Network::new(features, spec.policy_joint_order.len(), &config);
-        let params = net.initialize(&mut Rng::new(6, 0, 0));
+        let mut params = net.initialize(&mut Rng::new(6, 0, 0));
+        // A memory that weighs something.
+        params.iter_mut().filter(|x| **x == 0.0).for_each(|x| *x = rng.uniform(-0.1, 0.1) as f32);
         let std = vec![0.4; net.output];
         let policy = Policy { net, params, normalizer: Normalizer::from_moments(moments), std };
         let checkpoint = PathBuf::from("/home/someone/runs/x/model_10.safetensors");
@@ -224,7 +227,7 @@ pub(crate) mod tests {
     #[test]
     fn an_exported_policy_acts_as_the_learners_does() {
         let folder = tempfile::tempdir().expect("folder");
-        for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+        for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
             let trained = trained(kind);
             let path = folder.path().join("policy.onnx");
             trained.write_onnx(&path, "none", None).expect("writes");
@@ -252,7 +255,7 @@ pub(crate) mod tests {
     #[test]
     fn a_policy_file_is_read_back_to_the_same_numbers() {
         let folder = tempfile::tempdir().expect("folder");
-        for kind in [NetworkKind::Mlp, NetworkKind::Lstm] {
+        for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
             let mut trained = trained(kind);
             trained.preset.run.motions = "/home/someone/kicks".to_owned();
             trained.policy.std[3] = 0.123_456_79;
@@ -278,28 +281,38 @@ pub(crate) mod tests {
 
     #[test]
     fn the_graph_mirrors_where_its_input_says_so() {
+        for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
+            mirrored_by_the_graph(trained(kind));
+        }
+    }
+
+    fn mirrored_by_the_graph(mut trained: TrainedPolicy) {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("policy.onnx");
-        let mut trained = trained(NetworkKind::Mlp);
         trained.write_onnx(&path, "none", None).expect("writes");
-        let error =
-            OnnxPolicy::load(&path).expect("reads").act_in_mirror(&[]).expect_err("no mirror").to_string();
+        let file = OnnxPolicy::load(&path).expect("reads");
+        let error = file.act_in_mirror(&[], &mut file.initial_state()).expect_err("no mirror").to_string();
         assert!(error.contains("mirror: expected a policy that is played in it"), "{error}");
         trained.preset.task.mirror_left_kicks = true;
         trained.write_onnx(&path, "none", None).expect("writes");
         let file = OnnxPolicy::load(&path).expect("reads");
-        let mut rng = Rng::new(7, 0, 0);
-        let obs: Vec<f32> = (0..trained.policy.obs_dim()).map(|_| 2.0 * rng.normal() as f32).collect();
-        let plain = file.act(&obs, &mut file.initial_state()).expect("acts");
         let terms = &trained.preset.task.observations.policy;
         let mirrors = paid_play::policy_mirrors(&trained.model, &trained.spec, terms).expect("has two sides");
-        let (mut seen, mut room) = (obs.clone(), Vec::new());
-        mirrors.observation.apply_to_marked(&mut seen, &[true], &mut room);
-        let mut expected = file.act(&seen, &mut file.initial_state()).expect("acts");
-        mirrors.action.apply_to_marked(&mut expected, &[true], &mut room);
-        let found = file.act_in_mirror(&obs).expect("acts");
-        assert_eq!(found, expected);
-        assert_ne!(found, plain);
+        let mut rng = Rng::new(7, 0, 0);
+        let mut room = Vec::new();
+        let [mut world, mut image, mut state] =
+            [file.initial_state(), file.initial_state(), file.initial_state()];
+        for _ in 0..3 {
+            let obs: Vec<f32> = (0..trained.policy.obs_dim()).map(|_| 2.0 * rng.normal() as f32).collect();
+            let plain = file.act(&obs, &mut world).expect("acts");
+            let mut seen = obs.clone();
+            mirrors.observation.apply_to_marked(&mut seen, &[true], &mut room);
+            let mut expected = file.act(&seen, &mut image).expect("acts");
+            mirrors.action.apply_to_marked(&mut expected, &[true], &mut room);
+            let found = file.act_in_mirror(&obs, &mut state).expect("acts");
+            assert_eq!((&found, &state), (&expected, &image));
+            assert_ne!(found, plain);
+        }
     }
 
     #[test]

@@ -122,7 +122,7 @@ mod tests {
         let config = NetworkConfig {
             kind: NetworkKind::Lstm,
             hidden: vec![3],
-            lstm: LstmConfig { layers: 2, size: 4 },
+            lstm: LstmConfig { layers: 2, size: 4, inputs: 0 },
             ..NetworkConfig::default()
         };
         let net = Network::new(2, 1, &config);

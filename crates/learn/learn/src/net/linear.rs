@@ -7,7 +7,8 @@ use paid_policy::matrix::{Mat, MatMut};
 use paid_policy::net::{Linear, Weights};
 
 /// Turns `dy` (gradient of the output `y` for the input `x`) into the gradient before the activation, adds the gradients of `W` and
-/// `b` to `grads`, and writes the gradient of the input to `dx` if wanted.
+/// `b` to `grads`, and writes the gradient of the input, or of its last
+/// `dx.rows()` features, to `dx` if wanted.
 pub fn backward<S: Element>(
     layer: &Linear,
     weights: Weights<'_, S>,

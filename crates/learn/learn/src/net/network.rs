@@ -17,6 +17,8 @@ pub type Loss<'a, S> = dyn FnMut(Range<usize>, Mat<'_, S>, MatMut<'_, S>) + 'a;
 #[derive(Clone, Debug, Default)]
 pub struct TrainWorkspace<S> {
     lstm: Vec<LstmCache<S>>,
+    /// What the first fully connected layer reads beside a memory.
+    both: Vec<S>,
     activations: Vec<Vec<S>>,
     gradients: [Vec<S>; 2],
     output_gradient: Vec<S>,
@@ -55,18 +57,17 @@ pub trait TrainNetwork {
 
 impl TrainNetwork for Network {
     fn train_flop(&self) -> f64 {
-        let mut weights = 0;
-        let mut first = 0;
+        let (mut weights, mut fixed) = (0, 0);
         for layer in &self.lstm {
             weights += 4 * layer.size * (layer.input + layer.size);
-            first = if first == 0 { 4 * layer.size * layer.input } else { first };
+            fixed += 4 * layer.size * self.fixed_inputs(&layer.weight_ih);
         }
         for layer in &self.mlp {
             weights += layer.output * layer.input;
-            first = if first == 0 { layer.output * layer.input } else { first };
+            fixed += layer.output * self.fixed_inputs(&layer.weight);
         }
-        // Forward, weight gradient and input gradient; the first layer needs no input gradient.
-        (2 * (3 * weights - first)) as f64
+        // Forward, weight gradient and input gradient; the network's own input needs none.
+        (2 * (3 * weights - fixed)) as f64
     }
 
     fn train<'w, S: Element>(
@@ -84,7 +85,7 @@ impl TrainNetwork for Network {
         caches.resize_with(self.lstm.len(), LstmCache::default);
         for (k, layer) in self.lstm.iter().enumerate() {
             let (below, here) = caches.split_at_mut(k);
-            let x = below.last().map_or(input, LstmCache::output);
+            let x = below.last().map_or(self.remembered(input), LstmCache::output);
             let start = (&state.h[k][..], &state.c[k][..]);
             lstm::forward(layer, weights, x, steps, start, &mut here[0], &mut work.scratch);
         }
@@ -94,8 +95,13 @@ impl TrainNetwork for Network {
             match caches.last_mut() {
                 Some(cache) => {
                     let (x, mut dx) = cache.output_and_gradient();
-                    let (x, dx) = (x.columns(first, n), dx.columns(first, n));
+                    let (mut x, dx) = (x.columns(first, n), dx.columns(first, n));
+                    let mut both = core::mem::take(&mut work.both);
+                    if self.is_beside() {
+                        x = self.beside(input.columns(first, n), x, &mut both);
+                    }
                     train_mlp(self, weights, grads, x, Some(dx), first, work, loss);
+                    work.both = both;
                 }
                 None => train_mlp(self, weights, grads, input.columns(first, n), None, first, work, loss),
             }
@@ -119,7 +125,8 @@ impl TrainNetwork for Network {
                 }
                 None => {
                     let cache = &mut here[0];
-                    lstm::backward(layer, weights, grads, input, steps, cache, None, &mut work.scratch);
+                    let x = self.remembered(input);
+                    lstm::backward(layer, weights, grads, x, steps, cache, None, &mut work.scratch);
                 }
             }
         }

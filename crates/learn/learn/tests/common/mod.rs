@@ -155,6 +155,38 @@ impl VecEnv for Recall {
     }
 }
 
+/// [`Recall`] with a critic that sees the sign at every step, as its third number.
+pub struct Told(pub Recall);
+
+impl VecEnv for Told {
+    fn num_envs(&self) -> usize {
+        self.0.num_envs()
+    }
+    fn observation_groups(&self) -> Vec<ObservationGroup> {
+        ObservationGroup::policy_and_critic(2, 3)
+    }
+    fn action_dim(&self) -> usize {
+        self.0.action_dim()
+    }
+    fn observe(&mut self, groups: &mut [&mut [f32]]) {
+        let [policy, critic] = groups else { return };
+        let (known, sign) = critic.split_at_mut(2 * self.0.num_envs());
+        for (out, (of, _)) in sign.iter_mut().zip(&self.0.state) {
+            *out = *of;
+        }
+        self.0.observe(&mut [&mut **policy, known]);
+    }
+    fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) {
+        self.0.step(actions, out);
+    }
+    fn save(&self) -> Vec<u8> {
+        self.0.save()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.0.restore(bytes)
+    }
+}
+
 /// [`PointMass`] with a further observation group of this name: position and velocity.
 pub struct WithGroup(pub PointMass, pub &'static str);
 

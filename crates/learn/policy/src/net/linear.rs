@@ -37,12 +37,17 @@ impl Linear {
     /// Uniform in +-1/sqrt(input) for weights and biases: PyTorch's default, under which the release's PPO constants
     /// were chosen; for a network with few layers it keeps the outputs near unit scale without an orthogonal basis.
     pub fn initialize<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
-        let bound = 1.0 / (self.input.max(1) as f64).sqrt();
-        for range in [self.weight.clone(), self.bias.clone()] {
-            for value in &mut params[range] {
-                *value = S::from_f64(rng.uniform(-bound, bound));
-            }
+        self.initialize_first(self.input, params, rng);
+    }
+
+    /// As [`Linear::initialize`] if there were only the `first` inputs. The weights of the others stay as they are.
+    pub fn initialize_first<S: Element>(&self, first: usize, params: &mut [S], rng: &mut Rng) {
+        let bound = 1.0 / (first.max(1) as f64).sqrt();
+        let mut draw = || S::from_f64(rng.uniform(-bound, bound));
+        for row in params[self.weight.clone()].chunks_exact_mut(self.input.max(1)) {
+            row[..first].fill_with(&mut draw);
         }
+        params[self.bias.clone()].fill_with(draw);
     }
 
     /// `x` `[input, n]` to `y` `[output, n]`, activation included.

@@ -45,6 +45,16 @@ impl Lstm {
         }
     }
 
+    /// Biases with which a cell keeps what it holds for 1 to 50 steps, so that it has something to forget from the start
+    /// (Tallec and Ollivier 2018): log U(1, 50) at the forget gate, minus that at the input gate.
+    pub fn initialize_spans<S: Element>(&self, params: &mut [S], rng: &mut Rng) {
+        let (input, forget) = params[self.bias.clone()][..2 * self.size].split_at_mut(self.size);
+        for (input, forget) in input.iter_mut().zip(forget) {
+            let bias = rng.uniform(1.0, 50.0).ln();
+            (*input, *forget) = (S::from_f64(-bias), S::from_f64(bias));
+        }
+    }
+
     /// One step without caches: `x` `[input, n]`, `h` and `c` `[size, n]` are replaced; `gates` is scratch of `4 size * n`.
     pub fn step<S: Element>(
         &self,

@@ -1,10 +1,12 @@
-//! A stack of LSTM layers (possibly none) under a multilayer perceptron.
+//! A stack of LSTM layers (possibly none) under a multilayer perceptron, or beside its input.
+
+use core::ops::Range;
 
 use paid_lanes::rng::Rng;
 
 use super::{Layout, Linear, Lstm, Weights};
 use crate::bf16::Scratch;
-use crate::config::{NetworkConfig, NetworkKind};
+use crate::config::{LstmConfig, NetworkConfig, NetworkKind};
 use crate::element::Element;
 use crate::matrix::{Mat, MatMut};
 
@@ -18,10 +20,13 @@ pub struct Network {
     pub input: usize,
     /// Features out.
     pub output: usize,
-    /// Recurrent layers, first to last.
+    /// Recurrent layers, first to last. The first reads the last features of the input, as many as its own.
     pub lstm: Vec<Lstm>,
     /// Fully connected layers, first to last; all but the last with ELU.
     pub mlp: Vec<Linear>,
+    /// Features of the input that the first fully connected layer reads in front of the memory's output: all of them without a
+    /// memory or beside one ([`NetworkKind::Memory`]), none above one.
+    pub direct: usize,
     layout: Layout,
 }
 
@@ -53,6 +58,8 @@ pub struct StepWorkspace<S> {
     gates: Vec<S>,
     a: Vec<S>,
     b: Vec<S>,
+    /// Input and memory's output, one above the other.
+    both: Vec<S>,
     scratch: Scratch,
 }
 
@@ -60,21 +67,23 @@ impl Network {
     /// The network that `config` describes.
     pub fn new(input: usize, output: usize, config: &NetworkConfig) -> Self {
         let mut layout = Layout::default();
-        let mut width = input;
+        let LstmConfig { layers, size, inputs } = config.lstm;
+        let beside = config.kind == NetworkKind::Memory;
+        let mut width = if beside && inputs > 0 { inputs.min(input) } else { input };
         let mut lstm = Vec::new();
-        if config.kind == NetworkKind::Lstm {
-            for layer in 0..config.lstm.layers {
-                lstm.push(Lstm::new(&mut layout, &format!("lstm.{layer}"), width, config.lstm.size));
-                width = config.lstm.size;
-            }
+        for layer in 0..if config.is_recurrent() { layers } else { 0 } {
+            lstm.push(Lstm::new(&mut layout, &format!("lstm.{layer}"), width, size));
+            width = size;
         }
+        let direct = if config.kind == NetworkKind::Lstm { 0 } else { input };
         let mut mlp = Vec::new();
+        width = direct + lstm.last().map_or(0, |layer: &Lstm| layer.size);
         for (layer, &size) in config.hidden.iter().chain([&output]).enumerate() {
             let elu = layer < config.hidden.len();
             mlp.push(Linear::new(&mut layout, &format!("mlp.{layer}"), width, size, elu));
             width = size;
         }
-        Self { input, output, lstm, mlp, layout }
+        Self { input, output, lstm, mlp, direct, layout }
     }
 
     /// Names, shapes and places of the parameters.
@@ -82,16 +91,57 @@ impl Network {
         &self.layout
     }
 
-    /// Fresh parameters.
+    /// Fresh parameters. A memory beside the input weighs nothing at first: the network begins as the one without it would.
     pub fn initialize<S: Element>(&self, rng: &mut Rng) -> Vec<S> {
         let mut params = vec![S::default(); self.layout.len()];
-        for layer in &self.lstm {
-            layer.initialize(&mut params, rng);
+        let beside = self.is_beside();
+        if !beside {
+            self.lstm.iter().for_each(|layer| layer.initialize(&mut params, rng));
         }
-        for layer in &self.mlp {
-            layer.initialize(&mut params, rng);
+        for (k, layer) in self.mlp.iter().enumerate() {
+            let known = if beside && k == 0 { self.direct } else { layer.input };
+            layer.initialize_first(known, &mut params, rng);
+        }
+        if beside {
+            for layer in &self.lstm {
+                layer.initialize(&mut params, rng);
+                layer.initialize_spans(&mut params, rng);
+            }
         }
         params
+    }
+
+    /// True if it has a memory beside its input.
+    pub fn is_beside(&self) -> bool {
+        self.is_recurrent() && self.direct > 0
+    }
+
+    /// The features of the input that the first recurrent layer reads.
+    pub fn remembered_features(&self) -> Range<usize> {
+        self.input - self.lstm.first().map_or(0, |layer| layer.input)..self.input
+    }
+
+    /// The rows of an input `[input, n]` that the first recurrent layer reads.
+    pub fn remembered<'a, S: Element>(&self, x: Mat<'a, S>) -> Mat<'a, S> {
+        let rows = self.remembered_features();
+        x.rows_from(rows.start, rows.len())
+    }
+
+    /// The first inputs of the weight matrix at a place whose gradient nobody needs, because they are the network's own.
+    pub fn fixed_inputs(&self, weight: &Range<usize>) -> usize {
+        let first = self.lstm.first().filter(|layer| layer.weight_ih == *weight).map(|layer| layer.input);
+        first.unwrap_or_else(|| if self.mlp[0].weight == *weight { self.direct } else { 0 })
+    }
+
+    /// What the first fully connected layer reads beside a memory: `x` `[input, n]` above `h` `[size, n]`, in `room`.
+    pub fn beside<'a, S: Element>(&self, x: Mat<'_, S>, h: Mat<'_, S>, room: &'a mut Vec<S>) -> Mat<'a, S> {
+        let (n, rows) = (x.cols(), x.rows() + h.rows());
+        room.resize(rows * n, S::default());
+        let sources = (0..x.rows()).map(|r| x.row(r)).chain((0..h.rows()).map(|r| h.row(r)));
+        for (row, source) in room.chunks_exact_mut(n.max(1)).zip(sources) {
+            row.copy_from_slice(source);
+        }
+        Mat::new(room, rows, n, n)
     }
 
     /// True if it has memory.
@@ -144,20 +194,23 @@ impl Network {
             let (below, here) = state.h.split_at_mut(k);
             let input = match below.last() {
                 Some(h) => Mat::new(h, layer.input, envs, envs).columns(first, n),
-                None => x,
+                None => self.remembered(x),
             };
             let mut h = MatMut::new(&mut here[0], layer.size, envs, envs);
             let mut c = MatMut::new(&mut state.c[k], layer.size, envs, envs);
             let (h, c) = (h.columns(first, n), c.columns(first, n));
             layer.step(weights, input, h, c, &mut work.gates, &mut work.scratch);
         }
+        let seen = match state.h.last() {
+            None => x,
+            Some(h) => {
+                let h = Mat::new(h, h.len() / envs.max(1), envs, envs).columns(first, n);
+                if self.is_beside() { self.beside(x, h, &mut work.both) } else { h }
+            }
+        };
         let (mut source, mut target) = (&mut work.a, &mut work.b);
         for (k, layer) in self.mlp.iter().enumerate() {
-            let input = match (k, state.h.last()) {
-                (0, None) => x,
-                (0, Some(h)) => Mat::new(h, layer.input, envs, envs).columns(first, n),
-                _ => Mat::new(source, layer.input, n, n),
-            };
+            let input = if k == 0 { seen } else { Mat::new(source, layer.input, n, n) };
             if k + 1 == self.mlp.len() {
                 layer.forward(weights, input, out.reborrow(), &mut work.scratch);
             } else {

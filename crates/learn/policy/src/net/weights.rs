@@ -21,8 +21,9 @@ struct Tensor {
     range: Range<usize>,
     shape: [usize; 2],
     straight: Rows,
-    /// For the gradient of the input.
+    /// For the gradient of the input, but of the first `fixed` features, which needs none.
     transposed: Rows,
+    fixed: usize,
 }
 
 impl PackedWeights {
@@ -36,6 +37,7 @@ impl PackedWeights {
             shape: shape(net.layout(), range),
             straight: Rows::default(),
             transposed: Rows::default(),
+            fixed: net.fixed_inputs(range),
         };
         let mut packed = Self { kernel, tensors: lstm.chain(mlp).map(tensor).collect() };
         packed.pack(params);
@@ -44,14 +46,11 @@ impl PackedWeights {
 
     /// Rounds and packs newer parameters of the same network.
     pub fn pack(&mut self, params: &[f32]) {
-        for (k, Tensor { range, shape: [rows, cols], straight, transposed }) in
-            self.tensors.iter_mut().enumerate()
-        {
+        for Tensor { range, shape: [rows, cols], straight, transposed, fixed } in &mut self.tensors {
             let matrix = Mat::new(&params[range.clone()], *rows, *cols, *cols);
             straight.pack(self.kernel, matrix);
-            // The gradient of the first matrix's input is not needed.
-            if k > 0 {
-                transposed.pack(self.kernel, matrix.t());
+            if *fixed < *cols {
+                transposed.pack(self.kernel, matrix.columns(*fixed, *cols - *fixed).t());
             }
         }
     }
@@ -106,7 +105,7 @@ impl<'a, S: Element> Weights<'a, S> {
         }
     }
 
-    /// `dst = W^T y` of the weight matrix `[y.rows(), dst.rows()]` at `place`.
+    /// `dst = W^T y` of the weight matrix with `y.rows()` rows at `place`, or the last `dst.rows()` rows of that product.
     pub fn transposed_times(
         &self,
         place: &Range<usize>,
@@ -122,8 +121,10 @@ impl<'a, S: Element> Weights<'a, S> {
             scratch.panels.pack(packed.kernel, y);
             packed.kernel.multiply(dst, &tensor.transposed, &scratch.panels, false);
         } else {
-            let (rows, cols) = (y.rows(), dst.rows());
-            multiply(dst, Mat::new(&self.values[place.clone()], rows, cols, cols).t(), y, false);
+            let (rows, cols) = (y.rows(), place.len() / y.rows().max(1));
+            let matrix = Mat::new(&self.values[place.clone()], rows, cols, cols);
+            let wanted = dst.rows();
+            multiply(dst, matrix.columns(cols - wanted, wanted).t(), y, false);
         }
     }
 
