@@ -130,6 +130,8 @@ fn the_papers_presets_train_with_the_papers_networks_and_settings() {
     for name in ["paper_stage1", "paper_stage2"] {
         let RunPreset { run, learn, task, phases, .. } = resolved(name).preset;
         assert_eq!((run.envs, learn.ppo.horizon, learn.ppo.epochs, learn.ppo.minibatches), (4096, 24, 5, 4));
+        // The release resumes the first stage's policy, deviation included.
+        assert!(learn.ppo.keep_std);
         for net in [&learn.actor, &learn.critic] {
             assert_eq!((net.kind, net.lstm.layers, net.lstm.size), (NetworkKind::Lstm, 2, 128));
             assert_eq!(net.hidden, [128, 64, 32]);

@@ -361,9 +361,10 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     }
 
     /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
-    /// stay fresh. So does the noise where the ball is new: a policy that has learned to follow motions ends with little, and does not
-    /// find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep their weights. A policy that
-    /// observes more of them begins with weights of zero for the new ones.
+    /// stay fresh. So does the noise where the ball is new, unless `learn.ppo.keep_std`: a policy that has learned to follow motions ends
+    /// with little, and does not find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep
+    /// their weights. A policy that observes more of them begins with weights of zero for the new ones. A network with a memory beside its
+    /// input begins as the one without that the checkpoint may hold.
     ///
     /// # Errors
     /// If it holds no preset, or is of other networks or of terms that do not belong to these.
@@ -386,8 +387,9 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             weights = Cow::Owned(weights.with_critic_inputs(&from)?);
         }
         self.learner.load_weights(&weights)?;
-        if self.preset.task.scene.ball && !before.task.scene.ball {
-            let std = self.preset.learn.ppo.initial_std;
+        let ppo = &self.preset.learn.ppo;
+        if self.preset.task.scene.ball && !before.task.scene.ball && !ppo.keep_std {
+            let std = ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;
         }
         Ok(())
