@@ -462,6 +462,20 @@ fn phases_end_to_end(preset: &RunPreset) {
 }
 
 #[test]
+fn a_line_of_the_log_has_the_gates_of_a_recurrent_network() {
+    let gates = |preset: &RunPreset| {
+        let metrics = trainer(preset).iterate(1).expect("iterates").metrics;
+        let gates = metrics.0.into_iter().filter(|(name, _)| name.starts_with("gates/"));
+        gates.collect::<Vec<_>>()
+    };
+    let [plain, recurrent, beside] = kinds().map(|preset| gates(&preset));
+    assert_eq!((plain.len(), recurrent.len(), beside.len()), (0, 4, 2));
+    let [(saturated, share), (rms, size)] = &beside[..] else { panic!("{beside:?}") };
+    assert_eq!((saturated.as_str(), rms.as_str()), ("gates/actor_saturated", "gates/actor_weight_rms"));
+    assert!((0.0..1.0).contains(share) && (0.01..0.1).contains(size), "{beside:?}");
+}
+
+#[test]
 fn training_improves_the_toy() {
     let preset = Toy::preset(&["run.envs=256", "run.iterations=40", "learn.ppo.entropy=0"]);
     let mut trainer = trainer(&preset);

@@ -205,6 +205,10 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         if self.preset.task.scene.ball {
             record.metrics.push("kick/reach", self.ball_curriculum.reach(&self.preset.task.ball));
         }
+        for (network, gates) in self.learner.gates() {
+            record.metrics.push(format!("gates/{network}_saturated"), gates.saturated);
+            record.metrics.push(format!("gates/{network}_weight_rms"), gates.weight_rms);
+        }
         if let Some(reward) = self.learner.learned_reward() {
             record.metrics.push(format!("{}/reward", reward.name()), stats.collect.mean_learned_reward);
             for (figure, value) in reward.figures() {
