@@ -371,6 +371,7 @@ fn run_stage(
         quiet: args.quiet || !first,
         last: None,
         comparer: Comparer::default(),
+        warned: !first,
     };
     if !printer.quiet && job.ranks.count() == 1 && !matches!(job.start, Start::Resume) {
         // A resumed run keeps its shards.

@@ -66,6 +66,9 @@ pub struct PpoConfig {
     pub max_grad_norm: f64,
     /// Standard deviation of the actions at the start. The release has 1.0, which costs a reward of 5 per step in action rate.
     pub initial_std: f64,
+    /// True: a stage that starts from an earlier one's policy keeps its deviation, up to `max_std`. False: it starts with `initial_std`
+    /// if the ball is new.
+    pub keep_std: bool,
     /// Smallest standard deviation.
     pub min_std: f64,
     /// Largest standard deviation.
@@ -109,6 +112,7 @@ impl Default for PpoConfig {
             max_learning_rate: 1e-2,
             max_grad_norm: 1.0,
             initial_std: 0.4,
+            keep_std: false,
             min_std: 0.01,
             max_std: 10.0,
             final_std: None,

@@ -10,6 +10,7 @@ use crate::gae::GaeConfig;
 use crate::gaussian::{NoiseKey, entropy};
 use crate::learned_reward::{LearnedReward, RewardRole, RewardStream};
 use crate::model::Model;
+use crate::net::{GateStats, TrainWorkspace, gate_stats};
 use crate::operands::Operands;
 use crate::parallel::for_each;
 use crate::ranks::{Alone, Ranks, gather_numbers};
@@ -18,7 +19,7 @@ use crate::shard::{Collect, Seen, Shard};
 use crate::stats::{CollectStats, IterationStats, UpdateStats};
 use crate::teacher::Teacher;
 use crate::transitions::Transitions;
-use crate::update::{Gradients, Horizon, Networks, Schedule, Worker, update};
+use crate::update::{Gradients, Horizon, Networks, Schedule, Worker, sequence, update};
 use paid_policy::Policy;
 use paid_policy::normalizer::Normalizer;
 use paid_policy::{Mirrors, ObservationGroup, VecEnv};
@@ -367,6 +368,20 @@ impl Learner {
     fn teaching(&self) -> f64 {
         let taught = self.shards.first().is_some_and(|shard| !shard.rollout.taught.is_empty());
         self.teacher.as_ref().filter(|_| taught).map_or(0.0, |(_, weight)| *weight)
+    }
+
+    /// The gates of the recurrent networks, by name, over the first unit of the last horizon; nothing before the first.
+    pub fn gates(&self) -> Vec<(&'static str, GateStats)> {
+        let Some(shard) = self.shards.first() else { return Vec::new() };
+        let r = &shard.rollout;
+        let actor = ("actor", &self.actor, &r.policy_obs, &shard.actor_start);
+        let critic = ("critic", &self.critics[0], &r.critic_obs, &shard.critic_starts[0]);
+        let stats = [actor, critic].into_iter().filter_map(|(name, model, observations, starts)| {
+            let sequence = sequence(shard, observations, model.net.input, 0, starts);
+            let work = &mut TrainWorkspace::default();
+            Some((name, gate_stats(&model.net, model.weights(), sequence, work)?))
+        });
+        stats.collect()
     }
 
     /// Clears the memory of all shards, whose environments begin new episodes.

@@ -2,7 +2,7 @@
 
 use paid_lanes::rng::Rng;
 use paid_learn::gaussian::{self, ActorBatch, ActorLoss, ActorLossConfig, actor_loss};
-use paid_learn::net::{Sequence, Steps, TrainNetwork, TrainWorkspace};
+use paid_learn::net::{Sequence, Steps, TrainNetwork, TrainWorkspace, gate_stats};
 use paid_learn::value_loss::{ValueBatch, value_loss};
 use paid_policy::matrix::{Mat, MatMut};
 use paid_policy::net::{Network, State, StepWorkspace};
@@ -164,6 +164,28 @@ fn what_is_in_front_of_a_memorys_features_does_not_reach_it() {
     assert_eq!(states[0], states[1]);
     states[0].reset(0);
     assert_eq!(states[0], net.initial_state(1));
+}
+
+#[test]
+fn gates_count_as_saturated_where_nothing_moves_them() {
+    let stats = |net: Network, bias: f64| {
+        let mut case = Case::new(net, 5, 4);
+        for tensor in case.net.layout().tensors().iter().filter(|t| t.name.starts_with("lstm.")) {
+            let value = if tensor.name.ends_with("bias") { bias } else { 0.25 };
+            case.params[tensor.range.clone()].fill(value);
+        }
+        let sequence = Sequence {
+            input: Mat::new(&case.input, case.net.input, 20, 20),
+            steps: Steps { steps: 5, width: 4, mask: &case.mask },
+            state: &case.state,
+        };
+        gate_stats(&case.net, &case.params, sequence, &mut TrainWorkspace::default())
+    };
+    assert_eq!(stats(Network::new(5, 2, &config(0, &[5])), 0.0), None);
+    let net = || Network::new(5, 2, &memory(1, 2, &[5]));
+    let [open, shut] = [0.0, -50.0].map(|bias| stats(net(), bias).expect("gates"));
+    assert!(open.saturated < 0.1 && shut.saturated == 1.0, "{open:?} {shut:?}");
+    assert_eq!(open.weight_rms, 0.25);
 }
 
 #[test]

@@ -61,6 +61,9 @@ pub enum CheckpointError {
 /// Beginnings of the names of what a policy and its critics are; the rest is for resuming.
 const WEIGHTS: [&str; 4] = ["actor.", "critic.", "critic_", "normalizer."];
 
+/// Weight matrices that read a network's input, and for each of their inputs its number before, `None` for a new one.
+type FirstLayers<'n> = Vec<(&'n TensorSpec, Vec<Option<usize>>)>;
+
 /// Shape of the learner that wrote a checkpoint.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -283,7 +286,7 @@ impl Checkpoint {
         &self,
         net: &'n Network,
         from: &[Option<usize>],
-    ) -> Result<Vec<(&'n TensorSpec, Vec<Option<usize>>)>, CheckpointError> {
+    ) -> Result<FirstLayers<'n>, CheckpointError> {
         let tensors = net.layout().tensors();
         if !net.is_beside() {
             return Ok(vec![(&tensors[0], from.to_vec())]);

@@ -132,7 +132,6 @@ impl Player {
             .ok_or_else(|| DeployError::Policy(format!("the robot has no body '{}'", spec.anchor_body)))?;
         let anchor = library.followed().iter().position(|&b| b == anchor_body).unwrap_or(0);
         let waist = chain(&model, anchor_body);
-        play.check_memory(policy.net.is_recurrent()).map_err(DeployError::policy)?;
         let mirrors = if play.mirror_left_kicks {
             Some(paid_play::policy_mirrors(&model, &spec, terms).map_err(DeployError::policy)?)
         } else {

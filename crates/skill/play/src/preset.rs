@@ -161,17 +161,6 @@ impl PlayPreset {
         }
     }
 
-    /// Refuses the mirror for a recurrent policy: it was not trained so, and its state has no image.
-    ///
-    /// # Errors
-    /// If left-footed kicks are played in the mirror and the policy has memory.
-    pub fn check_memory(&self, memory: bool) -> Result<(), PlayError> {
-        if self.mirror_left_kicks && memory {
-            return Err(PlayError::value("mirror_left_kicks", "false for a recurrent policy", true));
-        }
-        Ok(())
-    }
-
     /// True if the policy sees a rolling ball where it will be when the reference strikes; motions are chosen by that place then.
     pub fn predicts_ball(&self) -> bool {
         self.observations.policy.contains(&ObservationId::BallAtStrike)
@@ -312,15 +301,5 @@ mod tests {
             "preset: ball.after_strike.from_s is 9, expected 0 to 5 s"
         );
         assert!(refused("gate").contains("expected KEY=VALUE"));
-    }
-
-    #[test]
-    fn a_policy_with_memory_is_not_played_in_the_mirror() {
-        let plain = read(TASK).expect("reads");
-        plain.check_memory(true).expect("no mirror");
-        let mirrored = PlayPreset { mirror_left_kicks: true, ..plain };
-        mirrored.check_memory(false).expect("no memory");
-        let error = mirrored.check_memory(true).expect_err("both").to_string();
-        assert_eq!(error, "preset: mirror_left_kicks is true, expected false for a recurrent policy");
     }
 }

@@ -7,7 +7,7 @@ use paid_policy::{Dimensions, ObservationTerms};
 pub(crate) type Inputs = Vec<Option<usize>>;
 
 /// The places of the observation `now` in the observation `before` of `size` numbers, if it has all terms of `before` and either more of
-/// them or another order. `None` if the numbers stay where they are, also those of a term that replaces another; or if the sizes do not
+/// them or another order. The two places of the ball, now and at the strike, count as one term where a list has only one of them. `None` if the numbers stay where they are, also those of a term that replaces another; or if the sizes do not
 /// fit, which the reader of the weights reports.
 ///
 /// # Errors
@@ -19,6 +19,9 @@ pub(crate) fn inputs_from(
     size: usize,
 ) -> Result<Option<Inputs>, String> {
     let Some(dimensions) = dimensions(before, joints, size) else { return Ok(None) };
+    let found = before;
+    let before: Vec<ObservationId> = found.iter().map(|id| of_the_ball(*id, found, now)).collect();
+    let before = before.as_slice();
     let of_bodies = |id: &ObservationId| matches!(id.info().shape, Shape::BodyVectors | Shape::BodyRotations);
     if dimensions.bodies == 0 && now.iter().any(of_bodies) {
         return Ok(None); // what only a simulator knows: no policy has it
@@ -41,8 +44,19 @@ pub(crate) fn inputs_from(
     Err(format!(
         "expected {}, found {}; terms may stand in another order or give way to others, not both",
         names(now),
-        names(before)
+        names(found)
     ))
+}
+
+/// The other place of the ball, if that is what the later list has instead of this one.
+fn of_the_ball(id: ObservationId, before: &[ObservationId], now: &[ObservationId]) -> ObservationId {
+    use ObservationId::{BallAtStrike, BallPos};
+    let other = match id {
+        BallPos => BallAtStrike,
+        BallAtStrike => BallPos,
+        other => return other,
+    };
+    if now.contains(&other) && !now.contains(&id) && !before.contains(&other) { other } else { id }
 }
 
 /// The robot's sizes with which a list has `size` numbers; it has no bodies where no term is of them.
@@ -56,7 +70,7 @@ fn dimensions(list: &[ObservationId], joints: usize, size: usize) -> Option<Dime
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ObservationId::{BallAtStrike, BallPos, BodyOri, BodyPos, GoalPos, JointVel};
+    use ObservationId::{BallAtStrike, BallPos, BaseAngVel, BodyOri, BodyPos, GoalPos, JointVel};
 
     #[test]
     fn known_terms_keep_their_numbers_wherever_they_stand() {
@@ -87,7 +101,7 @@ mod tests {
             "the presets' way"
         );
         assert!(same(&[JointVel, BodyPos, BallPos], &[JointVel, BodyPos, BallAtStrike], 11));
-        assert!(same(&[JointVel, BallPos], &[JointVel, BallAtStrike, GoalPos], 5), "wider, and lacks one");
+        assert!(same(&[JointVel, BallPos], &[JointVel, BodyPos, GoalPos], 5), "wider, and lacks one");
         assert!(same(&[JointVel, BallPos], &[BallPos], 5));
         assert!(same(&[JointVel], &[JointVel, BodyPos], 2));
         assert!(same(&[JointVel, BallPos], &[BallPos, JointVel], 6), "another robot");
@@ -95,11 +109,18 @@ mod tests {
     }
 
     #[test]
+    fn the_balls_place_at_the_strike_gives_way_to_the_present_one_wherever_it_stands() {
+        let from = inputs_from(&[JointVel, BallAtStrike, GoalPos], &[GoalPos, BallPos, JointVel], 2, 8);
+        let expected = [5_usize, 6, 7, 2, 3, 4, 0, 1].map(Some).to_vec();
+        assert_eq!(from, Ok(Some(expected)));
+    }
+
+    #[test]
     fn a_list_that_lacks_a_term_and_moves_others_is_refused() {
-        let error = inputs_from(&[JointVel, BallPos, GoalPos], &[GoalPos, JointVel, BallAtStrike], 2, 8)
-            .expect_err("which one is ball_at_strike?");
+        let error = inputs_from(&[JointVel, BallPos, GoalPos], &[GoalPos, JointVel, BaseAngVel], 2, 8)
+            .expect_err("which one is base_ang_vel?");
         let lists =
-            "expected goal_pos, joint_vel, ball_at_strike, found joint_vel, ball_pos, goal_pos; terms may";
+            "expected goal_pos, joint_vel, base_ang_vel, found joint_vel, ball_pos, goal_pos; terms may";
         assert!(error.starts_with(lists), "{error}");
     }
 }

@@ -1,7 +1,7 @@
 //! A whole run as one typed preset: robot, task, learner, and the numbers of the run itself.
 
 use paid_lanes::Isa;
-use paid_learn::{LearnConfig, NetworkKind};
+use paid_learn::LearnConfig;
 use paid_task::layers::KeyError;
 use paid_task::{TaskError, TaskPreset};
 use serde::{Deserialize, Serialize};
@@ -115,9 +115,7 @@ impl RunPreset {
             );
             return wrong("run.envs", message);
         }
-        let memory = self.learn.actor.kind == NetworkKind::Lstm;
-        let mirrored = || Ok(self.task.play_preset().check_memory(memory)?);
-        self.task.validate().and_then(|()| mirrored()).map_err(|error| match error {
+        self.task.validate().map_err(|error| match error {
             TaskError::Value { key, expected, found } => KeyError {
                 key: format!("task.{key}"),
                 message: format!("expected {expected}, found {found}"),

@@ -130,6 +130,8 @@ fn the_papers_presets_train_with_the_papers_networks_and_settings() {
     for name in ["paper_stage1", "paper_stage2"] {
         let RunPreset { run, learn, task, phases, .. } = resolved(name).preset;
         assert_eq!((run.envs, learn.ppo.horizon, learn.ppo.epochs, learn.ppo.minibatches), (4096, 24, 5, 4));
+        // The release resumes the first stage's policy, deviation included.
+        assert!(learn.ppo.keep_std);
         for net in [&learn.actor, &learn.critic] {
             assert_eq!((net.kind, net.lstm.layers, net.lstm.size), (NetworkKind::Lstm, 2, 128));
             assert_eq!(net.hidden, [128, 64, 32]);
@@ -197,9 +199,12 @@ fn a_surface_can_be_chosen_by_name_in_an_override() {
 }
 
 #[test]
-fn a_policy_with_memory_does_not_play_in_the_mirror() {
-    let mirror = "task.mirror_left_kicks=true";
-    RunPreset::resolve("stage2", &[mirror.to_owned()]).expect("an MLP may");
-    let error = refused("stage2", &[mirror, "learn.actor.kind=lstm", "learn.ppo.mirror.weight=0"]);
-    assert!(error.contains("task.mirror_left_kicks") && error.contains("recurrent policy"), "{error}");
+fn a_policy_with_memory_plays_in_the_mirror_but_its_state_has_no_image() {
+    for kind in ["learn.actor.kind=lstm", "learn.actor.kind=memory"] {
+        let sets = ["task.mirror_left_kicks=true", kind, "learn.ppo.mirror.weight=0"];
+        let preset = RunPreset::resolve("stage2", &sets.map(str::to_owned)).expect("one world an episode");
+        assert!(preset.task.mirror_left_kicks && preset.learn.actor.is_recurrent());
+        let error = refused("stage2", &[kind, "learn.ppo.mirror.weight=0.1"]);
+        assert!(error.contains("ppo.mirror.weight: expected 0 for a recurrent policy"), "{error}");
+    }
 }

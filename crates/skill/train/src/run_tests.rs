@@ -32,9 +32,15 @@ fn weights(trainer: &Trainer<Toy>) -> Vec<u32> {
         .collect()
 }
 
+/// Without memory, with it, and with it beside the policy's input alone.
+fn kinds() -> [RunPreset; 3] {
+    [&[][..], &["learn.actor.kind=lstm", "learn.critic.kind=lstm"], &["learn.actor.kind=memory"]]
+        .map(Toy::preset)
+}
+
 #[test]
 fn the_thread_count_does_not_change_the_weights() {
-    for preset in [Toy::preset(&[]), Toy::preset(&["learn.actor.kind=lstm", "learn.critic.kind=lstm"])] {
+    for preset in kinds() {
         let mut one = trainer(&preset);
         let mut three = trainer(&preset);
         for _ in 0..3 {
@@ -50,7 +56,7 @@ fn the_thread_count_does_not_change_the_weights() {
 fn a_resumed_run_ends_in_the_weights_of_an_uninterrupted_one() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("model.safetensors");
-    for preset in [Toy::preset(&[]), Toy::preset(&["learn.actor.kind=lstm", "learn.critic.kind=lstm"])] {
+    for preset in kinds() {
         let mut straight = trainer(&preset);
         let mut killed = trainer(&preset);
         for _ in 0..3 {
@@ -125,6 +131,49 @@ fn a_checkpoint_of_an_earlier_version_with_the_same_preset_continues() {
         let mut resumed = trainer(&longer);
         resumed.resume(&checkpoint).expect(text);
         assert_eq!(weights(&resumed), weights(&first));
+    }
+}
+
+#[test]
+fn a_memory_beside_the_input_begins_as_the_policy_without_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    // Each of these terms is one number of the toy; the memory reads the second.
+    let terms = |list: &str| format!("task.observations.policy={list}");
+    let first = saved(&Toy::preset(&[&terms(r#"["joint_pos_rel", "joint_vel"]"#)]), &path);
+    let turned = terms(r#"["joint_vel", "joint_pos_rel"]"#);
+    let lstm = "learn.actor.lstm={ layers = 1, size = 4, inputs = 1 }";
+    let mut second = trainer(&Toy::preset(&[&turned, "learn.actor.kind=memory", lstm]));
+    second.start_from(&Checkpoint::load(&path).expect("reads")).expect("starts");
+    let [before, after] = [&first, &second].map(|trainer| trainer.learner().policy());
+    let (mut none, mut memory) = (before.start(1), after.start(1));
+    let [mut expected, mut found] = [[0.0], [0.0]];
+    for [a, b] in [[0.1, 0.9], [-0.4, 0.3], [0.5, 0.2]] {
+        before.act(&[a, b], &mut none, &mut expected);
+        after.act(&[b, a], &mut memory, &mut found);
+        assert!(expected[0] != 0.0 && (expected[0] - found[0]).abs() < 1e-6, "{expected:?} {found:?}");
+    }
+    assert_eq!(before.std, after.std);
+    second.iterate(2).expect("iterates");
+    second.save(&path).expect("saves");
+    let mut third = trainer(&Toy::preset(&[&turned, "learn.actor.kind=memory", lstm]));
+    third.start_from(&Checkpoint::load(&path).expect("reads")).expect("starts");
+    assert_eq!(weights(&third), weights(&second));
+}
+
+#[test]
+fn a_stage_with_a_new_ball_begins_with_its_own_noise_or_keeps_the_earlier_one() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("model.safetensors");
+    let first = saved(&Toy::preset(&["learn.ppo.initial_std=0.3"]), &path).learner().policy().std;
+    let mut preset = Toy::preset(&["learn.ppo.initial_std=0.2"]);
+    preset.task.scene.ball = true;
+    for (keep, expected) in [(false, vec![0.2]), (true, first)] {
+        preset.learn.ppo.keep_std = keep;
+        let mut second = trainer(&preset);
+        second.start_from(&Checkpoint::load(&path).expect("reads")).expect("starts");
+        let found = second.learner().policy().std;
+        assert!((found[0] - expected[0]).abs() < 1e-6, "{keep}: {found:?} {expected:?}");
     }
 }
 
@@ -410,6 +459,20 @@ fn phases_end_to_end(preset: &RunPreset) {
     let last = RunPreset::of_checkpoint(&load(&whole)).expect("reads");
     assert_eq!((last.learn.ppo.gamma, last.phases.len()), (0.5, 0));
     assert_eq!(RunPreset::of_run(&straight, &[]).expect("reads"), preset);
+}
+
+#[test]
+fn a_line_of_the_log_has_the_gates_of_a_recurrent_network() {
+    let gates = |preset: &RunPreset| {
+        let metrics = trainer(preset).iterate(1).expect("iterates").metrics;
+        let gates = metrics.0.into_iter().filter(|(name, _)| name.starts_with("gates/"));
+        gates.collect::<Vec<_>>()
+    };
+    let [plain, recurrent, beside] = kinds().map(|preset| gates(&preset));
+    assert_eq!((plain.len(), recurrent.len(), beside.len()), (0, 4, 2));
+    let [(saturated, share), (rms, size)] = &beside[..] else { panic!("{beside:?}") };
+    assert_eq!((saturated.as_str(), rms.as_str()), ("gates/actor_saturated", "gates/actor_weight_rms"));
+    assert!((0.0..1.0).contains(share) && (0.01..0.1).contains(size), "{beside:?}");
 }
 
 #[test]

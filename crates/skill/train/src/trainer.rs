@@ -216,6 +216,10 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         if self.preset.task.scene.ball {
             record.metrics.push("kick/reach", self.ball_curriculum.reach(&self.preset.task.ball));
         }
+        for (network, gates) in self.learner.gates() {
+            record.metrics.push(format!("gates/{network}_saturated"), gates.saturated);
+            record.metrics.push(format!("gates/{network}_weight_rms"), gates.weight_rms);
+        }
         if let Some(reward) = self.learner.learned_reward() {
             record.metrics.push(format!("{}/reward", reward.name()), stats.collect.mean_learned_reward);
             for (figure, value) in reward.figures() {
@@ -372,9 +376,10 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     }
 
     /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
-    /// stay fresh. So does the noise where the ball is new: a policy that has learned to follow motions ends with little, and does not
-    /// find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep their weights. A policy that
-    /// observes more of them begins with weights of zero for the new ones.
+    /// stay fresh. So does the noise where the ball is new, unless `learn.ppo.keep_std`: a policy that has learned to follow motions ends
+    /// with little, and does not find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep
+    /// their weights. A policy that observes more of them begins with weights of zero for the new ones. A network with a memory beside its
+    /// input begins as the one without that the checkpoint may hold.
     ///
     /// # Errors
     /// If it holds no preset, or is of other networks or of terms that do not belong to these.
@@ -397,8 +402,9 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
             weights = Cow::Owned(weights.with_critic_inputs(&from)?);
         }
         self.learner.load_weights(&weights)?;
-        if self.preset.task.scene.ball && !before.task.scene.ball {
-            let std = self.preset.learn.ppo.initial_std;
+        let ppo = &self.preset.learn.ppo;
+        if self.preset.task.scene.ball && !before.task.scene.ball && !ppo.keep_std {
+            let std = ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;
         }
         Ok(())

@@ -139,6 +139,40 @@ fn a_style_reward_and_what_it_sees_go_together() {
     assert!(error.contains("amp.discriminator.batch: expected one or more, found 0"), "{error}");
 }
 
+/// A policy that sees where the ball is, with a memory of its last terms; the critic is told where the ball will be, as in `stage2`.
+const MEMORY: &str = r#"
+base = "stage2"
+
+[learn.actor]
+kind = "memory"
+hidden = [256, 128, 64]
+lstm = { layers = 1, size = 48, inputs = 15 }
+
+[task.observations]
+policy = [
+    "reference_joint_pos", "reference_joint_vel", "joint_pos_rel", "joint_vel", "last_action",
+    "projected_gravity", "reference_anchor_ang_vel", "base_ang_vel", "ball_pos", "goal_pos",
+]
+"#;
+
+#[test]
+fn a_memory_is_trained_from_a_policy_without_one() {
+    let Some(motions) = motions("a_memory_is_trained_from_a_policy_without_one") else { return };
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name);
+    let one = run(at("mlp"), &preset("stage2", &motions), Start::Fresh, 2, 1);
+    std::fs::write(at("memory.toml"), MEMORY).expect("writes");
+    let memory = preset(&at("memory.toml").to_string_lossy(), &motions);
+    let whole = run(at("whole"), &memory, Start::From(at("mlp")), 2, u64::MAX);
+    // The first hidden layer's bias comes from there, and 48 more columns.
+    let sizes = [&one, &whole].map(|run| weights(run).len());
+    assert_eq!(sizes[1] - sizes[0], 48 * 256 + 4 * 48 * (15 + 48 + 1));
+    let parts = at("parts");
+    run(parts.clone(), &memory, Start::From(at("mlp")), 1, 2);
+    let resumed = run(parts, &memory, Start::Resume, 2, u64::MAX);
+    assert_eq!(weights(&resumed), weights(&whole));
+}
+
 #[test]
 fn stage_two_starts_from_the_networks_of_stage_one() {
     let Some(motions) = motions("stage_two_starts_from_the_networks_of_stage_one") else { return };

@@ -10,6 +10,8 @@ pub struct Printer {
     pub quiet: bool,
     pub last: Option<Instant>,
     pub comparer: Comparer,
+    /// It was said that gates are saturated.
+    pub warned: bool,
 }
 
 impl Printer {
@@ -19,6 +21,12 @@ impl Printer {
     /// Prints an iteration, and how the run stands next to the published one.
     pub fn iteration(&mut self, record: &Record) {
         let metric = |name: &str| record.metrics.get(name);
+        if !self.warned
+            && let Some(warning) = saturated(record)
+        {
+            eprintln!("{warning}");
+            self.warned = true;
+        }
         let comparison = self.comparer.take(&record.stage, record.samples, metric);
         if self.json {
             match serde_json::to_string(record) {
@@ -53,5 +61,37 @@ impl Printer {
             outcome.samples as f64 / 1e6,
             outcome.checkpoint.display()
         );
+    }
+}
+
+/// From this share on the gates are told of. The long spans that a `memory` begins with hold some 0.4 of them at one end.
+const SATURATED: f64 = 2.0 / 3.0;
+
+/// What to say of a recurrent network most of whose gates are shut or wide open.
+fn saturated(record: &Record) -> Option<String> {
+    let share = |network: &str| record.metrics.get(&format!("gates/{network}_saturated"));
+    let (network, share) = ["actor", "critic"]
+        .into_iter()
+        .find_map(|name| Some((name, share(name).filter(|s| *s > SATURATED)?)))?;
+    Some(format!(
+        "warning: {:.0}% of the gates of the {network}'s LSTM are shut or wide open, where they hardly learn; try a lower \
+         learn.ppo.max_learning_rate",
+        100.0 * share
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gates_that_are_mostly_shut_are_told() {
+        let mut record = Record::default();
+        assert_eq!(saturated(&record), None);
+        record.metrics.push("gates/actor_saturated", 0.5);
+        assert_eq!(saturated(&record), None);
+        record.metrics.push("gates/critic_saturated", 0.75);
+        let text = saturated(&record).expect("most of them");
+        assert!(text.starts_with("warning: 75% of the gates of the critic's LSTM are shut"), "{text}");
     }
 }

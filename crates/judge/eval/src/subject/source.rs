@@ -120,10 +120,7 @@ impl PolicySource {
         task: &TaskPreset,
     ) -> Result<Box<DriverMaker<'static>>, EvalError> {
         match self {
-            Self::Network(trained) => {
-                task.play_preset().check_memory(trained.policy.net.is_recurrent())?;
-                Ok(Box::new(NetworkDriver::maker(trained.policy)))
-            }
+            Self::Network(trained) => Ok(Box::new(NetworkDriver::maker(trained.policy))),
             Self::Twist2(file) => {
                 Twist2::gains().apply(robot, spec);
                 let peer = Twist2::new(*file, Arc::clone(library), robot, spec)?;
@@ -135,7 +132,6 @@ impl PolicySource {
                 let path = file.path().to_owned();
                 let policy = OnnxPolicy::from_file(*file)?;
                 let found = policy.contract();
-                task.play_preset().check_memory(found.recurrent.is_some())?;
                 let expected = Contract { recurrent: found.recurrent, ..template };
                 let differences = expected.differences(found);
                 if !differences.is_empty() {

@@ -42,6 +42,11 @@ impl<S: Element> LstmCache<S> {
         Mat::new(&self.h, self.h.len() / self.cols, self.cols, self.cols)
     }
 
+    /// The activated gates i, f, g, o, `[4 size, cols]`, before the backward pass.
+    pub fn gates(&self) -> Mat<'_, S> {
+        Mat::new(&self.gates, self.gates.len() / self.cols, self.cols, self.cols)
+    }
+
     /// The output and where its gradient goes.
     pub fn output_and_gradient(&mut self) -> (Mat<'_, S>, MatMut<'_, S>) {
         let rows = self.h.len() / self.cols;

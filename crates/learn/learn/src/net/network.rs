@@ -16,13 +16,13 @@ pub type Loss<'a, S> = dyn FnMut(Range<usize>, Mat<'_, S>, MatMut<'_, S>) + 'a;
 /// Scratch of [`TrainNetwork::train`].
 #[derive(Clone, Debug, Default)]
 pub struct TrainWorkspace<S> {
-    lstm: Vec<LstmCache<S>>,
+    pub(super) lstm: Vec<LstmCache<S>>,
     /// What the first fully connected layer reads beside a memory.
     both: Vec<S>,
     activations: Vec<Vec<S>>,
     gradients: [Vec<S>; 2],
     output_gradient: Vec<S>,
-    scratch: Scratch,
+    pub(super) scratch: Scratch,
 }
 
 /// A piece of experience: `steps` steps of `width` environments in `steps * width` step-major columns.

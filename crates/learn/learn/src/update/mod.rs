@@ -19,6 +19,7 @@ use slice::{Shared, minibatch_gradient};
 
 pub use reduce::Gradients;
 pub use slice::Worker;
+pub(crate) use slice::sequence;
 
 /// What persists between updates in addition to the models.
 #[derive(Clone, Copy, Debug, PartialEq)]

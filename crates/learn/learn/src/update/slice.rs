@@ -135,7 +135,7 @@ fn train_slice(shared: &Shared<'_>, weight: f64, worker: &mut Worker, slice: Sli
 }
 
 /// The stored samples of a unit as input of a network.
-pub(super) fn sequence<'a>(
+pub(crate) fn sequence<'a>(
     shard: &'a Shard,
     obs: &'a [f32],
     rows: usize,
