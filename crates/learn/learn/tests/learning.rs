@@ -2,7 +2,7 @@
 
 #![expect(clippy::vec_box, reason = "the learner takes boxed environments")]
 
-use crate::common::{PointMass, Recall, Told};
+use crate::common::{PointMass, Recall, WithSign};
 use paid_learn::{
     LearnConfig, Learner, LstmConfig, MirrorConfig, NetworkConfig, NetworkKind, PpoConfig, StepBuffers,
     VecEnv,
@@ -112,7 +112,7 @@ fn a_sign_seen_once_is_remembered_beside_the_input_with_a_critic_that_has_no_mem
     let mut config = config(NetworkKind::Memory, &[16]);
     config.critic.kind = NetworkKind::Mlp;
     let mut learner = Learner::new(2, 3, 1, &config, 1).unwrap();
-    let mut envs: Vec<Box<Told>> = (0..2).map(|k| Box::new(Told(Recall::new(64, k)))).collect();
+    let mut envs: Vec<Box<WithSign>> = (0..2).map(|k| Box::new(WithSign(Recall::new(64, k)))).collect();
     for _ in 0..80 {
         learner.iterate(&mut envs, 2).unwrap();
     }

@@ -156,9 +156,9 @@ impl VecEnv for Recall {
 }
 
 /// [`Recall`] with a critic that sees the sign at every step, as its third number.
-pub struct Told(pub Recall);
+pub struct WithSign(pub Recall);
 
-impl VecEnv for Told {
+impl VecEnv for WithSign {
     fn num_envs(&self) -> usize {
         self.0.num_envs()
     }
