@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use crate::panel::TURF;
 use crate::{EvalError, Setting};
 
-/// Time constant of contacts with turf `[s]`. A standing robot sinks in by a millimeter, a landing foot by several: with the usual 10 ms by
-/// less than a tenth of that.
+/// Time constant of contacts with turf `[s]`. A G1 that is set down at its nominal height sinks in by 4.5 mm and then stands 0.6 mm deep; with
+/// the usual 10 ms 1.3 and 0.1 mm.
 const SOFT_S: f64 = 0.04;
 /// The same of a hard floor `[s]`: the shortest that MuJoCo resolves in its steps of 2 ms.
 const HARD_S: f64 = 0.004;

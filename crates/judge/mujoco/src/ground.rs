@@ -109,7 +109,8 @@ impl Surface {
                 let (u, v) = (x / CELL_M, y / CELL_M);
                 let (s, t) = (u - u.floor(), v - v.floor());
                 let (i, j) = (u.floor() as i64, v.floor() as i64);
-                let at = |di: i64, dj: i64| Self::grid_point(heights, [i + di, j + dj]);
+                // A place that is infinite is the largest number.
+                let at = |di, dj| Self::grid_point(heights, [i.wrapping_add(di), j.wrapping_add(dj)]);
                 // MuJoCo divides a cell from its corner of least x and y to the opposite one.
                 let (low, high) = (at(0, 0), at(1, 1));
                 if t > s {

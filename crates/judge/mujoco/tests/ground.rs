@@ -129,3 +129,37 @@ fn the_built_in_engine_has_the_same_heights() {
         }
     }
 }
+
+#[test]
+fn a_soft_floor_yields_to_the_feet() {
+    let Some(_) = paid_testing::mujoco("a_soft_floor_yields_to_the_feet", Library::get()) else { return };
+    let (model, spec) = (RobotModel::g1(), RobotSpec::g1());
+    let control = spec.resolve(&model).expect("the G1");
+    let targets = control.default_pos.clone();
+    let depths = |time_s: f64| {
+        let mut scene = SceneOptions::default();
+        scene.floor.solref[0] = time_s;
+        let mut sim = MujocoSim::new(&model, &control, &scene, 1).expect("a scene");
+        let home = LaneState {
+            base_pos: [0.0, 0.0, spec.nominal_height_m],
+            warm_start: Vec::new(),
+            ..sim.save_lane(0, 0)
+        };
+        sim.reset_lane(0, 0, &home);
+        // It comes down by some millimeters, and stands.
+        let (mut deepest, mut last) = (0.0_f64, 0.0);
+        for _ in 0..20 {
+            sim.step(0, &targets);
+            let world = sim.world(0);
+            let depths = (0..world.contact_count()).map(|i| -world.contact(i).dist);
+            last = depths.fold(0.0, f64::max);
+            deepest = deepest.max(last);
+        }
+        [deepest, last].map(|depth| 1e3 * depth)
+    };
+    // Landing and standing [mm].
+    let [hard, usual, turf] = [0.004, 0.01, 0.04].map(depths);
+    assert!(hard[0] < 0.5 && hard[1] < 0.2, "{hard:?}");
+    assert!((0.8..2.0).contains(&usual[0]) && usual[1] < 0.2, "{usual:?}");
+    assert!((3.5..5.5).contains(&turf[0]) && (0.4..0.9).contains(&turf[1]), "{turf:?}");
+}

@@ -71,8 +71,9 @@ impl EngineArgs {
     pub fn only_in_mujoco(&self) -> Option<&'static str> {
         let public = |spec: &SceneSpec| spec.protocol == Some(ScenePreset::Public);
         let spec = self.scene.as_ref()?;
-        let elsewhere = ["ball_mass_kg", "ground"];
-        spec.given().find(|key| !elsewhere.contains(key) && !(*key == "protocol" && public(spec)))
+        // --ground is checked on its own.
+        let elsewhere = |key| matches!(key, "ball_mass_kg" | "ground") || key == "protocol" && public(spec);
+        spec.given().find(|key| !elsewhere(key))
     }
 
     /// A value that was given and that every ball of the panel sets itself ([`paid_eval::panel::PanelBall::apply`]).
