@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn names_are_those_of_scene_files_and_another_one_is_refused() {
         for ground in Ground::ALL {
-            assert_eq!(ground.name().parse::<Ground>().expect(ground.name()), ground);
+            assert_eq!(ground.name().parse::<Ground>().expect("its own name"), ground);
             let json = serde_json::to_string(&ground).expect("a word");
             assert_eq!(json, format!("\"{}\"", ground.name()));
         }
