@@ -187,7 +187,7 @@ fn shortened(args: &[String]) -> Vec<&str> {
             least(&mut args, &["--trials"]);
             args.extend(["--limit", "0.5"]);
         }
-        ["eval", "robustness", ..] => args.extend(["--limit", "0.04"]),
+        ["eval", "robustness" | "terrain", ..] => args.extend(["--limit", "0.04"]),
         ["eval", "match", ..] => least(&mut args, &["--kicks", "--matches"]),
         ["play", rest @ ..] if !rest.contains(&"--size") => {
             args.extend(["--size", "160x120", "--pictures", "5"]);
@@ -277,7 +277,7 @@ fn run_page(page: &Path) {
 
 /// True for a command that runs in MuJoCo: it names the engine, or has no other.
 fn in_mujoco(args: &[String]) -> bool {
-    let only = ["mujoco", "compare", "drill", "panel", "robustness", "sim"];
+    let only = ["mujoco", "compare", "drill", "panel", "robustness", "sim", "terrain"];
     args.iter().any(|a| only.contains(&a.as_str()))
 }
 

@@ -195,6 +195,41 @@ fn robustness_has_a_row_for_each_thing_that_goes_wrong() {
 }
 
 #[test]
+fn terrain_has_a_row_for_each_ground() {
+    if !mujoco("terrain_has_a_row_for_each_ground") {
+        return;
+    }
+    let folder = folder();
+    let args = ["eval", "terrain", "--policy", "run", "--task", "paper_stage2", "--limit", "0.04", "--json"];
+    let report = json(&succeeds(&paid(folder.path(), &[&args[..], &["--out", "scores"]].concat())));
+    assert_eq!(report["rows"].as_array().map(Vec::len), Some(8));
+    assert_eq!(report["rows"][2]["trouble"]["ground"], "rough-2cm");
+    let csv = fs::read_to_string(folder.path().join("scores/terrain.csv")).expect("the table");
+    assert!(csv.starts_with("ground,trials,success,95% interval,"), "{csv}");
+    assert!(csv.lines().count() == 9 && csv.contains("\nslope-4deg,63,"), "{csv}");
+}
+
+#[test]
+fn every_protocol_is_played_on_the_ground_that_is_named() {
+    if !mujoco("every_protocol_is_played_on_the_ground_that_is_named") {
+        return;
+    }
+    let folder = folder();
+    let on_ground = ["--policy", "run", "--engine", "mujoco", "--ground", "rough-1cm"];
+    for (kind, more) in [
+        ("tracking", &["--starts", "0"][..]),
+        ("shooting", &["--task", "paper_stage2", "--effective", "--trials", "1", "--limit", "0.04"]),
+        ("match", &["--task", "paper_stage2", "--kicks", "1", "--matches", "1"]),
+    ] {
+        let table = succeeds(&paid(folder.path(), &[&["eval", kind], &on_ground[..], more].concat()));
+        assert!(table.contains("rough by 0.01 m"), "{kind}: {table}");
+    }
+    succeeds(&paid(folder.path(), &["eval", "scene", "--ground", "rough-1cm"]));
+    let scene = fs::read_to_string(folder.path().join("scene.xml")).expect("the scene");
+    assert!(scene.contains(r#"type="hfield" hfield="ground""#));
+}
+
+#[test]
 fn a_match_ends_with_the_first_fall_and_is_filmed() {
     let folder = folder();
     let args =

@@ -69,7 +69,17 @@ fn an_option_that_would_change_nothing_is_refused() {
     let error = eval(&[&shooting[..], &["--strips", "3"]].concat());
     assert!(error.contains("--out"), "{error}");
     let error = eval(&["shooting", "--policy", "run", "--set", "scene.terrain={kind=\"plane\"}"]);
-    assert!(error.contains("expected no scene.terrain: evaluations are on flat ground"), "{error}");
+    assert!(error.contains("expected no scene.terrain: --ground is the ground of an evaluation"), "{error}");
+    let error = eval(&[&shooting[..], &["--ground", "rough-2cm"]].concat());
+    assert!(error.contains("--ground rough-2cm: expected --engine mujoco, which alone has it"), "{error}");
+    let error = eval(&[&shooting[..], &["--ground", "turf", "--engine", "both"]].concat());
+    assert!(error.contains("--ground turf") && error.contains("found both"), "{error}");
+    let error = eval(&[&shooting[..], &["--engine", "mujoco", "--ground", "ice"]].concat());
+    assert!(error.contains("expected flat, rough-1cm, ") && error.contains("found 'ice'"), "{error}");
+    let error = eval(&["terrain", "--policy", "run", "--ground", "hard"]);
+    assert!(error.contains("--ground: expected none") && error.contains("found hard"), "{error}");
+    let error = eval(&["panel", "--policy", "run", "--ground", "hard"]);
+    assert!(error.contains("expected no ground, as the panel has its own"), "{error}");
     let error = eval(&["panel", "--policy", "run", "--scene", "scene.toml"]);
     assert!(error.contains("--scene: expected no ball_mass_kg, as the panel has its own balls"), "{error}");
     let error = refuses(&paid(folder.path(), &["demo", "--live", "--trials", "3"]));

@@ -158,4 +158,9 @@ pub trait Simulator<V: Real>: Send {
     fn set_ball(&mut self, group: usize, lane: usize, pos: [f64; 3], vel: [f64; 3], ang_vel: [f64; 3]);
     /// Height of the ground at a world point of one environment `[m]`.
     fn ground_height(&self, group: usize, lane: usize, xy: [f64; 2]) -> f64;
+    /// Center of a ball of radius `radius` `[m]` that is put on the ground at a world point `[m]`. A ball that is to lie `still` may be put
+    /// to where it does so next to that point.
+    fn ball_on_ground(&self, group: usize, lane: usize, xy: [f64; 2], radius: f64, _still: bool) -> [f64; 3] {
+        [xy[0], xy[1], self.ground_height(group, lane, xy) + radius]
+    }
 }

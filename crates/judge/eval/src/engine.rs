@@ -1,7 +1,8 @@
 //! What simulates the trials: the built-in engine or MuJoCo.
 
-use paid_mujoco::{Cone, FootShapes, MujocoSim, PdControl, SceneOptions};
+use paid_mujoco::{Cone, FootShapes, Ground, MujocoSim, PdControl, SceneOptions};
 use paid_physics::BallParams;
+use paid_plot::number;
 use paid_task::{ShardSetup, Task, TaskPreset, TaskSetup, TaskShard, build_shard};
 use serde::Serialize;
 
@@ -108,6 +109,13 @@ fn surfaces(scene: &SceneOptions, preset: &TaskPreset) -> String {
     let (floor, ball) = (&scene.floor, scene.ball.unwrap_or_default());
     let mut words =
         vec![format!("floor friction {} and contact time {} s", floor.friction[0], floor.solref[0])];
+    match scene.ground {
+        Ground::Flat => {}
+        Ground::Slope { angle_rad, .. } => {
+            words.push(format!("slope of {} degrees", number(angle_rad.to_degrees(), 1)));
+        }
+        Ground::Rough { amplitude_m, .. } => words.push(format!("rough by {amplitude_m} m")),
+    }
     if preset.scene.ball {
         let [time, damping] = ball.solref;
         let bounce = if damping < 1.0 { format!(" at damping {damping}") } else { String::new() };
@@ -195,7 +203,10 @@ impl EvalSetup {
             EngineChoice::Builtin => SceneOptions::default(),
             EngineChoice::Mujoco(scene) => (**scene).clone(),
         };
-        let preset = TaskPreset { ball_params: self.ball(), ..self.preset.clone() };
+        // Every trial has its own ground of the kind that was asked for.
+        scene.ground = scene.ground.of_trial(self.seed, u32::try_from(first_env).unwrap_or(u32::MAX));
+        let mut preset = TaskPreset { ball_params: self.ball(), ..self.preset.clone() };
+        preset.resets.lift_to_ground |= scene.ground != Ground::Flat;
         preset.validate()?;
         scene.gravity = self.preset.scene.gravity;
         scene.self_collision &= self.preset.scene.self_collision;

@@ -3,7 +3,7 @@
 //! - [`metrics`]: pure functions.
 //! - [`episodes`]: trials in batches on the task's own environments, which the built-in engine or MuJoCo moves ([`engine`]).
 //! - [`tracking`], [`shooting`]: the paper's protocols; [`mod@matches`]: kick after kick without a reset.
-//! - [`panel`]: whether a kick holds on other balls and grounds; [`eyes`]: shots with what the robot sees.
+//! - [`panel`], [`robustness`]: whether a kick holds with other balls, on other [`mod@ground`]s and when something goes wrong; [`eyes`]: shots with what the robot sees.
 //! - [`results`], [`html`]: what an evaluation leaves in its folder. `paid_plot` draws.
 //!
 //! Begin reading with `protocol/shooting.rs`. What measures the project and not a policy is in `paid_lab`.
@@ -17,6 +17,7 @@ mod error;
 #[cfg(feature = "eyes")]
 pub mod eyes;
 pub mod footage;
+pub mod ground;
 pub mod html;
 pub mod judge;
 pub mod knowledge;

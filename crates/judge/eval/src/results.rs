@@ -197,12 +197,12 @@ pub fn write_panel(folder: &Path, report: &PanelReport, json: &str) -> Result<()
     write_forms(folder, name, json, Some(report.csv()), &report.table())
 }
 
-/// Writes a report of what goes wrong as `robustness.json`, `.csv` and `.txt`.
+/// Writes a report of what goes wrong as JSON, CSV and table; the files are named after its series.
 ///
 /// # Errors
 /// If a file cannot be written.
 pub fn write_robustness(folder: &Path, report: &RobustnessReport, json: &str) -> Result<(), EvalError> {
-    write_forms(folder, "robustness", json, Some(report.csv()), &report.table())
+    write_forms(folder, report.options.series.name(), json, Some(report.csv()), &report.table())
 }
 
 /// Writes an evaluation with onboard perception: the files of [`write_shooting`] under the name `eyes`, the detections as CSV, and the

@@ -12,6 +12,7 @@ use paid_task::layers::{KeyError, Tree};
 use serde::{Deserialize, Serialize};
 
 use crate::engine::EngineChoice;
+use crate::ground::Ground;
 use crate::{EvalError, Setting};
 
 /// Which engines score.
@@ -47,6 +48,7 @@ pub enum ScenePreset {
 #[expect(missing_docs, reason = "KEYS describes them, for `paid eval scene --print` too")]
 pub struct SceneSpec {
     pub protocol: Option<ScenePreset>,
+    pub ground: Option<Ground>,
     pub ball_mass_kg: Option<f64>,
     pub physics_dt_s: Option<f64>,
     pub floor_friction: Option<f64>,
@@ -66,8 +68,9 @@ pub struct SceneSpec {
 }
 
 /// The keys of a scene file.
-pub const KEYS: [(&str, &str); 17] = [
+pub const KEYS: [(&str, &str); 18] = [
     ("protocol", "paper, real, public or twist2: gives the values of all keys that are left out"),
+    ("ground", "flat, rough-1cm, rough-2cm, rough-3cm, slope-2deg, slope-4deg, turf or hard"),
     ("ball_mass_kg", "mass of the ball, in both engines"),
     ("physics_dt_s", "physics step; divides the control period"),
     ("floor_friction", "sliding friction between feet and floor"),
@@ -149,6 +152,7 @@ impl SceneSpec {
         let ball = scene.ball.unwrap_or_default();
         Self {
             protocol: self.protocol.or(Some(usual)),
+            ground: Some(self.ground.unwrap_or_default()),
             ball_mass_kg: Some(task.ball_params.mass_kg),
             physics_dt_s: Some(scene.physics_dt_s),
             floor_friction: Some(scene.floor.friction[0]),
@@ -187,6 +191,7 @@ impl SceneSpec {
             }
             ScenePreset::Twist2 => SceneOptions::twist2(),
         };
+        self.ground.unwrap_or_default().apply(&mut scene, task);
         if let Some(mass) = self.ball_mass_kg {
             task.ball_params.mass_kg = mass;
         }
@@ -333,8 +338,11 @@ mod tests {
     #[test]
     fn a_printed_file_resolves_to_the_scene_that_it_was_printed_from() {
         let usual = ScenePreset::Paper;
-        for text in ["protocol = 'twist2'", "training_ball = true\nelliptic_cone = true", "ball_mass_kg = 1"]
-        {
+        for text in [
+            "protocol = 'twist2'",
+            "training_ball = true\nelliptic_cone = true",
+            "ball_mass_kg = 1\nground = 'turf'",
+        ] {
             let spec = SceneSpec::parse("a.toml", text).expect(text);
             let mut task = TaskPreset::builtin("paper_stage2").expect("built in");
             let scene = spec.resolve(&mut task, usual).expect(text);

@@ -6,3 +6,4 @@ mod eyes;
 mod golden;
 mod matches;
 mod protocols;
+mod terrain;

@@ -13,6 +13,7 @@ pub(crate) mod model {
     pub const NBODY: usize = 48;
     pub const NGEOM: usize = 136;
     pub const TIMESTEP: usize = 792;
+    pub const BODY_POS: usize = 1912;
     pub const BODY_IPOS: usize = 1928;
     pub const BODY_MASS: usize = 1944;
     pub const BODY_INERTIA: usize = 1960;

@@ -31,6 +31,7 @@ impl World {
         same("masses", w.body_mass(), &[0.0, 2.0])?;
         same("inertias", &w.body_inertia()[3..], &[0.03, 0.02, 0.01])?;
         same("center of mass", &w.body_ipos()[3..], &[0.0, 0.0, 0.001])?;
+        same("place", &w.body_pos()[3..], &[0.2, 0.3, 0.09])?;
         same("damping", w.dof_damping(), &[0.4; 6])?;
         same("size", &w.geom_size()[3..4], &[0.1])?;
         same("friction", &w.geom_friction()[..3], &[0.7, 0.06, 0.005])?;

@@ -23,6 +23,7 @@
 //! ```
 
 pub mod contact;
+pub mod ground;
 pub mod mjcf;
 pub mod scene;
 
@@ -42,6 +43,7 @@ pub mod sim;
 pub mod world;
 
 pub use contact::SpringContact;
+pub use ground::Ground;
 #[cfg(feature = "mujoco")]
 pub use library::{Library, LibraryError, MUJOCO_VERSION};
 pub use mjcf::mjcf_scene;

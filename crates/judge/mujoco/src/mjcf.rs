@@ -4,7 +4,10 @@ use std::fmt::Write;
 
 use paid_robot::{ControlSpec, RobotModel, Shape};
 
-use crate::scene::{BALL, BallOptions, Cone, FLOOR, FootShapes, PdControl, SceneOptions, ball_inertia};
+use crate::ground::Surface;
+use crate::scene::{
+    BALL, BallOptions, Cone, FLOOR, FootShapes, GROUND, PdControl, SceneOptions, ball_inertia,
+};
 
 /// Centers of the spheres of [`FootShapes::Spheres`] in the frame of a foot of the G1 `[m]`.
 const SPHERES: [[f64; 3]; 4] =
@@ -32,7 +35,7 @@ fn escape(name: &str) -> String {
     name.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
 }
 
-/// Writes `model` and its surroundings as MJCF. Bodies, joints and motors keep the model's order; the ball is the last body;
+/// Writes `model` and its surroundings as MJCF. Bodies, joints and motors keep the model's order; the ball comes after them, then rough ground;
 /// the keyframe `home` is the default pose of `control` at the height where the base is in the model's zero pose.
 ///
 /// Motors take torques `[N m]`, position actuators angles `[rad]`; both are limited to the effort limits. Contacts with the ball use the ball's surface, those of
@@ -62,16 +65,23 @@ fn write_scene(
     // A diverging state must be seen by the caller, not be replaced in silence.
     writeln!(out, "    <flag autoreset=\"disable\"/>\n  </option>")?;
     writeln!(out, r#"  <visual><headlight ambient="0.4 0.4 0.4"/></visual>"#)?;
+    let surface = Surface::new(options.ground);
+    let field = surface.mjcf_field(GROUND);
+    if let Some((asset, _)) = &field {
+        out.push_str(asset);
+    }
     writeln!(out, "  <worldbody>")?;
     writeln!(out, r#"    <light pos="0 0 5" dir="0 0 -1" directional="true"/>"#)?;
-    let floor = &options.floor;
-    writeln!(
-        out,
-        r#"    <geom name="{FLOOR}" type="plane" size="0 0 0.1" rgba="0.4 0.55 0.4 1" contype="{}" conaffinity="0" priority="1" friction="{}" solref="{}"/>"#,
+    let floor = format!(
+        r#"rgba="0.4 0.55 0.4 1" contype="{}" conaffinity="0" priority="1" friction="{}" solref="{}""#,
         bits::FLOOR,
-        nums(&floor.friction),
-        nums(&floor.solref)
-    )?;
+        nums(&options.floor.friction),
+        nums(&options.floor.solref)
+    );
+    if field.is_none() {
+        let tilt = surface.mjcf_plane();
+        writeln!(out, r#"    <geom name="{FLOOR}" type="plane" size="0 0 0.1"{tilt} {floor}/>"#)?;
+    }
     if let Some(goal) = &options.goal {
         let (x, y, z) = (num(goal.center[0]), num(goal.center[1]), num(0.5 * goal.height));
         writeln!(
@@ -86,6 +96,13 @@ fn write_scene(
     }
     if let Some(ball) = &options.ball {
         write_ball(out, ball)?;
+    }
+    if let Some((_, low)) = field {
+        // A body of its own can be moved. It is behind all others, which are counted.
+        writeln!(
+            out,
+            r#"    <body name="{GROUND}" pos="0 0 {low}"><geom name="{FLOOR}" type="hfield" hfield="{GROUND}" {floor}/></body>"#
+        )?;
     }
     writeln!(out, "  </worldbody>")?;
     if !model.contact_exclusions.is_empty() {

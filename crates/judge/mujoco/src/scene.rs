@@ -3,10 +3,14 @@
 use paid_physics::BallParams;
 use paid_robot::Joint;
 
+use crate::ground::Ground;
+
 /// Name of the ball's body, joint and geom.
 pub const BALL: &str = "ball";
 /// Name of the floor's geom.
 pub const FLOOR: &str = "floor";
+/// Name of the body and the heights of rough ground.
+pub(crate) const GROUND: &str = "ground";
 
 /// Which shapes the feet meet the world with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,6 +106,8 @@ pub struct SceneOptions {
     pub cone: Cone,
     /// Floor.
     pub floor: FloorOptions,
+    /// The floor's shape.
+    pub ground: Ground,
     /// Ball; `None` leaves it out.
     pub ball: Option<BallOptions>,
     /// Goal marker.
@@ -172,6 +178,7 @@ impl Default for SceneOptions {
             friction_loss: true,
             cone: Cone::Pyramidal,
             floor: FloorOptions::default(),
+            ground: Ground::Flat,
             ball: Some(BallOptions::default()),
             goal: Some(GoalMarker::default()),
             weak_joint: None,

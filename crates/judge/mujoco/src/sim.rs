@@ -4,10 +4,11 @@ use paid_lanes::{Mat3, Quat, Vec3};
 use paid_physics::{BallState, BodyState, EnvParams, GroupState, LaneState, LateTargets, Simulator};
 use paid_robot::{ControlSpec, RobotModel};
 
+use crate::ground::Surface;
 use crate::layout::model::ACTUATOR_PARAMETERS;
 use crate::mjcf::mjcf_scene;
 use crate::reports::ContactReport;
-use crate::scene::{BALL, PdControl, SceneOptions, ball_inertia};
+use crate::scene::{BALL, GROUND, PdControl, SceneOptions, ball_inertia};
 use crate::world::{MujocoError, World};
 
 /// Velocity coordinates of a free joint.
@@ -31,6 +32,9 @@ pub struct MujocoSim {
     inertia: Vec<f64>,
     ball_body: Option<usize>,
     ball_geom: Option<usize>,
+    surface: Surface,
+    /// The body of rough ground.
+    ground_body: Option<usize>,
     lanes: Vec<Lane>,
     /// The body whose pose is kept at every physics step.
     traced: Option<usize>,
@@ -101,6 +105,8 @@ impl MujocoSim {
             inertia: world.body_inertia().to_vec(),
             ball_body,
             ball_geom,
+            surface: Surface::new(options.ground),
+            ground_body: world.body(GROUND),
             lanes: Vec::with_capacity(num_envs),
             traced: None,
         };
@@ -158,6 +164,15 @@ impl MujocoSim {
         &self.lanes[group].trace
     }
 
+    /// Lets rough ground follow the robot by whole periods, so that it has no end.
+    fn follow_with_ground(&mut self, group: usize) {
+        let world = &mut self.lanes[group].world;
+        let base = array(world.qpos());
+        if let Some((body, middle)) = self.ground_body.zip(self.surface.middle(base)) {
+            world.body_pos_mut()[3 * body..3 * body + 2].copy_from_slice(&middle);
+        }
+    }
+
     /// The options of the scene.
     pub fn options(&self) -> &SceneOptions {
         &self.options
@@ -211,6 +226,7 @@ impl Simulator<f64> for MujocoSim {
     fn step_late(&mut self, group: usize, targets: LateTargets<'_, f64>) {
         let joints = self.model.joints.len();
         let mut joint_target = vec![0.0; joints];
+        self.follow_with_ground(group);
         let lane = &mut self.lanes[group];
         lane.report.clear();
         lane.trace.clear();
@@ -401,7 +417,18 @@ impl Simulator<f64> for MujocoSim {
         };
     }
 
-    fn ground_height(&self, _group: usize, _lane: usize, _xy: [f64; 2]) -> f64 {
-        0.0
+    fn ground_height(&self, _group: usize, _lane: usize, xy: [f64; 2]) -> f64 {
+        self.surface.height(xy)
+    }
+
+    fn ball_on_ground(
+        &self,
+        _group: usize,
+        _lane: usize,
+        xy: [f64; 2],
+        radius: f64,
+        still: bool,
+    ) -> [f64; 3] {
+        self.surface.ball(xy, radius, still)
     }
 }

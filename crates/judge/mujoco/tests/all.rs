@@ -4,6 +4,8 @@ mod contact;
 #[cfg(feature = "mujoco")]
 mod g1_bodies;
 #[cfg(feature = "mujoco")]
+mod ground;
+#[cfg(feature = "mujoco")]
 mod impacts;
 #[cfg(feature = "mujoco")]
 mod simulator;

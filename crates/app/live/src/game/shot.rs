@@ -120,6 +120,7 @@ mod tests {
             joint_vel: Vec::new(),
             joint_torque: Vec::new(),
             contact_force: Vec::new(),
+            ground_m: 0.0,
             ball_pos: [0.0; 3],
             ball_vel: [0.0; 3],
             ball_force: [0.0; 3],

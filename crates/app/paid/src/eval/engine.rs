@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::ValueEnum;
+use paid_eval::ground::Ground;
 use paid_eval::scene::{Engines, ScenePreset, SceneSpec, check_feet};
 use paid_files::write_whole;
 use paid_mujoco::mjcf_scene;
@@ -42,6 +43,12 @@ pub struct EngineArgs {
     /// published with, and its default. `paid eval scene --print` prints a file to edit.
     #[arg(long, help_heading = "Simulation", value_name = "NAME|FILE", value_parser = SceneSpec::load)]
     scene: Option<SceneSpec>,
+    /// Ground in MuJoCo, such as rough-2cm, slope-4deg or turf [default: flat].
+    ///
+    /// flat, rough-1cm, rough-2cm, rough-3cm, slope-2deg, slope-4deg, turf or hard. On rough ground, heights of plus and minus 1, 2 or 3 cm lie 10 cm apart at random; a ball that is to lie still lies in a dip. Slopes
+    /// fall in a random direction, and the ball rolls down. Heights and direction differ between trials. Turf yields and slows the ball.
+    #[arg(long, help_heading = "Simulation", value_name = "GROUND")]
+    ground: Option<Ground>,
 }
 
 /// A positive, finite number.
@@ -64,19 +71,28 @@ impl EngineArgs {
     pub fn only_in_mujoco(&self) -> Option<&'static str> {
         let public = |spec: &SceneSpec| spec.protocol == Some(ScenePreset::Public);
         let spec = self.scene.as_ref()?;
-        spec.given().find(|key| *key != "ball_mass_kg" && !(*key == "protocol" && public(spec)))
+        // --ground is checked on its own.
+        let elsewhere = |key| matches!(key, "ball_mass_kg" | "ground") || key == "protocol" && public(spec);
+        spec.given().find(|key| !elsewhere(key))
     }
 
     /// A value that was given and that every ball of the panel sets itself ([`paid_eval::panel::PanelBall::apply`]).
     pub fn set_by_panel(&self) -> Option<&'static str> {
         let of_panel =
             |key: &&str| key.starts_with("ball_") || key.starts_with("floor_") || *key == "training_ball";
-        self.scene.as_ref()?.given().find(of_panel)
+        let ground = self.other_ground().map(|_| "ground");
+        ground.or_else(|| self.scene.as_ref()?.given().find(of_panel))
+    }
+
+    /// Another ground than the flat one, by --ground or, without that, the scene file.
+    pub fn other_ground(&self) -> Option<Ground> {
+        self.spec().ground.filter(|ground| *ground != Ground::Flat)
     }
 
     /// The scene that was asked for.
     pub fn spec(&self) -> SceneSpec {
-        self.scene.clone().unwrap_or_default()
+        let spec = self.scene.clone().unwrap_or_default();
+        SceneSpec { ground: self.ground.or(spec.ground), ..spec }
     }
 }
 

@@ -7,7 +7,7 @@ use super::engine::positive;
 /// How the episode begins and when it ends.
 #[derive(Debug, clap::Args)]
 pub struct ShotArgs {
-    /// Ball position x,y in the robot's first pose [m] [default: the motion's own].
+    /// Ball x,y in the robot's first pose [m] [default: the motion's own].
     ///
     /// The nearest motion is chosen.
     #[arg(long, value_name = "X,Y", value_parser = pair, allow_hyphen_values = true, requires = "policy")]

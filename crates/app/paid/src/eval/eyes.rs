@@ -10,6 +10,7 @@ use paid_eval::results::{Evaluation, to_json, write_eyes};
 use paid_eval::shooting::ShootingOptions;
 use paid_eval::subject::Subject;
 use paid_lidar::sim::SceneKind;
+use paid_mujoco::Ground;
 
 use super::progress::Progress;
 use super::{Output, ended};
@@ -91,6 +92,11 @@ impl EyesArgs {
         output: &Output,
     ) -> Result<Option<ExitCode>, Failure> {
         let Some(options) = self.options()? else { return Ok(None) };
+        if subject.scene.ground != Ground::Flat {
+            return Err(Failure::input(
+                "--ground: expected flat, turf or hard with --eyes, whose images show a plane, found another",
+            ));
+        }
         ranks::alone("eval shooting --eyes")?;
         look(subject, kinds, &options, output).map(Some)
     }

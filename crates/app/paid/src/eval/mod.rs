@@ -27,6 +27,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use paid_eval::monitor::Monitor;
+use paid_eval::robustness::Series;
 use paid_eval::scene::Engines;
 use paid_eval::subject::Subject;
 use paid_terminal::STOPPED;
@@ -72,6 +73,8 @@ enum Command {
     Panel(Box<panel::Args>),
     /// Shoot in MuJoCo with one thing wrong at a time: pushes, payload, weak knee, late targets, slippery floor.
     Robustness(Box<robustness::Args>),
+    /// Shoot in MuJoCo on one ground after the other: flat, rough, sloping, turf, hard.
+    Terrain(Box<robustness::Args>),
     /// Draw one episode.
     Film(film::Args),
     /// Write the evaluation's scene for MuJoCo's viewer, or print its settings.
@@ -93,7 +96,8 @@ pub fn run(args: Args) -> Result<ExitCode, Failure> {
         Command::Likeness(args) => likeness::run(&args),
         Command::Lag(args) => lag::run(&args),
         Command::Panel(args) => panel::run(&args),
-        Command::Robustness(args) => robustness::run(&args),
+        Command::Robustness(args) => robustness::run(&args, Series::Robustness),
+        Command::Terrain(args) => robustness::run(&args, Series::Terrain),
         Command::Film(args) => film::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Scene(args) => engine::write_scene(&args).map(|()| ExitCode::SUCCESS),
     }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
+use paid_eval::ground::Ground;
 use paid_eval::subject::SubjectSpec;
 use paid_task::preset::KnowledgeMode;
 
@@ -34,6 +35,11 @@ impl Common {
     /// [`Common::spec`] of an evaluation that runs in MuJoCo, whatever `--engine` says.
     pub fn spec_of_referee(&self, fallback_task: &str) -> Result<SubjectSpec, Failure> {
         self.setting.spec_in_any_engine(&self.policy, fallback_task)
+    }
+
+    /// [`EngineArgs::other_ground`].
+    pub fn other_ground(&self) -> Option<Ground> {
+        self.setting.scene.other_ground()
     }
 
     /// [`EngineArgs::set_by_panel`].
@@ -156,6 +162,13 @@ impl Setting {
 
     /// What is scored, with the policy apart from its conditions.
     pub fn spec(&self, policy: &Path, fallback_task: &str) -> Result<SubjectSpec, Failure> {
+        if let Some(ground) = self.scene.other_ground().filter(|_| self.engine != EngineName::Mujoco) {
+            let engine = if self.engine == EngineName::Both { "both" } else { "builtin" };
+            return Err(Failure::input(format!(
+                "--ground {}: expected --engine mujoco, which alone has it, found {engine}",
+                ground.name()
+            )));
+        }
         if let Some(key) = self.scene.only_in_mujoco().filter(|_| self.engine == EngineName::Builtin) {
             return Err(Failure::input(format!(
                 "--scene: {key}: expected --engine mujoco or both, whose scene it changes, found builtin"

@@ -7,6 +7,39 @@ use super::error::PhysicsError;
 use super::params::GroupParams;
 use crate::Terrain;
 
+impl Terrain {
+    /// Heights of the grid points `[m]`, row-major `[y][x]`, the first one at x = y = 0; none for the plane.
+    ///
+    /// # Errors
+    /// If a number is out of its range.
+    pub fn heights(&self) -> Result<Vec<f64>, PhysicsError> {
+        let Self::Rough { amplitude_m, step_m, cell_m, size, seed } = *self else { return Ok(Vec::new()) };
+        let bad = |what: &str, expected, found: String| PhysicsError::Value {
+            what: format!("terrain.{what}"),
+            expected,
+            found,
+        };
+        if !(amplitude_m >= 0.0 && amplitude_m.is_finite()) {
+            return Err(bad("amplitude_m", "a number of at least 0", amplitude_m.to_string()));
+        }
+        if !(step_m >= 0.0 && step_m.is_finite()) {
+            return Err(bad("step_m", "a number of at least 0", step_m.to_string()));
+        }
+        if !(cell_m > 0.0 && cell_m.is_finite()) {
+            return Err(bad("cell_m", "a positive number", cell_m.to_string()));
+        }
+        if !(2..=4096).contains(&size) {
+            return Err(bad("size", "2 to 4096 grid points", size.to_string()));
+        }
+        let mut rng = Rng::new(seed, 0, 0);
+        let mut draw = || {
+            let height = rng.uniform(-amplitude_m, amplitude_m);
+            if step_m > 0.0 { (height / step_m).round() * step_m } else { height }
+        };
+        Ok((0..size * size).map(|_| draw()).collect())
+    }
+}
+
 /// Heights and how to look them up.
 #[derive(Clone, Debug)]
 pub(crate) struct Ground<S> {
@@ -18,36 +51,11 @@ pub(crate) struct Ground<S> {
 }
 
 impl<S: Scalar> Ground<S> {
-    /// Draws the heights.
+    /// The heights of a terrain.
     pub fn new(terrain: &Terrain) -> Result<Self, PhysicsError> {
         match *terrain {
             Terrain::Plane => Ok(Self { heights: Vec::new(), size: 0, cell: 1.0, highest: 0.0 }),
-            Terrain::Rough { amplitude_m, step_m, cell_m, size, seed } => {
-                let bad = |what: &str, expected, found: String| PhysicsError::Value {
-                    what: format!("terrain.{what}"),
-                    expected,
-                    found,
-                };
-                if !(amplitude_m >= 0.0 && amplitude_m.is_finite()) {
-                    return Err(bad("amplitude_m", "a number of at least 0", amplitude_m.to_string()));
-                }
-                if !(step_m >= 0.0 && step_m.is_finite()) {
-                    return Err(bad("step_m", "a number of at least 0", step_m.to_string()));
-                }
-                if !(cell_m > 0.0 && cell_m.is_finite()) {
-                    return Err(bad("cell_m", "a positive number", cell_m.to_string()));
-                }
-                if !(2..=4096).contains(&size) {
-                    return Err(bad("size", "2 to 4096 grid points", size.to_string()));
-                }
-                let mut rng = Rng::new(seed, 0, 0);
-                let mut draw = || {
-                    let height = rng.uniform(-amplitude_m, amplitude_m);
-                    if step_m > 0.0 { (height / step_m).round() * step_m } else { height }
-                };
-                let heights: Vec<f64> = (0..size * size).map(|_| draw()).collect();
-                Ok(Self::from_heights(&heights, size, cell_m))
-            }
+            Terrain::Rough { cell_m, size, .. } => Ok(Self::from_heights(&terrain.heights()?, size, cell_m)),
         }
     }
 

@@ -186,7 +186,7 @@ impl Observer for Watch {
         }
         let base = &sample.bodies[0];
         let done = self.take.strike.is_some_and(|(strike, _)| now >= strike + self.after);
-        done || fallen(base.pos[2], base.rot[2][2], self.nominal_height_m)
+        done || fallen(base.pos[2] - sample.ground_m, base.rot[2][2], self.nominal_height_m)
     }
 }
 

@@ -51,7 +51,7 @@ pub fn direction_cosine(velocity: [f64; 2], ball_at_impact: [f64; 2], goal: [f64
     (lengths > 1e-9).then(|| (velocity[0] * to_goal[0] + velocity[1] * to_goal[1]) / lengths)
 }
 
-/// True if the base lies rather than stands: below half of its nominal height, or tilted more than 60 degrees.
+/// True if the base lies rather than stands: its height above the ground is below half of the nominal one, or it is tilted more than 60 degrees.
 pub fn fallen(base_height_m: f64, base_up_z: f64, nominal_height_m: f64) -> bool {
     base_height_m < 0.5 * nominal_height_m || base_up_z < 0.5
 }

@@ -107,7 +107,7 @@ impl SubjectSpec {
         if let Some(change) = self.overrides.iter().find(|change| change.starts_with("scene.terrain")) {
             return Err(EvalError::Option {
                 option: Setting::Named("set"),
-                expected: "no scene.terrain: evaluations are on flat ground".to_owned(),
+                expected: "no scene.terrain: --ground is the ground of an evaluation".to_owned(),
                 found: change.clone(),
             });
         }

@@ -33,6 +33,8 @@ impl World {
         body_mass, body_mass_mut: model model::BODY_MASS, |w| w.nbody();
         /// Principal inertias [nbody * 3], kg m^2.
         body_inertia, body_inertia_mut: model model::BODY_INERTIA, |w| w.nbody() * 3;
+        /// Body origins in the frames of their parents [nbody * 3], m.
+        body_pos, body_pos_mut: model model::BODY_POS, |w| w.nbody() * 3;
         /// Centers of mass in body frames [nbody * 3], m.
         body_ipos, body_ipos_mut: model model::BODY_IPOS, |w| w.nbody() * 3;
         /// Passive damping of the velocity coordinates `[nv]`.

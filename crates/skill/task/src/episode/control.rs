@@ -109,6 +109,8 @@ pub struct EnvSample {
     pub joint_torque: Vec<f64>,
     /// Net contact force on each body, model order, world axes `[N]`.
     pub contact_force: Vec<[f64; 3]>,
+    /// Height of the ground below the base `[m]`.
+    pub ground_m: f64,
     /// Ball center `[m]`.
     pub ball_pos: [f64; 3],
     /// Ball velocity `[m/s]`.

@@ -188,7 +188,8 @@ impl StartContext<'_> {
         let ground = |xy: [f64; 2]| sim.ground_height(group, lane, xy);
         if self.config.preset.resets.lift_to_ground {
             // Three points of each sole, 8 cm apart along the foot.
-            let mut lift = 0.0_f64;
+            // Training only lifts; an evaluation's robot stands on the ground also where that is lower.
+            let mut lift = if self.forced.is_some() { f64::NEG_INFINITY } else { 0.0 };
             for Sole { place, along } in &feet {
                 for k in [-0.08, 0.0, 0.08] {
                     lift = lift.max(ground([place[0] + k * along[0], place[1] + k * along[1]]));
@@ -200,7 +201,7 @@ impl StartContext<'_> {
         let feet = [feet[0].place, feet[1].place];
         let clearance = if plan.after_strike { 0.0 } else { self.config.preset.ball.clearance_m };
         let (ball, velocity) = self.ball([motion, frame], planned, clearance, &params.ball, &feet, rng);
-        state.ball_pos = [ball[0], ball[1], ground(ball) + radius];
+        state.ball_pos = sim.ball_on_ground(group, lane, ball, radius, velocity == [0.0; 2]);
         if !self.config.preset.scene.ball {
             // A marker: at its height above the plane, whatever the terrain below.
             state.ball_pos[2] = radius;

@@ -36,7 +36,8 @@ impl<V: Real, S: Simulator<V>> Task<V, S> {
         let ([ball_x, ball_y], [goal_x, goal_y]) = (world(next.ball_xy), world(next.goal_xy));
         let [vx, vy] = paid_play::turned(next.ball_velocity, heading);
         let mut state = self.sim.save_lane(group, lane);
-        state.ball_pos = [ball_x, ball_y, self.sim.ground_height(group, lane, [ball_x, ball_y]) + radius];
+        let still = next.ball_velocity == [0.0; 2];
+        state.ball_pos = self.sim.ball_on_ground(group, lane, [ball_x, ball_y], radius, still);
         // Rolling without sliding.
         (state.ball_vel, state.ball_ang_vel) = ([vx, vy, 0.0], [-vy / radius, vx / radius, 0.0]);
         self.sim.set_ball(group, lane, state.ball_pos, state.ball_vel, state.ball_ang_vel);

@@ -222,6 +222,7 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
             joint_vel: numbers(&state.joint_vel),
             joint_torque: numbers(&state.joint_torque),
             contact_force: state.contact_force.iter().map(|force| force.lane(lane)).collect(),
+            ground_m: self.ground_below(group, lane),
             ball_pos: state.ball.pos.lane(lane),
             ball_vel: state.ball.vel.lane(lane),
             ball_force: state.ball.robot_force.lane(lane),
@@ -235,6 +236,12 @@ impl<V: Real, S: Simulator<V>> EvalControl for Task<V, S> {
 }
 
 impl<V: Real, S: Simulator<V>> Task<V, S> {
+    /// Height of the ground below the base of a lane `[m]`.
+    fn ground_below(&self, group: usize, lane: usize) -> f64 {
+        let [x, y, _] = self.sim.state(group).bodies[0].pos.lane(lane);
+        self.sim.ground_height(group, lane, [x, y])
+    }
+
     /// Where the last action of a lane sends the joints, model order `[rad]`.
     fn joint_target(&self, task: &GroupTask<V>, lane: usize) -> Vec<f64> {
         let control = &self.config.control;

@@ -165,7 +165,7 @@ impl Observer for Player<'_> {
         self.film(sample);
         self.show(sample);
         let base = &sample.bodies[0];
-        if fallen(base.pos[2], base.rot[2][2], self.setup.spec.nominal_height_m) {
+        if fallen(base.pos[2] - sample.ground_m, base.rot[2][2], self.setup.spec.nominal_height_m) {
             self.end_kick(sample, true, true);
             return true;
         }

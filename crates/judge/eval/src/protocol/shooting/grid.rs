@@ -82,7 +82,11 @@ impl<'a> Placement<'a> {
         let radius = self.setup.preset.ball_params.radius_m;
         let BodySample { pos, rot, .. } = &sample.bodies[anchor];
         let (s, c) = rot[1][0].atan2(rot[0][0]).sin_cos();
-        let center = [pos[0] + c * ball[0] - s * ball[1], pos[1] + s * ball[0] + c * ball[1], radius];
+        let center = [
+            pos[0] + c * ball[0] - s * ball[1],
+            pos[1] + s * ball[0] + c * ball[1],
+            sample.ground_m + radius,
+        ];
         let poses = sample.bodies.iter().map(|b| (b.pos, Mat3(b.rot)));
         robot_distance(&self.setup.robot, poses, center) < radius
     }

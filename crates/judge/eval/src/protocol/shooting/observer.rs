@@ -160,7 +160,7 @@ impl Observer for Watch {
         }
         let since_kick = self.kick.as_ref().map(|k| sample.step.saturating_sub(k.step));
         let base = &sample.bodies[0];
-        let lies = fallen(base.pos[2], base.rot[2][2], self.nominal_height_m);
+        let lies = fallen(base.pos[2] - sample.ground_m, base.rot[2][2], self.nominal_height_m);
         self.fell |= lies;
         self.fell_in_clip |= lies && !sample.motion_ended;
         let within = |steps: u32| since_kick.is_some_and(|s| s <= steps);
@@ -236,6 +236,7 @@ pub(crate) mod tests {
             joint_vel: vec![0.0; joints],
             joint_torque: vec![0.0; joints],
             contact_force: vec![[0.0; 3]; bodies],
+            ground_m: 0.0,
             ball_pos: [1.0, 0.0, 0.11],
             ball_vel: [0.0; 3],
             ball_force: [0.0; 3],

@@ -144,7 +144,7 @@ impl Observer for Watch {
         }
         self.now = anchor.pos;
         let base = &sample.bodies[0];
-        self.fell |= fallen(base.pos[2], base.rot[2][2], self.nominal_height_m);
+        self.fell |= fallen(base.pos[2] - sample.ground_m, base.rot[2][2], self.nominal_height_m);
         self.ended = self.ended.or(ended);
         self.frames_seen += 1;
         ended.is_some() || (self.until_fall && self.fell)
