@@ -363,6 +363,7 @@ mod tests {
             ("self_friction = -0.1", "a.toml:1: self_friction: expected a positive number, found -0.1"),
             ("ball_friction = nan", "a.toml:1: ball_friction: expected a positive number, found nan"),
             ("protocol = 'mine'", "a.toml:1: protocol: unknown variant `mine`, expected one of `paper`"),
+            ("ground = 'ice'", "a.toml:1: ground: unknown variant `ice`, expected one of `flat`"),
             ("training_ball = 1", "a.toml:1: training_ball: invalid type: integer `1`, expected a boolean"),
         ] {
             let error = SceneSpec::parse("a.toml", text).expect_err(text).to_string();
