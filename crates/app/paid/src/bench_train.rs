@@ -41,7 +41,7 @@ pub struct Args {
 const CASES: [(&str, &str, &str); 3] = [
     ("MLP, 2 epochs", "stage1", "learn.ppo.epochs=2"),
     ("MLP, 5 epochs", "stage1", "learn.ppo.epochs=5"),
-    ("LSTM 1x128, 2 epochs", "stage1_lstm", "learn.ppo.epochs=2"),
+    ("LSTM 1x128 and an MLP critic, 2 epochs", "recurrent", "learn.ppo.epochs=2"),
 ];
 
 /// Longest measurement `[s]`.

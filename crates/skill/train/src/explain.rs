@@ -157,18 +157,18 @@ mod tests {
 
     #[test]
     fn every_value_names_its_file_phase_override_or_default() {
-        let all = explained("stage2_lstm", &["run.envs=64", "run.shards=4"]);
-        assert_eq!(all.files, ["stage2_lstm.toml", "stage2.toml", "paper_stage2.toml"]);
+        let all = explained("recurrent", &["run.envs=64", "run.shards=4"]);
+        assert_eq!(all.files, ["recurrent.toml", "stage2.toml", "paper_stage2.toml"]);
         let origin = |key: &str| row(&all, key).origin.to_string();
         assert_eq!(origin("run.envs"), "--set");
-        assert!(origin("learn.actor.kind").starts_with("stage2_lstm.toml:"));
+        assert!(origin("learn.actor.kind").starts_with("recurrent.toml:"));
         assert!(origin("run.average_last").starts_with("stage2.toml:"));
         assert!(origin("task.rewards.body_pos.exclude_feet").starts_with("paper_stage2.toml:"));
         assert!(origin("task.ball_params.mass_kg").starts_with("surfaces/hard.toml:"));
         assert_eq!(origin("learn.actor.activation"), "default");
         let anchor = row(&all, "task.rewards.anchor_pos.weight");
         let [(0, value, origin)] = &anchor.later[..] else { panic!("{anchor:?}") };
-        assert_eq!((value.to_string().as_str(), all.phases[0]), ("0.0", 0.35));
+        assert_eq!((value.to_string().as_str(), all.phases[0]), ("0.0", 0.3));
         assert!(origin.to_string().starts_with("stage2.toml:"));
     }
 

@@ -12,7 +12,7 @@ fn motions(test: &str) -> Option<PathBuf> {
 }
 
 fn preset(stage: &str, motions: &std::path::Path) -> RunPreset {
-    let sets = [
+    let mut sets = vec![
         "run.envs=64".to_owned(),
         "run.shards=4".to_owned(),
         "run.iterations=5".to_owned(),
@@ -20,6 +20,11 @@ fn preset(stage: &str, motions: &std::path::Path) -> RunPreset {
         "learn.ppo.minibatches=2".to_owned(),
         format!("run.motions={:?}", motions.to_string_lossy()),
     ];
+    if stage == "recurrent" {
+        let teacher =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../policies/demo/policy.onnx");
+        sets.push(format!("teacher.policy={:?}", teacher.to_string_lossy()));
+    }
     RunPreset::resolve(stage, &sets).expect("preset")
 }
 
@@ -51,7 +56,7 @@ fn threads_and_interruptions_do_not_change_the_weights() {
     let Some(motions) = motions("threads_and_interruptions_do_not_change_the_weights") else { return };
     let folder = tempfile::tempdir().expect("folder");
     let at = |name: &str| folder.path().join(name);
-    for (stage, phases) in [("stage1", [0, 1]), ("stage2", [1, 2]), ("stage1_lstm", [0, 1])] {
+    for (stage, phases) in [("stage1", [0, 1]), ("stage2", [1, 2]), ("recurrent", [1, 2])] {
         let preset = preset(stage, &motions);
         let one = run(at(&format!("{stage}-one")), &preset, Start::Fresh, 1, u64::MAX);
         assert_eq!((one.end, one.samples), (End::Done, 5 * 64 * 24));

@@ -113,7 +113,10 @@ mod tests {
         )
         .expect_err("no policy");
         assert!(error.contains("README.md"), "{error}");
-        let other = PLAN.replace("[{ preset = \"stage2\" }]", "[{ preset = \"stage2_lstm\" }]");
+        let other = PLAN.replace(
+            "[{ preset = \"stage2\" }]",
+            "[{ preset = \"stage2\", sets = [\"learn.actor.hidden=[2]\"] }]",
+        );
         let error = checked(&other, None).expect_err("another network");
         assert!(error.contains("stage1.safetensors"), "{error}");
     }

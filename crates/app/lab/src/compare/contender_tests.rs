@@ -150,13 +150,13 @@ fn a_stage_has_values_of_its_own_over_those_of_its_entry() {
 
 #[test]
 fn two_stages_in_one_folder_are_refused() {
-    let twice = r#"stages = [{ preset = "stage2" }, { preset = "stage2_lstm" }]"#;
+    let twice = r#"stages = [{ preset = "stage2" }, { preset = "recurrent" }]"#;
     let text = PLAN.replace(r#"stages = [{ preset = "amp" }]"#, twice);
     let error = refused(&text);
     assert!(error.contains("expected a different folder for each stage"), "{error}");
     assert!(error.contains("found amp/seed-7/stage2 twice in 'AMP'"), "{error}");
-    let named = text
-        .replace(r#"{ preset = "stage2_lstm" }"#, r#"{ preset = "stage2_lstm", sets = ['stage="second"'] }"#);
+    let named =
+        text.replace(r#"{ preset = "recurrent" }"#, r#"{ preset = "recurrent", sets = ['stage="second"'] }"#);
     let plan: Plan = toml::from_str(&named).expect("reads");
     let stages: Vec<String> = plan.contenders(Path::new(""), None).expect("fits")[2]
         .stages
