@@ -28,6 +28,19 @@ impl Teacher {
     /// # Errors
     /// If a value is out of range, or the policy has a memory.
     pub fn new(policy: Arc<Policy>, weight: f64, until: f64) -> Result<Self, ConfigError> {
+        Self::check(weight, until)?;
+        if policy.net.is_recurrent() {
+            let (key, found) = ("teacher.policy".to_owned(), "a recurrent one".to_owned());
+            return Err(ConfigError { key, expected: "one without memory", found });
+        }
+        Ok(Self { policy, weight, until })
+    }
+
+    /// Checks the values of a teacher whose policy has not been read yet.
+    ///
+    /// # Errors
+    /// If one is out of range.
+    pub fn check(weight: f64, until: f64) -> Result<(), ConfigError> {
         let fail = |key: &str, expected, found| Err(ConfigError { key: key.to_owned(), expected, found });
         if !(weight.is_finite() && weight > 0.0) {
             return fail("teacher.weight", "a positive number", weight.to_string());
@@ -35,10 +48,7 @@ impl Teacher {
         if !(until > 0.0 && until <= 1.0) {
             return fail("teacher.until", "more than 0 and at most 1", until.to_string());
         }
-        if policy.net.is_recurrent() {
-            return fail("teacher.policy", "one without memory", "a recurrent one".to_owned());
-        }
-        Ok(Self { policy, weight, until })
+        Ok(())
     }
 
     /// Weight of the loss when `share` of a run is over.
@@ -79,6 +89,29 @@ impl Teacher {
     }
 }
 
+/// Squared distance of `mean` `[actions, n]` from `wanted`, each action's times its `inv_variance`, summed over actions and samples. Adds
+/// the gradient of half of it, times `scale`, to `dmean`.
+pub(crate) fn squared_distance(
+    scale: f32,
+    inv_variance: impl IntoIterator<Item = f32>,
+    mean: Mat<'_, f32>,
+    wanted: Mat<'_, f32>,
+    dmean: &mut MatMut<'_, f32>,
+) -> f64 {
+    let mut total = 0.0;
+    for (a, inv_variance) in inv_variance.into_iter().enumerate() {
+        let factor = scale * inv_variance;
+        let mut squares = 0.0f32;
+        for ((d, m), w) in dmean.row(a).iter_mut().zip(mean.row(a)).zip(wanted.row(a)) {
+            let apart = m - w;
+            squares += apart * apart;
+            *d += factor * apart;
+        }
+        total += f64::from(squares * inv_variance);
+    }
+    total
+}
+
 /// Adds the gradient of the imitation loss of a chunk of samples to `dmean` `[actions, n]`; returns the loss, summed over the samples.
 /// `scale` is the weight of a sample's loss, `log_std` that of the student's actions.
 pub(crate) fn imitation_loss(
@@ -88,19 +121,8 @@ pub(crate) fn imitation_loss(
     wanted: Mat<'_, f32>,
     dmean: &mut MatMut<'_, f32>,
 ) -> f64 {
-    let mut total = 0.0;
-    for (a, log_std) in log_std.iter().enumerate() {
-        let inv_variance = (-2.0 * log_std).exp();
-        let factor = scale as f32 * inv_variance;
-        let mut squares = 0.0f32;
-        for ((d, m), w) in dmean.row(a).iter_mut().zip(mean.row(a)).zip(wanted.row(a)) {
-            let apart = m - w;
-            squares += apart * apart;
-            *d += factor * apart;
-        }
-        total += 0.5 * f64::from(squares * inv_variance);
-    }
-    total
+    let inv_variance = log_std.iter().map(|log_std| (-2.0 * log_std).exp());
+    0.5 * squared_distance(scale as f32, inv_variance, mean, wanted, dmean)
 }
 
 #[cfg(test)]

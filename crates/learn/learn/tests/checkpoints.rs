@@ -6,6 +6,7 @@ use crate::common::{PointMass, Recall};
 use paid_learn::{
     Checkpoint, LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, VecEnv,
 };
+use paid_policy::Policy;
 
 fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
     let network = NetworkConfig {
@@ -222,6 +223,19 @@ fn a_learner_that_forgot_its_shards_can_be_saved() {
     assert_eq!(Checkpoint::load(&path).unwrap().policy().unwrap().params, learner.policy().params);
 }
 
+/// Over four steps two policies take the same action, of which the second sees what `other` makes of the first one's observation.
+fn act_alike(one: &Policy, two: &Policy, other: impl Fn([f32; 2]) -> Vec<f32>, name: &str) {
+    let (mut memory, mut other_memory) = (one.start(1), two.start(1));
+    for step in 0..4_i16 {
+        let seen = [0.3 * f32::from(step), 1.0 - f32::from(step)];
+        let (mut expected, mut found) = ([0.0], [0.0]);
+        one.act(&seen, &mut memory, &mut expected);
+        two.act(&other(seen), &mut other_memory, &mut found);
+        let same = expected[0] != 0.0 && (expected[0] - found[0]).abs() < 1e-6;
+        assert!(same, "{name} {step}: {expected:?} {found:?}");
+    }
+}
+
 #[test]
 fn a_policy_with_new_inputs_does_what_it_did() {
     let folder = tempfile::tempdir().unwrap();
@@ -235,14 +249,7 @@ fn a_policy_with_new_inputs_does_what_it_did() {
         let after = before.with_policy_inputs(&[None, Some(1), None, Some(0)]).unwrap();
         assert_eq!((after.meta().policy_obs, after.blob("preset")), (4, Some(&b"x"[..])));
         let (one, two) = (before.policy().unwrap(), after.policy().unwrap());
-        let (mut memory, mut other_memory) = (one.start(1), two.start(1));
-        for step in 0..4_i16 {
-            let [a, b] = [0.3 * f32::from(step), 1.0 - f32::from(step)];
-            let (mut out, mut other) = ([0.0], [0.0]);
-            one.act(&[a, b], &mut memory, &mut out);
-            two.act(&[5.0, b, -7.0, a], &mut other_memory, &mut other);
-            assert!(out[0] != 0.0 && (out[0] - other[0]).abs() < 1e-6, "{kind:?} {step}: {out:?} {other:?}");
-        }
+        act_alike(&one, &two, |[a, b]| vec![5.0, b, -7.0, a], &format!("{kind:?}"));
         // The critic's inputs are the same; what was for resuming is gone.
         let mut next = Learner::new(4, 2, 1, &config, 9).unwrap();
         next.load_weights(&after).unwrap();
@@ -311,14 +318,7 @@ fn a_memory_keeps_its_features_in_another_order_or_says_that_it_cannot() {
     let before = Checkpoint::load(&path).unwrap();
     let after = before.with_policy_inputs(&[Some(0), None, Some(1)]).unwrap();
     let (one, two) = (before.policy().unwrap(), after.policy().unwrap());
-    let (mut memory, mut other_memory) = (one.start(1), two.start(1));
-    for step in 0..4_i16 {
-        let [a, b] = [0.3 * f32::from(step), 1.0 - f32::from(step)];
-        let (mut out, mut other) = ([0.0], [0.0]);
-        one.act(&[a, b], &mut memory, &mut out);
-        two.act(&[a, 5.0, b], &mut other_memory, &mut other);
-        assert!(out[0] != 0.0 && (out[0] - other[0]).abs() < 1e-6, "{step}: {out:?} {other:?}");
-    }
+    act_alike(&one, &two, |[a, b]| vec![a, 5.0, b], "memory");
     let error = before.with_policy_inputs(&[Some(1), Some(0)]).unwrap_err().to_string();
     assert!(error.contains("the 1 features that its memory reads at the end"), "{error}");
 }

@@ -106,7 +106,7 @@ fn a_sign_seen_once_is_remembered_by_an_lstm() {
     assert!(after > 0.9 * 5.0 / 6.0, "trained {after}");
 }
 
-/// A policy with memory beside a critic without: what the policy must remember, the critic is told.
+/// A policy with memory beside a critic without: what the policy must remember, the critic sees.
 #[test]
 fn a_sign_seen_once_is_remembered_beside_the_input_with_a_critic_that_has_no_memory() {
     let mut config = config(NetworkKind::Memory, &[16]);

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_learn::Teacher;
+use paid_learn::{ConfigError, Teacher};
 use paid_task::layers::KeyError;
 use serde::{Deserialize, Serialize};
 
@@ -26,17 +26,15 @@ impl RunPreset {
     /// Values that no teacher can have.
     pub(crate) fn check_teacher(&self) -> Result<(), KeyError> {
         let Some(TeacherPreset { policy, weight, until }) = &self.teacher else { return Ok(()) };
-        let wrong = |key: &str, message: String| Err(KeyError { key: key.to_owned(), message });
         if policy.is_empty() {
-            return wrong("teacher.policy", "expected the path of a policy, found an empty one".to_owned());
+            let message = "expected the path of a policy, found an empty one".to_owned();
+            return Err(KeyError { key: "teacher.policy".to_owned(), message });
         }
-        if !(weight.is_finite() && *weight > 0.0) {
-            return wrong("teacher.weight", format!("expected a positive number, found {weight}"));
-        }
-        if !(*until > 0.0 && *until <= 1.0) {
-            return wrong("teacher.until", format!("expected more than 0 and at most 1, found {until}"));
-        }
-        Ok(())
+        let of_values = |ConfigError { key, expected, found }| KeyError {
+            key,
+            message: format!("expected {expected}, found {found}"),
+        };
+        Teacher::check(*weight, *until).map_err(of_values)
     }
 }
 

@@ -144,7 +144,7 @@ fn a_style_reward_and_what_it_sees_go_together() {
     assert!(error.contains("amp.discriminator.batch: expected one or more, found 0"), "{error}");
 }
 
-/// A policy that sees where the ball is, with a memory of its last terms; the critic is told where the ball will be, as in `stage2`.
+/// A policy that sees where the ball is, with a memory of its last terms; the critic is given where the ball will be, as in `stage2`.
 const MEMORY: &str = r#"
 base = "stage2"
 
@@ -226,7 +226,8 @@ fn a_teacher_sees_what_its_policy_sees_and_a_student_learns_from_it() {
         let line = |line: &str| -> serde_json::Value { serde_json::from_str(line).expect("JSON") };
         log.lines().map(|text| line(text)["loss"]["teacher"].as_f64().unwrap_or(0.0)).collect()
     };
-    // Without noise, at a rate of next to nothing. In the second iteration it normalizes by other means. 64 environments begin with some left-footed kicks.
+    // Without noise, at a rate of next to nothing; in the second iteration it normalizes by other means. Some of 64 environments begin with
+    // left-footed kicks.
     let still = taught(&[
         "learn.ppo.learning_rate=1e-9",
         "learn.ppo.adaptive_learning_rate=false",

@@ -64,7 +64,7 @@ impl Printer {
     }
 }
 
-/// From this share on the gates are told of. The long spans that a `memory` begins with hold some 0.4 of them at one end.
+/// From this share on there is a warning. The long spans that a `memory` begins with hold some 0.4 of them at one end.
 const SATURATED: f64 = 2.0 / 3.0;
 
 /// What to say of a recurrent network most of whose gates are shut or wide open.
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn gates_that_are_mostly_shut_are_told() {
+    fn gates_that_are_mostly_shut_get_a_warning() {
         let mut record = Record::default();
         assert_eq!(saturated(&record), None);
         record.metrics.push("gates/actor_saturated", 0.5);

@@ -29,15 +29,15 @@ impl Learner {
         self.prepare_workers(threads);
         let models = core::iter::once(&self.actor).chain(&self.critics);
         self.operands.refresh(models, &mut self.workers);
-        let teacher = self.teacher.as_ref().filter(|(_, weight)| *weight > 0.0).map(|(teacher, _)| teacher);
         let further = self.shards.first().map_or(&[][..], |shard| shard.transitions.groups());
-        let group = teacher.and_then(|teacher| teacher.group(further)).unwrap_or_default();
+        let teacher = self.teacher.as_ref().filter(|(_, weight)| *weight > 0.0);
+        let teacher = teacher.and_then(|(teacher, _)| Some((teacher, teacher.group(further)?)));
         let shared = Collect {
             actor: &self.actor,
             critics: &self.critics,
             operands: &self.operands,
             learned: self.learned.as_ref(),
-            teacher: teacher.map(|teacher| (teacher, group)),
+            teacher,
             policy_normalizer: &self.policy_normalizer,
             critic_normalizer: &self.critic_normalizer,
             gae: GaeConfig { gamma: self.config.ppo.gamma, lambda: self.config.ppo.lambda },
@@ -114,23 +114,21 @@ impl Learner {
             }
         }
         let further = |env: &E| env.observation_groups().split_off(2);
+        let text = |groups: &[ObservationGroup]| {
+            let names: Vec<_> = groups.iter().map(|g| format!("{} [{}]", g.name, g.size)).collect();
+            format!("further groups ({})", names.join(", "))
+        };
         let first = envs.first().map(|env| further(env)).unwrap_or_default();
         for (shard, env) in envs.iter().enumerate().skip(1) {
             let found = further(env);
             if found != first {
-                let text = |groups: &[ObservationGroup]| {
-                    let names: Vec<_> = groups.iter().map(|g| format!("{} [{}]", g.name, g.size)).collect();
-                    format!("further groups ({})", names.join(", "))
-                };
                 return Err(ShardError { shard, expected: text(&first), found: text(&found) });
             }
         }
         if let Some((teacher, _)) = &self.teacher
             && teacher.group(&first).is_none()
         {
-            let names: Vec<_> = first.iter().map(|g| format!("{} [{}]", g.name, g.size)).collect();
-            let found = format!("further groups ({})", names.join(", "));
-            return Err(ShardError { shard: 0, expected: teacher.wanted(), found });
+            return Err(ShardError { shard: 0, expected: teacher.wanted(), found: text(&first) });
         }
         if self.shards.is_empty() {
             let sizes: Vec<f64> = envs.iter().map(|env| env.num_envs() as f64).collect();

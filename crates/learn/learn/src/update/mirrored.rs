@@ -7,6 +7,7 @@ use super::slice::{Shared, Worker, sequence};
 use crate::net::{Sequence, TrainNetwork};
 use crate::rollout::unit_ref;
 use crate::shard::Shard;
+use crate::teacher::squared_distance;
 
 /// Room for the mirror image of a unit.
 #[derive(Clone, Debug, Default)]
@@ -54,16 +55,9 @@ pub(super) fn train(
     let mut total = 0.0;
     let weights = shared.operands.weights(0, shared.actor);
     net.train(weights, grads, seen, train, &mut |columns, mean, mut dmean| {
-        for (a, &inv_variance) in inv_variance.iter().enumerate() {
-            let wanted = &wanted.row(a)[columns.clone()];
-            let mut squares = 0.0f32;
-            for ((d, m), w) in dmean.row(a).iter_mut().zip(mean.row(a)).zip(wanted) {
-                let apart = m - w;
-                squares += apart * apart;
-                *d = scale * inv_variance * apart;
-            }
-            total += f64::from(squares * inv_variance);
-        }
+        (0..mean.rows()).for_each(|a| dmean.row(a).fill(0.0));
+        let wanted = wanted.columns(columns.start, columns.len());
+        total += squared_distance(scale, inv_variance.iter().copied(), mean, wanted, &mut dmean);
     });
     total * every as f64
 }

@@ -127,7 +127,7 @@ impl Network {
         x.rows_from(rows.start, rows.len())
     }
 
-    /// The first inputs of the weight matrix at a place whose gradient nobody needs, because they are the network's own.
+    /// The first inputs of the weight matrix at a place whose gradient is not needed, because they are the network's own.
     pub fn fixed_inputs(&self, weight: &Range<usize>) -> usize {
         let first = self.lstm.first().filter(|layer| layer.weight_ih == *weight).map(|layer| layer.input);
         first.unwrap_or_else(|| if self.mlp[0].weight == *weight { self.direct } else { 0 })

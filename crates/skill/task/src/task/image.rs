@@ -55,18 +55,20 @@ impl Image {
     }
 
     /// What policy, critic and teacher are shown, from what there is to be seen `[features, envs]` each. A discriminator's group stays as
-    /// it is. `teacher` is the number of the teacher's group.
+    /// it is. `teacher` is the number of the teacher's group, if
+    /// there is one.
     pub fn show(
         &mut self,
         groups: &mut [&mut [f32]],
-        teacher: usize,
+        teacher: Option<usize>,
         envs: &[EnvTask],
         facts: &[MotionFacts],
     ) {
         if self.mark(envs, facts) {
-            let mirrors = [(0, &self.mirrors.observation), (1, &self.critic), (teacher, &self.teacher)];
+            let mirrors =
+                [(Some(0), &self.mirrors.observation), (Some(1), &self.critic), (teacher, &self.teacher)];
             for (number, mirror) in mirrors {
-                if let Some(group) = groups.get_mut(number) {
+                if let Some(group) = number.and_then(|number| groups.get_mut(number)) {
                     mirror.apply_to_marked(group, &self.left, &mut self.room);
                 }
             }

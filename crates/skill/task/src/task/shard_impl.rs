@@ -35,8 +35,7 @@ impl<V: Real, S: Simulator<V>> VecEnv for Task<V, S> {
         self.observe_all(groups);
         if let Some(image) = &mut self.image {
             let lists = &self.config.observations;
-            let teacher =
-                if lists.teacher_dim > 0 { 2 + usize::from(lists.style_dim > 0) } else { usize::MAX };
+            let teacher = (lists.teacher_dim > 0).then(|| 2 + usize::from(lists.style_dim > 0));
             image.show(groups, teacher, &self.envs, self.library.facts());
         }
     }
