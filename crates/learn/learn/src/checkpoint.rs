@@ -261,8 +261,9 @@ impl Learner {
     }
 
     /// Takes weights, standard deviations and normalizers only: the start of a next stage. Moments, rates, counters, recurrent
-    /// states and a learned reward stay as they are; so does its critic where the checkpoint has none. A network with a memory beside its
-    /// input may begin from one without: its memory stays as it is and weighs nothing yet. On an error the learner is as before.
+    /// states and a learned reward stay as they are; so do critics that the checkpoint does not have, as that of a policy alone
+    /// ([`Checkpoint::of_policy`]). A network with a memory beside its input may begin from one without: its memory stays as it is and
+    /// weighs nothing yet. On an error the learner is as before.
     ///
     /// # Errors
     /// If the checkpoint is of another architecture.
@@ -278,7 +279,7 @@ impl Learner {
             (weights.policy_normalizer, weights.critic_normalizer);
     }
 
-    /// Copies of the models with the checkpoint's weights, and its normalizers. Unless `all`, a second critic and a memory may be missing.
+    /// Copies of the models with the checkpoint's weights, and its normalizers. Unless `all`, critics and a memory may be missing.
     fn weights_of(&self, checkpoint: &Checkpoint, all: bool) -> Result<Weights, CheckpointError> {
         let (mut actor, mut critics) = (self.actor.clone(), self.critics.clone());
         let names: Vec<String> = self.models().into_iter().map(|(name, _)| name).collect();
@@ -299,7 +300,7 @@ impl Learner {
                 });
             }
             let has_memory = tensors.clone().any(|(key, _)| key[prefix.len()..].starts_with("lstm."));
-            if k < 2 || all || tensors.next().is_some() {
+            if k == 0 || all || tensors.next().is_some() {
                 model.params = if all || has_memory || !model.net.is_beside() {
                     checkpoint.parameters(name, &model.layout)?
                 } else {
@@ -308,7 +309,11 @@ impl Learner {
             }
         }
         let policy_normalizer = checkpoint.normalizer("policy", actor.net.input)?;
-        let critic_normalizer = checkpoint.normalizer("critic", critics[0].net.input)?;
+        let critic_normalizer = if all || checkpoint.has_critic() {
+            checkpoint.normalizer("critic", critics[0].net.input)?
+        } else {
+            self.critic_normalizer.clone()
+        };
         Ok(Weights { actor, critics, policy_normalizer, critic_normalizer })
     }
 }

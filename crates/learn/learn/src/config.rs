@@ -67,7 +67,7 @@ pub struct PpoConfig {
     /// Standard deviation of the actions at the start. The release has 1.0, which costs a reward of 5 per step in action rate.
     pub initial_std: f64,
     /// True: a stage that starts from an earlier one's policy keeps its deviation, up to `max_std`. False: it starts with `initial_std`
-    /// if the ball is new.
+    /// if the ball or the critic is new.
     pub keep_std: bool,
     /// Smallest standard deviation.
     pub min_std: f64,

@@ -7,6 +7,7 @@ use paid_learn::{
     Checkpoint, LearnConfig, Learner, LstmConfig, NetworkConfig, NetworkKind, PpoConfig, VecEnv,
 };
 use paid_policy::Policy;
+use paid_policy::normalizer::Normalizer;
 
 fn config(kind: NetworkKind, hidden: &[usize]) -> LearnConfig {
     let network = NetworkConfig {
@@ -304,6 +305,34 @@ fn a_memory_beside_the_input_starts_from_a_network_without_one_and_does_what_it_
     let mut wider = Learner::new(2, 2, 1, &with, 5).unwrap();
     let error = wider.load_weights(&checkpoint).unwrap_err().to_string();
     assert!(error.contains("actor.mlp.0.weight: expected F32 [9, 2], found F32 [8, 2]"), "{error}");
+}
+
+#[test]
+fn a_policy_without_its_critic_is_a_start_and_the_critic_a_new_one() {
+    for kind in [NetworkKind::Mlp, NetworkKind::Lstm, NetworkKind::Memory] {
+        let config = config(kind, &[8]);
+        let mut learner = Learner::new(2, 2, 1, &config, 4).unwrap();
+        learner.iterate(&mut recalls(), 2).unwrap();
+        let mut policy = learner.policy();
+        let (mean, inv_std) = (policy.normalizer.mean().to_vec(), policy.normalizer.inv_std().to_vec());
+        policy.normalizer = Normalizer::frozen(mean, inv_std); // as a policy file has it
+        let start =
+            Checkpoint::of_policy(&policy, [&config.actor, &config.critic], "p.onnx".as_ref()).unwrap();
+        assert!(!start.has_critic());
+        let mut next = Learner::new(2, 2, 1, &config, 9).unwrap();
+        let critic = next.critic().params.clone();
+        next.load_weights(&start).unwrap();
+        assert_eq!((next.critic().params.clone(), next.policy().std), (critic, policy.std.clone()));
+        act_alike(&policy, &next.policy(), |seen| seen.to_vec(), &format!("{kind:?}"));
+        // Some samples more hardly move the normalizer, and a run does not continue without a critic.
+        next.iterate(&mut recalls(), 1).unwrap();
+        let moved = next.policy().normalizer.mean()[0] - policy.normalizer.mean()[0];
+        assert!(moved.abs() < 1e-4, "{moved}");
+        assert!(next.restore(&start).is_err());
+        let other = NetworkConfig { hidden: vec![7], ..config.actor.clone() };
+        let error = Checkpoint::of_policy(&policy, [&other, &other], "p.onnx".as_ref()).unwrap_err();
+        assert!(error.to_string().contains("p.onnx: checkpoint of another architecture"), "{error}");
+    }
 }
 
 #[test]

@@ -19,13 +19,30 @@ use crate::{RunPreset, TrainError};
 /// If there is none, one is damaged or of other networks than the others, or `run` is a policy file, which holds no critic.
 pub fn load_weights(run: &Path) -> Result<Checkpoint, TrainError> {
     if is_onnx(run) {
-        let message = "a policy file holds no critic, which training needs to continue; expected a run folder or a checkpoint (.safetensors)";
+        let message = "a policy file holds no critic, which training needs to continue; expected a run folder or a checkpoint \
+                       (.safetensors), or a preset with a [teacher], which holds the policy until a new critic has learned";
         return Err(TrainError::Checkpoint { path: run.to_owned(), message: message.to_owned() });
     }
     if run.is_file() {
         return Ok(Checkpoint::load(run)?);
     }
     as_its_policy_plays(run, mean_of_run(run)?)
+}
+
+/// What a run of `preset` begins with: as [`load_weights`], or the policy of a policy file, whose critic is a new one. The teacher of the run
+/// has to hold the policy until that has learned.
+///
+/// # Errors
+/// As [`load_weights`]; of a policy file, if the run has no teacher.
+pub fn load_start(from: &Path, preset: &RunPreset) -> Result<Checkpoint, TrainError> {
+    if !is_onnx(from) || preset.teacher.is_none() {
+        return load_weights(from);
+    }
+    let trained = TrainedPolicy::load(from)?;
+    let learn = &trained.preset.learn;
+    let mut weights = Checkpoint::of_policy(&trained.policy, [&learn.actor, &learn.critic], from)?;
+    weights.set_blob(PRESET_FILE, trained.preset.to_toml()?.as_bytes());
+    Ok(weights)
 }
 
 /// `weights` of the run's end, played as its policy file says, if it has one of the same end: another met the ball at other times.

@@ -10,7 +10,7 @@ use paid_robot::{RobotModel, RobotSpec};
 use paid_task::preset::ReferenceSource;
 use paid_task::{ShardSetup, TaskSetup, TaskShard, build_shard};
 
-use crate::policy_weights::load_weights;
+use crate::policy_weights::load_start;
 use crate::{RunPreset, TrainError, TrainedPolicy, Trainer};
 
 /// The clips of a run's motions, whether its task follows them or not.
@@ -140,7 +140,7 @@ pub fn check_starts(stages: &[RunPreset], from: Option<&Path>) -> Result<(), Tra
                 return Err(fail("expected the networks of the stage before, found others".to_owned()));
             }
         } else if let Some(from) = from {
-            let weights = load_weights(from)?;
+            let weights = load_start(from, preset)?;
             let found = TrainedPolicy::of(&weights)?.preset.robot;
             if found != preset.robot {
                 let message =

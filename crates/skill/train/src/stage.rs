@@ -13,7 +13,7 @@ use paid_task::TrainShard;
 use crate::folder::{self, RunFolder};
 use crate::meeting::{hosts, meet};
 use crate::policy_file::{LICENSE, TrainedPolicy};
-use crate::policy_weights::{load_weights, mean_of_run};
+use crate::policy_weights::{load_start, mean_of_run};
 use crate::trainer::progress_of;
 use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};
 
@@ -22,7 +22,7 @@ use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};
 pub enum Start {
     /// Fresh networks.
     Fresh,
-    /// The networks and normalizer of a run folder's policy ([`load_weights`]) or of a checkpoint; optimizer and counters are fresh.
+    /// The networks and normalizer of a run folder's policy, a checkpoint or a policy file ([`load_start`]); optimizer and counters are fresh.
     From(PathBuf),
     /// The last checkpoint of the output folder, exactly.
     Resume,
@@ -208,7 +208,7 @@ pub(crate) fn run_stage<E: TrainShard + ?Sized>(
         start => {
             trainer = of_phase(0)?;
             if let Start::From(from) = start {
-                trainer.start_from(&load_weights(from)?)?;
+                trainer.start_from(&load_start(from, preset)?)?;
             }
             run = if writes { Some(RunFolder::create(&job.out, &text)?) } else { None };
             saved = None;

@@ -376,8 +376,8 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     }
 
     /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
-    /// stay fresh. So does the noise where the ball is new, unless `learn.ppo.keep_std`: a policy that has learned to follow motions ends
-    /// with little, and does not find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep
+    /// stay fresh. So does the noise where the ball or the critic is new, unless `learn.ppo.keep_std`: a policy that has learned to follow
+    /// motions ends with little, and does not find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep
     /// their weights. A policy that observes more of them begins with weights of zero for the new ones. A network with a memory beside its
     /// input begins as the one without that the checkpoint may hold.
     ///
@@ -392,7 +392,11 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
                 .map_err(|message| damaged(checkpoint, format!("task.observations.{key}: {message}")))
         };
         let policy = inputs("policy", &saw.policy, &see.policy, meta.policy_obs)?;
-        let critic = inputs("critic", &saw.critic, &see.critic, meta.critic_obs)?;
+        let critic = if checkpoint.has_critic() {
+            inputs("critic", &saw.critic, &see.critic, meta.critic_obs)?
+        } else {
+            None
+        };
         let mut weights = Cow::Borrowed(checkpoint);
         if let Some(from) = policy {
             weights = Cow::Owned(weights.with_policy_inputs(&from)?);
@@ -403,7 +407,8 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         }
         self.learner.load_weights(&weights)?;
         let ppo = &self.preset.learn.ppo;
-        if self.preset.task.scene.ball && !before.task.scene.ball && !ppo.keep_std {
+        let is_new = !checkpoint.has_critic() || self.preset.task.scene.ball && !before.task.scene.ball;
+        if is_new && !ppo.keep_std {
             let std = ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;
         }

@@ -238,8 +238,15 @@ fn a_teacher_sees_what_its_policy_sees_and_a_student_learns_from_it() {
         "task.observations.noise.joint_pos_rel=0",
         "task.observations.noise.joint_vel=0",
     ]);
-    let own = losses("own", &still.expect("resolves"), Start::From(at("teacher")));
+    let still = still.expect("resolves");
+    let own = losses("own", &still, Start::From(at("teacher")));
     assert!(own[0] > 0.0 && own[0] < 1e-9, "{own:?}");
+    // Its file does not say of how few samples its normalizer was made, which further ones move less then.
+    let from_file = losses("from_file", &still, Start::From(policy.clone()));
+    assert!(
+        from_file[0] > 0.0 && from_file[0] < 1e-9 && from_file[1] < own[1] / 2.0,
+        "{own:?} {from_file:?}"
+    );
     // Another policy has something to learn, which counts as long as the preset says.
     let other = losses("other", &taught(&["run.iterations=5"]).expect("resolves"), Start::Fresh);
     assert!(other[0] > 0.1 && other[3] > 0.0 && other[4] == 0.0, "{other:?}");
