@@ -5,6 +5,11 @@ scene says why.
 
     v/bin/pip install -r requirements-physics.txt
     v/bin/python physics.py
+
+MuJoCoUni is built for one version of MuJoCo, an older one, and needs an environment of its own:
+
+    uni/bin/pip install -r requirements-uni.txt
+    uni/bin/python physics.py --engines MuJoCo MuJoCoUni
 """
 
 import argparse
@@ -45,6 +50,21 @@ def motrix_rate(mjcf: Path, args) -> float:
     return rate(lambda: model.step_n(data, SUBSTEPS), SUBSTEPS * args.envs, args.seconds)
 
 
+def uni_rate(mjcf: Path, args) -> float:
+    from mujoco_uni.batch_env import BatchEnvPool
+
+    robots = Robots(mjcf, args.envs, args.threads, (160, 292), 1, ball=True)
+    pool = BatchEnvPool(robots.model, nbatch=args.envs, nthread=args.threads)
+    control = np.tile(robots.default, (args.envs, SUBSTEPS, 1))
+    state = robots.state
+
+    def step():
+        nonlocal state
+        state = pool.step(state, nstep=SUBSTEPS, control=control)
+
+    return rate(step, SUBSTEPS * args.envs, args.seconds)
+
+
 def mjx_rate(mjcf: Path, args) -> float:
     import jax
     from mujoco import mjx
@@ -80,9 +100,9 @@ def main():
     parser.add_argument("--seconds", type=float, default=5.0, help="of a measurement")
     parser.add_argument("--engines", nargs="*", default=["MuJoCo", "MotrixSim", "MJX"])
     args = parser.parse_args()
-    engines = {"MuJoCo": mujoco_rate, "MotrixSim": motrix_rate, "MJX": mjx_rate}
+    engines = {"MuJoCo": mujoco_rate, "MuJoCoUni": uni_rate, "MotrixSim": motrix_rate, "MJX": mjx_rate}
     base = ours(args)
-    print(f"{'ours':<36}{base:>10.0f} steps/s, {1e3 * PHYSICS_DT_S:.0f} ms each")
+    print(f"{'ours':<36}{base:>10.0f} steps/s, {1e3 * PHYSICS_DT_S:.0f} ms each; MuJoCo {mujoco.__version__}")
     with tempfile.TemporaryDirectory() as folder:
         for soles in ("training", "vendor"):
             mjcf = scene(args.paid, soles, Path(folder))
