@@ -14,11 +14,10 @@ use crate::written::known_part;
 use crate::{RunPreset, TrainError};
 
 /// Run presets in the binary in addition to the paper's.
-const OURS: [BuiltinPreset; 9] = builtin_presets![
+const OURS: [BuiltinPreset; 8] = builtin_presets![
     "stage1",
     "stage2",
     "recurrent",
-    "memory",
     "stage3",
     "pure_rl",
     "pure_rl_scattered",
