@@ -55,7 +55,7 @@ pub struct Args {
     /// Start from this policy: a run folder or a checkpoint; needs a stage.
     ///
     /// Of a run folder, the mean of its last checkpoints is taken. The policy's action noise is kept, except where Stage II starts from a
-    /// Stage I policy: there the preset's applies.
+    /// Stage I policy: there the preset's applies. A preset with a [teacher] can also start from a policy file, with the preset's noise.
     #[arg(long, value_name = "RUN", requires = "stage", conflicts_with = "resume")]
     from: Option<PathBuf>,
     /// Continue the run in the output folder from its last checkpoint.

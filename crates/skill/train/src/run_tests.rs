@@ -363,6 +363,17 @@ fn a_run_starts_from_the_mean_of_the_last_checkpoints_of_another() {
 }
 
 #[test]
+fn a_policy_without_a_critic_is_no_start_without_a_teacher() {
+    let preset = Toy::preset(&[]);
+    let policy = trainer(&preset).learner().policy();
+    let networks = [&preset.learn.actor, &preset.learn.critic];
+    let mut alone = Checkpoint::of_policy(&policy, networks, "policy.onnx".as_ref()).expect("a policy");
+    alone.set_blob("preset.toml", preset.to_toml().expect("writes").as_bytes());
+    let error = trainer(&preset).start_from(&alone).expect_err("no critic").to_string();
+    assert!(error.contains("policy.onnx: expected a critic, or a [teacher] in the preset"), "{error}");
+}
+
+#[test]
 fn how_a_policy_is_played_belongs_to_the_policy_that_it_was_measured_of() {
     let folder = tempfile::tempdir().expect("folder");
     let out = folder.path().join("run");

@@ -382,7 +382,8 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     /// input begins as the one without that the checkpoint may hold.
     ///
     /// # Errors
-    /// If it holds no preset, or is of other networks or of terms that do not belong to these.
+    /// If it holds no preset, is of other networks or of terms that do not belong to these, or holds no critic where no teacher holds the policy
+    /// until a new one has learned.
     pub fn start_from(&mut self, checkpoint: &Checkpoint) -> Result<(), TrainError> {
         let before = RunPreset::of_checkpoint(checkpoint)?;
         let (saw, see) = (&before.task.observations, &self.preset.task.observations);
@@ -392,10 +393,14 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
                 .map_err(|message| damaged(checkpoint, format!("task.observations.{key}: {message}")))
         };
         let policy = inputs("policy", &saw.policy, &see.policy, meta.policy_obs)?;
-        let critic = if checkpoint.has_critic() {
-            inputs("critic", &saw.critic, &see.critic, meta.critic_obs)?
-        } else {
-            None
+        let has_critic = checkpoint.has_critic();
+        let critic = match &self.preset.teacher {
+            _ if has_critic => inputs("critic", &saw.critic, &see.critic, meta.critic_obs)?,
+            Some(_) => None,
+            None => {
+                let message = "expected a critic, or a [teacher] in the preset, found neither";
+                return Err(damaged(checkpoint, message.to_owned()));
+            }
         };
         let mut weights = Cow::Borrowed(checkpoint);
         if let Some(from) = policy {
@@ -407,7 +412,7 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
         }
         self.learner.load_weights(&weights)?;
         let ppo = &self.preset.learn.ppo;
-        let is_new = !checkpoint.has_critic() || self.preset.task.scene.ball && !before.task.scene.ball;
+        let is_new = !has_critic || self.preset.task.scene.ball && !before.task.scene.ball;
         if is_new && !ppo.keep_std {
             let std = ppo.initial_std;
             self.learner.set_std(std).map_err(|error| TrainError::Setup(error.to_string()))?;

@@ -9,8 +9,8 @@ use crate::normalizer::Moments;
 use crate::policy::Policy;
 use crate::tensor_file::TensorFile;
 
-/// As many samples a policy's normalizer counts as made of, which does not say: few later ones then move it no more than those of the last
-/// iterations of a run do.
+/// A policy file does not say of how many samples its normalizer is made. It counts as this many, a run's worth, so that further ones move it
+/// slowly.
 const SAMPLES: f64 = 1e8;
 
 impl Checkpoint {
