@@ -35,6 +35,8 @@ pub mod record;
 mod run_tests;
 pub mod setup;
 pub mod stage;
+#[cfg(test)]
+mod start_tests;
 pub mod style;
 mod teacher;
 #[cfg(test)]

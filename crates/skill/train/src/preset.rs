@@ -1,7 +1,7 @@
 //! A whole run as one typed preset: robot, task, learner, and the numbers of the run itself.
 
 use paid_lanes::Isa;
-use paid_learn::LearnConfig;
+use paid_learn::{ConfigError, LearnConfig};
 use paid_task::layers::KeyError;
 use paid_task::{TaskError, TaskPreset};
 use serde::{Deserialize, Serialize};
@@ -70,6 +70,11 @@ pub struct RunConfig {
     pub judge: JudgeConfig,
 }
 
+/// A value that the learner refuses, as one of a preset whose table begins with `table`.
+pub(crate) fn of_config(table: &str, ConfigError { key, expected, found }: ConfigError) -> KeyError {
+    KeyError { key: format!("{table}{key}"), message: format!("expected {expected}, found {found}") }
+}
+
 impl RunPreset {
     /// Checks that every value is in its range.
     ///
@@ -122,10 +127,7 @@ impl RunPreset {
             },
             error => KeyError { key: "task".to_owned(), message: error.to_string() },
         })?;
-        self.learn.check().map_err(|error| KeyError {
-            key: format!("learn.{}", error.key),
-            message: format!("expected {}, found {}", error.expected, error.found),
-        })?;
+        self.learn.check().map_err(|error| of_config("learn.", error))?;
         self.check_style()?;
         self.check_teacher()?;
         self.check_phases()

@@ -22,7 +22,8 @@ use crate::{Judge, Named, Record, RunPreset, Scene, TrainError, Trainer};
 pub enum Start {
     /// Fresh networks.
     Fresh,
-    /// The networks and normalizer of a run folder's policy, a checkpoint or a policy file ([`load_start`]); optimizer and counters are fresh.
+    /// The networks and normalizer of a run folder's policy, a checkpoint or a policy file ([`load_start`]); optimizer and counters are
+    /// fresh.
     From(PathBuf),
     /// The last checkpoint of the output folder, exactly.
     Resume,

@@ -3,10 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use paid_learn::{ConfigError, Teacher};
+use paid_learn::Teacher;
 use paid_task::layers::KeyError;
 use serde::{Deserialize, Serialize};
 
+use crate::preset::of_config;
 use crate::{RunPreset, Scene, TrainError, TrainedPolicy};
 
 /// A policy to imitate, beside the reward or instead of it, and how much that counts ([`Teacher`]). It sees what its own preset lists, without
@@ -30,11 +31,7 @@ impl RunPreset {
             let message = "expected the path of a policy, found an empty one".to_owned();
             return Err(KeyError { key: "teacher.policy".to_owned(), message });
         }
-        let of_values = |ConfigError { key, expected, found }| KeyError {
-            key,
-            message: format!("expected {expected}, found {found}"),
-        };
-        Teacher::check(*weight, *until).map_err(of_values)
+        Teacher::check(*weight, *until).map_err(|error| of_config("", error))
     }
 }
 

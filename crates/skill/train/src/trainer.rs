@@ -376,10 +376,10 @@ impl<E: TrainShard + ?Sized> Trainer<E> {
     }
 
     /// Takes the networks and normalizers of a checkpoint, as Stage II does of Stage I. Counters, optimizer and environments
-    /// stay fresh. So does the noise where the ball or the critic is new, unless `learn.ppo.keep_std`: a policy that has learned to follow
-    /// motions ends with little, and does not find the strike with it. Terms that policy or critic observe in another order than the checkpoint's keep
-    /// their weights. A policy that observes more of them begins with weights of zero for the new ones. A network with a memory beside its
-    /// input begins as the one without that the checkpoint may hold.
+    /// stay fresh. So does the noise where the ball or the critic is new, unless `learn.ppo.keep_std`: a policy that has learned to
+    /// follow motions ends with little, and does not find the strike with it. Terms that policy or critic observe in another order than
+    /// the checkpoint's keep their weights. A policy that observes more of them begins with weights of zero for the new ones. A network
+    /// with a memory beside its input begins as the one without that the checkpoint may hold.
     ///
     /// # Errors
     /// If it holds no preset, is of other networks or of terms that do not belong to these, or holds no critic where no teacher holds the policy

@@ -55,8 +55,7 @@ impl Image {
     }
 
     /// What policy, critic and teacher are shown, from what there is to be seen `[features, envs]` each. A discriminator's group stays as
-    /// it is. `teacher` is the number of the teacher's group, if
-    /// there is one.
+    /// it is. `teacher` is the number of the teacher's group, if there is one.
     pub fn show(
         &mut self,
         groups: &mut [&mut [f32]],
